@@ -1,0 +1,27 @@
+"""hpcwhirl: whirl of a bladed disk in unilateral contact with its casing."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.case import simulate
+    from hpcwhirl.scene import Scene
+    from hpcwhirl.store.reader import open_results
+
+__version__ = "0.1.0"
+__all__ = ["Scene", "__version__", "open_results", "simulate"]
+
+_HOMES = {
+    "Scene": "hpcwhirl.scene",
+    "simulate": "hpcwhirl.campaign.case",
+    "open_results": "hpcwhirl.store.reader",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    if name in _HOMES:
+        return getattr(importlib.import_module(_HOMES[name]), name)
+    msg = f"module 'hpcwhirl' has no attribute '{name}'"
+    raise AttributeError(msg)

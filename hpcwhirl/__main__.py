@@ -1,0 +1,7 @@
+"""`python -m hpcwhirl`."""
+
+import sys
+
+from hpcwhirl.cli import main
+
+sys.exit(main())

@@ -1,0 +1,98 @@
+"""One case: a scene in, a row of numbers and its traces out. No MPI, no files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
+from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.dynamics.history import LEDGER_TERMS, History
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import Scene
+
+Value = float | int | str
+SCENE_ROW = (
+    "speed", "nodal_diameter", "gap", "friction", "force", "pulse",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a case gives back.
+
+    Attributes
+    ----------
+    row : physics alone, the same bits wherever and however often it is computed
+    traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
+        `energy`, `fed`, `lost` (n,), J; `impulse` (n,), N s; in full also `tips`
+        (n, N, 2), m, rotating frame, and `blade_impulse` (n, N), N s; empty for
+        `summary`
+    performance : what depends on the machine and the day
+    """
+
+    row: dict[str, Value]
+    traces: dict[str, NDArray[np.float64]]
+    performance: dict[str, Value]
+
+
+def simulate(
+    scene: Scene, between_slices: Callable[[], None] | None = None
+) -> Result:
+    """Integrate one scene and name what it does.
+
+    Parameters
+    ----------
+    scene
+        the case
+    between_slices
+        called every 10 ms or so; may raise to end the case
+
+    Raises
+    ------
+    InputError
+        where the scene cannot be integrated, e.g. a step above the limit
+    """
+    history = March(scene).run(between_slices)
+    found = evidence(scene, history)
+    outcome, regime, whirl = name_regime(found, Thresholds())
+    row: dict[str, Value] = {"outcome": outcome, "regime": regime, "whirl": whirl}
+    row |= {name: getattr(scene, name) for name in SCENE_ROW}
+    row |= {
+        "duration": scene.end_time,
+        "time_step": scene.solver.time_step,
+        "modes": scene.solver.modes,
+        "scheme": scene.solver.scheme,
+        "steps": history.steps,
+        "contacts": history.contacts,
+        "contact_impulse": float(history.impulse[-1]) if len(history.time) else 0.0,
+        "centre_peak": history.centre_peak,
+        "last_contact": history.last_contact,
+        "stop": history.stop,
+    }
+    row |= {f"ledger_{term}": history.ledger[term] for term in LEDGER_TERMS}
+    row |= found
+    performance: dict[str, Value] = {
+        "seconds": history.seconds,
+        "microseconds_per_step": 1e6 * history.seconds / max(history.steps, 1),
+    }
+    return Result(row, _traces(scene, history), performance)
+
+
+def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
+    if scene.output.traces == "summary":
+        return {}
+    traces = {
+        "time": history.time,
+        "centre": static_frame(history.centre, scene.speed * history.time),
+        "energy": history.energy,
+        "impulse": history.impulse,
+        "fed": history.fed,
+        "lost": history.lost,
+    }
+    if scene.output.traces == "full":
+        traces |= {"tips": history.tips, "blade_impulse": history.blade_impulse}
+    return traces

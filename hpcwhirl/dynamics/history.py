@@ -1,0 +1,61 @@
+"""What one integrated case leaves behind: samples, ledger, how it stopped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEDGER_TERMS = (
+    "energy",  # kinetic + strain of both bodies at the end, J
+    "damping",  # lost in modal damping, J, >= 0
+    "pulse",  # work of the loading, J
+    "impact",  # lost in inelastic impacts, J, >= 0
+    "friction",  # work of friction on both bodies (rotation's share included), J
+    "rotation",  # work of the rotation: -lambda * Omega * dw/dtheta and rigid casing, J
+    "residual",  # energy + damping + impact - pulse - friction - rotation, J
+)
+
+
+@dataclass(frozen=True)
+class History:
+    """Samples of one run at `time`; everything in SI units.
+
+    Attributes
+    ----------
+    time : (n,), s
+    centre : (n, 2), m, ROTATING frame: x_o, y_o
+    energy : (n,), J, kinetic + strain of both bodies
+    impulse : (n,), N s, cumulative normal contact impulse of all blades
+    fed : (n,), J, cumulative work of rotation and friction
+    lost : (n,), J, cumulative damping and impact loss
+    tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
+    blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
+    ledger : {term: J} over the whole run, see `LEDGER_TERMS`
+    stop : "end", "amplitude" or "nonfinite"
+    steps : steps taken
+    contacts : touchdowns of blades on the casing
+    last_contact : s, the last instant with contact; -1 if there was none
+    centre_peak : m, greatest centre displacement over every step of the run
+    seconds : wall time in the kernel
+    """
+
+    time: Floats
+    centre: Floats
+    energy: Floats
+    impulse: Floats
+    fed: Floats
+    lost: Floats
+    tips: Floats
+    blade_impulse: Floats
+    ledger: dict[str, float]
+    stop: str
+    steps: int
+    contacts: int
+    last_contact: float
+    centre_peak: float
+    seconds: float
+    notes: dict[str, str] = field(default_factory=dict)

@@ -1,0 +1,117 @@
+"""The arrays that the kernels march with, made once a case."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+Arrays = tuple[Any, ...]
+LANES = 4  # the kernel sums modes four at a time: pad with modes that stay at rest
+EMPTY = np.zeros((0, 0))
+
+
+def _padded(array: Floats, axis: int) -> Floats:
+    extra = -array.shape[axis] % LANES
+    widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
+    return np.ascontiguousarray(np.pad(array, widths))
+
+
+def friction_with_sign(scene: Scene) -> float:
+    """Return mu sign(Omega): friction opposes the rotation; none at Omega = 0."""
+    return float(scene.friction * np.sign(scene.speed))
+
+
+def _rows(rows: Floats) -> Floats:
+    """Return modal rows (r, m), padded to the kernel's lanes and contiguous."""
+    return _padded(rows, 1)
+
+
+def _modal_body(body: ModalModel | None, step: float) -> Arrays:
+    """Return (keep, pull, give, rate, omega), each (m padded,)."""
+    omega = body.omega if body else np.zeros(0)
+    damping = body.damping if body else 0.0
+    keep, pull, give = recursion(omega, damping, step)
+    rate = 2 * damping * omega / (4 * step)
+    return tuple(_padded(a, 0) for a in (keep, pull, give, rate, omega))
+
+
+def _dense_body(body: ModalModel | None, step: float) -> Arrays:
+    """Return (keep, pull, inverse, mass, stiffness, damping), each stored transposed."""
+    if body is None:
+        return (EMPTY,) * 6
+    damping = body.damping_matrix()
+    left = body.mass / step**2 + damping / (2 * step)
+    right = body.mass / step**2 - damping / (2 * step)
+    inverse = np.linalg.solve(left, np.eye(len(left)))
+    dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
+    matrices = (*dense, body.mass, body.stiffness, damping)
+    return tuple(np.ascontiguousarray(m.T) for m in matrices)
+
+
+def contact_operators(model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (W of the rotor (N, N), ring compliance (2 elements, 2 elements)), m/N.
+
+    Both are what a unit multiplier with its friction does to radial displacements of
+    the same step (the corrections of Algorithm 1), from (M/dt^2 + D/2dt)^-1 =
+    Phi diag(give) Phi^T. A row of the compliance is a loaded nodal (w, w').
+    """
+    step, mu = scene.solver.time_step, friction_with_sign(scene)
+    radial, tangential = tip_rows(model.rotor, model.blades)
+    _, _, give = recursion(model.rotor.omega, model.rotor.damping, step)
+    w_rotor = np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+    if model.casing is None:
+        return w_rotor, EMPTY
+    _, _, give = recursion(model.casing.omega, model.casing.damping, step)
+    nodes = model.casing.shapes.reshape(-1, 2, 2, len(give))  # node, (u, w), slope
+    along, outward = (nodes[:, i].reshape(-1, len(give)) for i in (0, 1))
+    return w_rotor, ((outward + mu * along) * give) @ outward.T
+
+
+def pulse_load(model: Model, scene: Scene) -> Floats:
+    """Return the nodal load of a unit modal force on k lobes, (4 elements,), -."""
+    if model.ring is None:
+        return np.zeros(0)
+    sign = -1.0 if scene.direction == "squeeze" else 1.0
+    return sign * model.ring.lobes(scene.nodal_diameter)
+
+
+def modal_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
+    """Return (rotor, casing, load) of `kernels.march_modal`."""
+    step = scene.solver.time_step
+    radial, tangential = tip_rows(model.rotor, model.blades)
+    hub = centre_rows(model.rotor, model.blades)
+    outputs = np.ascontiguousarray(_rows(np.vstack([radial, hub])).T)
+    rotor = (
+        *_modal_body(model.rotor, step),
+        outputs,
+        _rows(radial),
+        _rows(tangential),
+    )
+    length, nodal, shapes = 1.0, EMPTY, EMPTY
+    lobes = np.zeros(0)
+    if model.casing is not None and model.ring is not None:
+        length = model.ring.length
+        shapes = _rows(model.casing.shapes)
+        radial_nodes = shapes.reshape(-1, 4, shapes.shape[1])[:, 2:, :]
+        nodal = np.ascontiguousarray(radial_nodes.reshape(-1, shapes.shape[1]).T)
+        lobes = pulse_load(model, scene) @ shapes
+    casing = (*_modal_body(model.casing, step), nodal, shapes, length)
+    return rotor, casing, (scene.force, scene.pulse, lobes)
+
+
+def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
+    """Return (rotor, casing, load) of `kernels.march_paper`."""
+    step = scene.solver.time_step
+    free = int(len(model.rotor.mass) > 2 * model.blades + model.rotor.kept)
+    length = model.ring.length if model.ring else 1.0
+    rotor = (*_dense_body(model.rotor, step), free)
+    casing = (*_dense_body(model.casing, step), length)
+    return rotor, casing, (scene.force, scene.pulse, pulse_load(model, scene))

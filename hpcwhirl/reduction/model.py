@@ -1,0 +1,67 @@
+"""The model of a scene: both bodies in modal form, and how they touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.reduction.modes import ModalModel, modal_model
+from hpcwhirl.scene import Casing, Rotor, Scene
+from hpcwhirl.structure import RingOperator, bladed_disk, ring
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Bladed disk, and the ring it may touch (None where the casing is rigid)."""
+
+    rotor: ModalModel
+    casing: ModalModel | None
+    ring: RingOperator | None
+    blades: int
+
+    def limits(self) -> dict[str, float]:
+        """Return the largest stable step of each body, s: dt < 2 / omega_max."""
+        bodies = {"rotor": self.rotor, "casing": self.casing}
+        return {n: 2.0 / float(b.omega.max()) for n, b in bodies.items() if b}
+
+
+@lru_cache(maxsize=8)
+def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
+    """Return the reduced bladed disk (Eq. 1)."""
+    return modal_model(bladed_disk(rotor), rotor.damping, eta)
+
+
+@lru_cache(maxsize=32)
+def casing_model(casing: Casing, radius: float) -> tuple[ModalModel, RingOperator]:
+    """Return the ring, not reduced, and its contact operator."""
+    structure, operator = ring(casing, radius)
+    return modal_model(structure, casing.damping), operator
+
+
+def model_of(scene: Scene) -> Model:
+    """Return the model of a scene; R_c = R_bd + gap."""
+    rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
+    blades = scene.engine.rotor.blades
+    if scene.engine.casing.kind == "rigid":
+        return Model(rotor, None, None, blades)
+    radius = scene.engine.rotor.radius + scene.gap
+    casing, operator = casing_model(scene.engine.casing, radius)
+    return Model(rotor, casing, operator, blades)
+
+
+def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
+    """Return (radial, tangential) modal tip shapes, each (N, m)."""
+    return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
+
+
+def centre_rows(model: ModalModel, blades: int) -> Floats:
+    """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
+    count = len(model.mass) - 2 * blades - model.kept
+    if count == 0:
+        return np.zeros((2, len(model.omega)))
+    return model.shapes[2 * blades : 2 * blades + 2]

@@ -1,0 +1,42 @@
+"""Frozen, validated inputs in SI units; TOML in and out; named scenes."""
+
+from hpcwhirl.scene.files import (
+    apply_settings,
+    digest,
+    flatten,
+    input_names,
+    load_document,
+    load_scene,
+    parse_setting,
+    scene_from,
+    to_toml,
+)
+from hpcwhirl.scene.inputs import (
+    Casing,
+    Engine,
+    Output,
+    Rotor,
+    Scene,
+    Solver,
+)
+from hpcwhirl.scene.named import NAMED, named_scene
+
+__all__ = [
+    "NAMED",
+    "Casing",
+    "Engine",
+    "Output",
+    "Rotor",
+    "Scene",
+    "Solver",
+    "apply_settings",
+    "digest",
+    "flatten",
+    "input_names",
+    "load_document",
+    "load_scene",
+    "named_scene",
+    "parse_setting",
+    "scene_from",
+    "to_toml",
+]

@@ -1,0 +1,199 @@
+"""Scenes from TOML documents and ``name=value`` settings, and back."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from pydantic import BaseModel, ValidationError
+
+from hpcwhirl.errors import InputError, MissingFileError, unknown
+from hpcwhirl.scene.inputs import Scene
+
+Value = bool | int | float | str
+PHYSICS_VERSION = 1  # raise when the same inputs would give other numbers
+SCENE_TABLES = ("scene", "engine", "solver", "output")
+
+
+def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, field in model.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            yield from _leaves(kind, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", field
+
+
+def input_names() -> dict[str, str]:
+    """Return {dotted name: description with unit} of every scene input."""
+    return {name: field.description or "" for name, field in _leaves(Scene)}
+
+
+def resolve(name: str) -> str:
+    """Return the full dotted name for a full one or an unambiguous ending of it."""
+    names = input_names()
+    if name in names:
+        return name
+    found = [n for n in names if n.endswith("." + name)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        msg = f"input '{name}' is ambiguous: {' or '.join(found)}"
+        raise InputError(msg)
+    short = {n.rsplit(".", 1)[-1] for n in names}
+    raise unknown("scene input", name, short | names.keys())
+
+
+def _allowed(error: Mapping[str, Any]) -> str:
+    context = error.get("ctx", {})
+    words = {
+        "greater_than": "must be > {gt}",
+        "greater_than_equal": "must be >= {ge}",
+        "less_than_equal": "must be <= {le}",
+        "finite_number": "must be a finite number",
+        "int_type": "must be a whole number",
+        "float_type": "must be a number",
+        "string_type": "must be a string",
+        "literal_error": "must be one of {expected}",
+        "value_error": "{error}",
+    }
+    pattern = words.get(error["type"])
+    return pattern.format(**context) if pattern else str(error["msg"])
+
+
+def _one_line(error: Mapping[str, Any]) -> InputError:
+    location = ".".join(str(part) for part in error["loc"])
+    if error["type"] == "extra_forbidden":
+        table, _, word = location.rpartition(".")
+        known = [n.rsplit(".", 1)[-1] for n in input_names() if n.startswith(table)]
+        return unknown(f"key in [{table or 'scene'}]", word, known)
+    if error["type"] == "value_error":
+        return InputError(f"{location or 'scene'}: {_allowed(error)}")
+    unit = input_names().get(location, "")
+    note = f" ({unit})" if unit else ""
+    return InputError(f"{location} {_allowed(error)}, got {error['input']!r}{note}")
+
+
+def scene_from(data: Mapping[str, Any]) -> Scene:
+    """Return the validated scene for nested plain data, or raise one clear line."""
+    try:
+        return Scene.model_validate(dict(data))
+    except ValidationError as failed:
+        raise _one_line(failed.errors()[0]) from None
+
+
+def flatten(scene: Scene) -> dict[str, Value]:
+    """Return {dotted name: value} of every input of the scene."""
+
+    def walk(data: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Value]]:
+        for name, value in data.items():
+            if isinstance(value, Mapping):
+                yield from walk(value, f"{prefix}{name}.")
+            else:
+                yield f"{prefix}{name}", value
+
+    return dict(walk(scene.model_dump(), ""))
+
+
+def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
+    """Return the scene with inputs replaced by name, validated again.
+
+    Parameters
+    ----------
+    scene
+        the scene to start from
+    settings
+        {name: value}; a name may be an unambiguous ending, e.g. ``time_step``
+    """
+    if not settings:
+        return scene
+    data = scene.model_dump()
+    for name, value in settings.items():
+        *tables, leaf = resolve(name).split(".")
+        place = data
+        for table in tables:
+            place = place[table]
+        place[leaf] = value
+    return scene_from(data)
+
+
+def _value(raw: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {raw}")["value"]
+    except tomllib.TOMLDecodeError:
+        pass
+    try:
+        return float(raw)  # .1 and 1e-6: numbers to an engineer, not to TOML
+    except ValueError:
+        return raw.strip()
+
+
+def parse_setting(text: str) -> tuple[str, Value]:
+    """Return (name, value) of ``name=value``; a value is TOML or a bare word."""
+    name, sign, raw = text.partition("=")
+    if not sign or not name.strip() or not raw.strip():
+        msg = f"a setting is name=value, got '{text}'"
+        raise InputError(msg)
+    value = _value(raw)
+    if not isinstance(value, bool | int | float | str):
+        msg = f"{name} takes one value, got '{raw}'"
+        raise InputError(msg)
+    return resolve(name.strip()), value
+
+
+def load_document(path: Path | str) -> dict[str, Any]:
+    """Return the parsed TOML of a file, or raise one clear line."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as failed:
+        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
+        raise MissingFileError(msg) from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as failed:
+        msg = f"{path} is not valid TOML: {failed}"
+        raise InputError(msg) from None
+
+
+def scene_of_document(
+    document: Mapping[str, Any], extra_tables: Sequence[str] = ()
+) -> Scene:
+    """Return the scene of a document with tables scene, engine, solver, output."""
+    known = (*SCENE_TABLES, *extra_tables)
+    for table, content in document.items():
+        if table not in known:
+            raise unknown("table", table, known)
+        if table in SCENE_TABLES and not isinstance(content, Mapping):
+            msg = f"[{table}] must be a table, got {content!r}"
+            raise InputError(msg)
+    data = dict(document.get("scene", {}))
+    for table in SCENE_TABLES[1:]:
+        if table in data:
+            msg = f"[scene] {table}: write it as the table [{table}]"
+            raise InputError(msg)
+        if table in document:
+            data[table] = document[table]
+    return scene_from(data)
+
+
+def load_scene(path: Path | str) -> Scene:
+    """Return the scene of a TOML file (tables scene, engine, solver, output)."""
+    return scene_of_document(load_document(path))
+
+
+def to_toml(scene: Scene) -> str:
+    """Return the whole scene as TOML that `load_scene` reads back."""
+    data = scene.model_dump()
+    tables = {name: data.pop(name) for name in SCENE_TABLES[1:]}
+    return tomli_w.dumps({"scene": data, **tables})
+
+
+def digest(scene: Scene) -> str:
+    """Return the SHA-256 of the resolved inputs and the physics version."""
+    text = json.dumps([PHYSICS_VERSION, flatten(scene)], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

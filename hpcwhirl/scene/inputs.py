@@ -1,0 +1,146 @@
+"""The inputs of a case as frozen data that check themselves. SI units."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Inputs(BaseModel):
+    """Base: frozen, strict about unknown keys, strict about types."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, validate_default=True
+    )
+
+
+class Rotor(Inputs):
+    """Bladed disk in the rotating frame (reference §1).
+
+    A blade is clamped on the disk's rim at `disk_radius` and tapers linearly in
+    thickness. Spokes (centre to blade root) and rim beams (root to root) stand
+    for the disk.
+    """
+
+    blades: int = Field(22, ge=1, le=1000, description="number of blades N")
+    elements: int = Field(10, ge=1, le=1000, description="elements a blade")
+    radius: Positive = Field(0.5, description="tip radius R_bd, m")
+    disk_radius: Positive = Field(0.035891, description="radius of the rim, m")
+    blade_width: Positive = Field(0.13275, description="blade, out of plane, m")
+    root_thickness: Positive = Field(0.010548, description="blade at the root, m")
+    taper: Positive = Field(0.77753, description="tip over root thickness")
+    spoke_width: Positive = Field(0.0039693, description="spoke, out of plane, m")
+    spoke_thickness: Positive = Field(0.051338, description="spoke, in plane, m")
+    rim_width: Positive = Field(0.99966, description="rim beam, out of plane, m")
+    rim_thickness: Positive = Field(0.0080619, description="rim beam, in plane, m")
+    young: Positive = Field(210e9, description="Young's modulus, Pa")
+    density: Positive = Field(7800.0, description="density, kg/m^3")
+    centre: Literal["free", "clamped"] = Field("free", description="shaft centre")
+    centre_stiffness: Positive = Field(3.4e7, description="k_o, N/m")
+    damping: NonNegative = Field(0.0104, description="modal damping ratio")
+
+    @model_validator(mode="after")
+    def _disk_inside(self) -> Self:
+        if self.disk_radius >= self.radius:
+            msg = (
+                f"disk_radius must be < radius ({self.radius} m), "
+                f"got {self.disk_radius}"
+            )
+            raise ValueError(msg)
+        return self
+
+
+class Casing(Inputs):
+    """Casing in the static frame: an elastic ring, or rigid and distorted."""
+
+    kind: Literal["ring", "rigid"] = Field("ring", description="elastic or rigid")
+    elements: int = Field(40, ge=3, le=2000, description="ring elements")
+    thickness: Positive = Field(0.0218, description="radial, m")
+    width: Positive = Field(0.160, description="axial, m")
+    young: Positive = Field(210e9, description="Young's modulus, Pa")
+    density: Positive = Field(7800.0, description="density, kg/m^3")
+    support_frequency: NonNegative = Field(
+        14.6, description="foundation frequency omega_c1, rad/s"
+    )
+    damping: NonNegative = Field(0.064, description="modal damping ratio")
+    amplitude: Finite = Field(0.0, description="rigid: distortion A0, m")
+    growth: Finite = Field(0.0, description="rigid: sigma of A0 exp(sigma t), 1/s")
+    rise: NonNegative = Field(1e-3, description="rigid: smooth rise of A0, s")
+
+
+class Engine(Inputs):
+    """The structures; `salvat2016` is the default."""
+
+    name: str = Field("salvat2016", description="name of the engine")
+    rotor: Rotor = Rotor()
+    casing: Casing = Casing()
+
+
+class Solver(Inputs):
+    """Reduction and time integration."""
+
+    scheme: Literal["modal", "paper"] = Field("modal", description="integrator")
+    time_step: Positive = Field(1e-6, description="step, s")
+    modes: int = Field(110, ge=0, description="fixed-interface modes eta")
+    amplitude_limit: Positive = Field(
+        0.1, description="tip displacement over R_bd at which a run ends"
+    )
+
+
+class Output(Inputs):
+    """What is kept of a run."""
+
+    traces: Literal["summary", "orbit", "full"] = Field("orbit", description="detail")
+    interval: Positive = Field(2e-4, description="time between samples, s")
+
+
+class Scene(Inputs):
+    """One case: engine, operating point, loading, solver and output."""
+
+    engine: Engine = Engine()
+    speed: Finite = Field(410.0, description="rotational speed Omega, rad/s")
+    nodal_diameter: int = Field(1, ge=0, description="lobes k of the loading")
+    gap: NonNegative = Field(1.28e-4, description="blade-tip clearance, m")
+    friction: NonNegative = Field(0.1, description="Coulomb coefficient mu")
+    force: NonNegative = Field(75e3, description="peak modal force, N")
+    pulse: Positive = Field(0.97e-3, description="pulse duration tau, s")
+    direction: Literal["squeeze", "stretch"] = Field(
+        "squeeze", description="of the casing at theta = 0"
+    )
+    duration: Positive = Field(2.5, description="engine time, s")
+    revolutions: NonNegative = Field(
+        0.0, description="if > 0: the engine time in revolutions, not s"
+    )
+    solver: Solver = Solver()
+    output: Output = Output()
+
+    @model_validator(mode="after")
+    def _ring_carries_the_load(self) -> Self:
+        most = self.engine.casing.elements // 2
+        if self.engine.casing.kind == "ring" and self.nodal_diameter > most:
+            msg = (
+                f"nodal_diameter must be <= {most} on a ring of "
+                f"{self.engine.casing.elements} elements, got {self.nodal_diameter}"
+            )
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _revolutions_need_a_speed(self) -> Self:
+        if self.revolutions > 0 and self.speed == 0:
+            msg = "revolutions must be 0 where speed is 0, got revolutions > 0"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def end_time(self) -> float:
+        """Engine time to simulate, s."""
+        if self.revolutions > 0:
+            return self.revolutions * 2 * math.pi / abs(self.speed)
+        return self.duration

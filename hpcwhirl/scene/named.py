@@ -1,0 +1,26 @@
+"""The paper's Tables 1 and 2 as named scenes."""
+
+from __future__ import annotations
+
+from hpcwhirl.errors import unknown
+from hpcwhirl.scene.inputs import Scene
+
+
+def table1(speed: float = 410.0) -> Scene:
+    """Return Table 1: gap 1 mm, mu 0.2, 20 revolutions at `speed` (rad/s)."""
+    return Scene(speed=speed, gap=1e-3, friction=0.2, revolutions=20.0)
+
+
+def table2(speed: float = 410.0) -> Scene:
+    """Return Table 2: gap 0.128 mm, mu 0.1, 2.5 s at `speed` (rad/s)."""
+    return Scene(speed=speed, gap=1.28e-4, friction=0.1, duration=2.5)
+
+
+NAMED = {"table1": table1, "table2": table2}
+
+
+def named_scene(name: str) -> Scene:
+    """Return a named scene, or raise with the nearest known name."""
+    if name not in NAMED:
+        raise unknown("scene", name, NAMED)
+    return NAMED[name]()

@@ -1,0 +1,52 @@
+"""Assembly of cyclic structures, sector by sector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class CyclicStructure:
+    """Matrices of N identical sectors and, perhaps, a centre they share.
+
+    Attributes
+    ----------
+    mass, stiffness : (n, n), kg and N/m; a sector's DoF in its own frame
+        (radial, tangential, ...), sector j turned by 2 pi j / N
+    sectors : N
+    sector_size : d, DoF a sector; DoF a of sector j is j d + a
+    boundary : DoF of a sector that a reduction keeps, e.g. tip radial, tangential
+    centre : the two centre DoF (x, y in the structure's frame), or none
+    centre_stiffness : k_o, N/m, of the shaft's springs
+    """
+
+    mass: Floats
+    stiffness: Floats
+    sectors: int
+    sector_size: int
+    boundary: tuple[int, ...]
+    centre: tuple[int, ...] = ()
+    centre_stiffness: float = 0.0
+
+
+def add_element(
+    target: Floats, element: Floats, dofs: Indices, transform: Floats
+) -> None:
+    """Add ``transform.T @ element @ transform`` at `dofs` of `target`, in place.
+
+    `dofs` may name one DoF twice (a ring of one sector); both parts are added.
+    """
+    block = transform.T @ element @ transform
+    np.add.at(target, (dofs[:, None], dofs[None, :]), block)
+
+
+def turn(angle: float) -> Floats:
+    """Return the (2, 2) matrix of components in axes turned by `angle`, rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, s], [-s, c]])

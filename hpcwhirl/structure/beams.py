@@ -1,0 +1,127 @@
+"""Element matrices: tapered Bernoulli beam with rod, and curved ring element.
+
+Shape functions live on xi in [0, 1]; every integrand is a polynomial, so that the
+Gauss rule used is exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+_X, _W = np.polynomial.legendre.leggauss(4)  # exact to degree 7
+POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
+
+
+def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
+    """Return cubic Hermite shapes or their derivatives in arc length.
+
+    Parameters
+    ----------
+    xi
+        place in the element, 0 to 1, any shape
+    length
+        element length, m; scales the two slope shapes
+    order
+        derivative in s: 0, 1 or 2
+
+    Returns
+    -------
+    (4, ...) : value at node 1, slope at node 1, value at node 2, slope at node 2
+    """
+    x = np.asarray(xi, dtype=np.float64)
+    one = np.ones_like(x)
+    if order == 0:
+        shapes = [1 - 3 * x**2 + 2 * x**3, x * (1 - x) ** 2]
+        shapes += [3 * x**2 - 2 * x**3, x**2 * (x - 1)]
+    elif order == 1:
+        shapes = [6 * x * (x - 1), (1 - x) * (1 - 3 * x)]
+        shapes += [6 * x * (1 - x), x * (3 * x - 2)]
+    else:
+        shapes = [12 * x - 6 * one, 6 * x - 4 * one]
+        shapes += [6 * one - 12 * x, 6 * x - 2 * one]
+    scale = np.array([1.0, length, 1.0, length]).reshape((4,) + (1,) * x.ndim)
+    return np.array(shapes) * scale / length**order
+
+
+@dataclass(frozen=True)
+class Section:
+    """A rectangular section, tapering linearly in thickness along an element."""
+
+    width: float  # out of plane, m
+    thickness: tuple[float, float]  # in plane, m, at both ends
+    young: float  # Pa
+    density: float  # kg/m^3
+
+    def at(self, xi: float) -> tuple[float, float]:
+        """Return (area m^2, second moment m^4) at xi."""
+        h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
+        return self.width * h, self.width * h**3 / 12
+
+
+def beam(length: float, section: Section) -> tuple[Floats, Floats]:
+    """Return (M, K) of a straight Bernoulli beam plus a rod.
+
+    Returns
+    -------
+    M, K : (6, 6), kg.. and N/m..; DoF (axial, transverse, rotation) at both nodes,
+        the transverse axis 90 degrees anticlockwise from the axial one
+    """
+    mass, stiffness = np.zeros((6, 6)), np.zeros((6, 6))
+    rod, bend = [0, 3], [1, 2, 4, 5]
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        area, second = section.at(xi)
+        ds = weight * length
+        n_axial = np.array([1 - xi, xi])
+        b_axial = np.array([-1.0, 1.0]) / length
+        n_bend, b_bend = hermite(xi, length), hermite(xi, length, 2)
+        line_mass = section.density * area * ds
+        mass[np.ix_(rod, rod)] += line_mass * np.outer(n_axial, n_axial)
+        mass[np.ix_(bend, bend)] += line_mass * np.outer(n_bend, n_bend)
+        stretch, flex = section.young * area * ds, section.young * second * ds
+        stiffness[np.ix_(rod, rod)] += stretch * np.outer(b_axial, b_axial)
+        stiffness[np.ix_(bend, bend)] += flex * np.outer(b_bend, b_bend)
+    return mass, stiffness
+
+
+def curved(
+    length: float, radius: float, section: Section, foundation: float
+) -> tuple[Floats, Floats]:
+    """Return (M, K) of a curved ring element, both fields cubic Hermite.
+
+    U = 1/2 int [EA (u' + w/R)^2 + EI (w'' - u'/R)^2 + k_f (u^2 + w^2)] ds,
+    T = 1/2 int rho A (du^2 + dw^2) ds (reference §1).
+
+    Parameters
+    ----------
+    length, radius
+        arc length of the element and radius R, m
+    section
+        rectangular section; `thickness` radial, `width` axial
+    foundation
+        k_f, N/m per m of arc, radial and tangential
+
+    Returns
+    -------
+    M, K : (8, 8); DoF (u, u', w, w') at both nodes; u tangential (with theta),
+        w radial outward
+    """
+    mass, stiffness = np.zeros((8, 8)), np.zeros((8, 8))
+    u, w = [0, 1, 4, 5], [2, 3, 6, 7]
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        area, second = section.at(xi)
+        ds = weight * length
+        shape, slope = hermite(xi, length), hermite(xi, length, 1)
+        membrane, bending = np.zeros(8), np.zeros(8)
+        membrane[u], membrane[w] = slope, shape / radius
+        bending[u], bending[w] = -slope / radius, hermite(xi, length, 2)
+        stiffness += ds * section.young * area * np.outer(membrane, membrane)
+        stiffness += ds * section.young * second * np.outer(bending, bending)
+        both = np.outer(shape, shape) * ds
+        for dofs in (u, w):
+            mass[np.ix_(dofs, dofs)] += section.density * area * both
+            stiffness[np.ix_(dofs, dofs)] += foundation * both
+    return mass, stiffness

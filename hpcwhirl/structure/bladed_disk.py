@@ -1,0 +1,100 @@
+"""The bladed disk: N tapered blades on spokes and rim beams, a sprung centre."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene import Rotor
+from hpcwhirl.structure.assembly import CyclicStructure, add_element, turn
+from hpcwhirl.structure.beams import Section, beam
+
+Floats = NDArray[np.float64]
+NODE = 3  # radial, tangential, rotation
+
+
+def blade(rotor: Rotor) -> tuple[Floats, Floats]:
+    """Return (M, K) of one free blade, root node first, in its sector's frame.
+
+    Returns
+    -------
+    M, K : (3 (elements + 1),) squared; DoF radial, tangential, rotation a node
+    """
+    size = NODE * (rotor.elements + 1)
+    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    length = (rotor.radius - rotor.disk_radius) / rotor.elements
+    share = np.linspace(0.0, 1.0, rotor.elements + 1)
+    heights = rotor.root_thickness * (1 + (rotor.taper - 1) * share)
+    for e in range(rotor.elements):
+        ends = (float(heights[e]), float(heights[e + 1]))
+        section = Section(rotor.blade_width, ends, rotor.young, rotor.density)
+        dofs = NODE * e + np.arange(2 * NODE)
+        for target, part in zip((mass, stiffness), beam(length, section), strict=True):
+            add_element(target, part, dofs, np.eye(2 * NODE))
+    return mass, stiffness
+
+
+def blade_stiffness(rotor: Rotor) -> float:
+    """Return k_blade, N/m: static tangential tip stiffness, root clamped."""
+    stiffness = blade(rotor)[1][NODE:, NODE:]
+    load = np.zeros(len(stiffness))
+    load[-2] = 1.0
+    return float(1.0 / np.linalg.solve(stiffness, load)[-2])
+
+
+def _spoke(rotor: Rotor, angle: float) -> tuple[Floats, Floats, Floats]:
+    """Return (M, K, transform) of a spoke: (x_o, y_o, root r, t, rotation)."""
+    thick = (rotor.spoke_thickness, rotor.spoke_thickness)
+    section = Section(rotor.spoke_width, thick, rotor.young, rotor.density)
+    transform = np.zeros((6, 5))
+    transform[:2, :2] = turn(angle)  # rotation of the centre stays zero
+    transform[3:, 2:] = np.eye(3)
+    return *beam(rotor.disk_radius, section), transform
+
+
+def _rim(rotor: Rotor) -> tuple[Floats, Floats, Floats]:
+    """Return (M, K, transform) of the chord from one blade root to the next."""
+    half = np.pi / rotor.blades
+    thick = (rotor.rim_thickness, rotor.rim_thickness)
+    section = Section(rotor.rim_width, thick, rotor.young, rotor.density)
+    transform = np.eye(6)
+    transform[:2, :2] = turn(np.pi / 2 + half)
+    transform[3:5, 3:5] = turn(np.pi / 2 - half)
+    return *beam(2 * rotor.disk_radius * np.sin(half), section), transform
+
+
+def bladed_disk(rotor: Rotor) -> CyclicStructure:
+    """Return the bladed disk in the rotating frame (reference §1).
+
+    DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
+    then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.
+    The tip's radial and tangential DoF are the boundary.
+    """
+    size, blades = NODE * (rotor.elements + 1), rotor.blades
+    centre = (blades * size, blades * size + 1) if rotor.centre == "free" else ()
+    total = blades * size + 2  # the centre is assembled, then dropped if clamped
+    matrices = np.zeros((total, total)), np.zeros((total, total))
+    own, hub = blade(rotor), np.array([total - 2, total - 1])
+    for j in range(blades):
+        root = j * size + np.arange(NODE)
+        after = (j + 1) % blades * size + np.arange(NODE)
+        *spoke, spoke_turn = _spoke(rotor, 2 * np.pi * j / blades)
+        for target, part, arm in zip(matrices, own, spoke, strict=True):
+            target[j * size : (j + 1) * size, j * size : (j + 1) * size] += part
+            add_element(target, arm, np.r_[hub, root], spoke_turn)
+        if blades > 1:
+            *rim, rim_turn = _rim(rotor)
+            for target, part in zip(matrices, rim, strict=True):
+                add_element(target, part, np.r_[root, after], rim_turn)
+    mass, stiffness = matrices
+    stiffness[hub, hub] += rotor.centre_stiffness
+    kept = slice(None) if centre else slice(0, -2)
+    return CyclicStructure(
+        mass[kept, kept],
+        stiffness[kept, kept],
+        sectors=blades,
+        sector_size=size,
+        boundary=(size - 3, size - 2),
+        centre=centre,
+        centre_stiffness=rotor.centre_stiffness,
+    )

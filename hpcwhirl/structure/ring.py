@@ -1,0 +1,81 @@
+"""The elastic casing: a ring of curved elements on a soft support."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene import Casing
+from hpcwhirl.structure.assembly import CyclicStructure, add_element
+from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
+
+Floats = NDArray[np.float64]
+NODE = 4  # u, u', w, w'
+
+
+@dataclass(frozen=True)
+class RingOperator:
+    """Reads and loads a ring at any angle with the same shape functions.
+
+    A force is spread with the shapes that a displacement is read with, so that
+    both are work-conjugate.
+    """
+
+    elements: int
+    radius: float  # m
+
+    @property
+    def length(self) -> float:
+        """Arc length of an element, m."""
+        return 2 * np.pi * self.radius / self.elements
+
+    def rows(self, angles: Floats) -> tuple[Floats, Floats]:
+        """Return (radial, tangential) rows (m, 4 elements) at angles (m,), rad."""
+        angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+        place = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
+        first = np.minimum(place.astype(int), self.elements - 1)
+        shapes = hermite(place - first, self.length)
+        radial = np.zeros((len(angles), NODE * self.elements))
+        tangential = np.zeros_like(radial)
+        for local, (end, slope) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
+            node = NODE * ((first + end) % self.elements) + slope
+            radial[np.arange(len(angles)), node + 2] += shapes[local]
+            tangential[np.arange(len(angles)), node] += shapes[local]
+        return radial, tangential
+
+    def lobes(self, k: int) -> Floats:
+        """Return nodal loads (4 elements,) of a radial load p ~ cos(k theta).
+
+        Scaled so that the generalized force on the unit shape cos(k theta) is 1.
+        """
+        edges = np.arange(self.elements)[:, None] + POINTS[None, :]
+        angles = (edges * 2 * np.pi / self.elements).ravel()
+        weights = np.tile(WEIGHTS, self.elements) * self.length
+        shape = np.cos(k * angles)
+        load = (weights * shape) @ self.rows(angles)[0]
+        return np.asarray(load / (weights @ shape**2))
+
+
+def ring(casing: Casing, radius: float) -> tuple[CyclicStructure, RingOperator]:
+    """Return the ring of mean radius `radius` (m) and its contact operator.
+
+    DoF of node j: (u, u', w, w'), u tangential with theta, w radial outward,
+    static frame. The foundation k_f = rho A omega_c1^2 acts on u and w.
+    """
+    operator = RingOperator(casing.elements, radius)
+    thick = (casing.thickness, casing.thickness)
+    section = Section(casing.width, thick, casing.young, casing.density)
+    line_mass = casing.density * casing.width * casing.thickness
+    foundation = line_mass * casing.support_frequency**2
+    parts = curved(operator.length, radius, section, foundation)
+    size = NODE * casing.elements
+    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    for e in range(casing.elements):
+        dofs = np.r_[
+            NODE * e + np.arange(NODE), NODE * ((e + 1) % casing.elements) + np.arange(NODE)
+        ]
+        for target, part in zip((mass, stiffness), parts, strict=True):
+            add_element(target, part, dofs, np.eye(2 * NODE))
+    return CyclicStructure(mass, stiffness, casing.elements, NODE, ()), operator

@@ -1,0 +1,101 @@
+#!/usr/bin/env bash
+# Everything: the gate and all tests on the wheels of PyPI, then the MPI tests once more
+# with an h5py that writes in parallel (MPI-IO) under Debian's Open MPI.
+# shellcheck disable=SC2030,SC2031  # each part lives in a subshell of its own
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+root=$PWD
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+export NUMBA_CACHE_DIR=$scratch/numba
+
+# h5py's parallel build is a build from source: pinned to one that compiles here.
+h5py_parallel="h5py==3.16.0"
+packages=(libhdf5-openmpi-dev openmpi-bin gcc)
+
+say() { echo "test: $*"; }
+fail() { echo "test: $*" >&2; exit 1; }
+
+# Always the MPICH wheel, whatever mpirun the machine has: part two installs one, and
+# the second run must test what the first one did.
+on_wheels() (
+  export HPCWHIRL_VENV=$root/.venv HPCWHIRL_EXTRAS=dev HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
+  # shellcheck source=scripts/environment.sh
+  . scripts/environment.sh
+  export HPCWHIRL_MPIRUN=$MPIRUN
+  scripts/check --no-tests
+  pytest
+)
+
+missing_packages() {
+  local name
+  for name in "${packages[@]}"; do
+    dpkg-query -W -f '${Status}' "$name" 2>/dev/null | grep -q 'install ok installed' ||
+      echo "$name"
+  done
+}
+
+system_packages() {
+  command -v dpkg-query >/dev/null ||
+    fail "the MPI-IO tests need Debian or Ubuntu (packages: ${packages[*]})"
+  local missing
+  mapfile -t missing < <(missing_packages)
+  [ "${#missing[@]}" -gt 0 ] || return 0
+  [ "$(id -u)" = 0 ] ||
+    fail "the MPI-IO tests need: sudo apt-get install --no-install-recommends ${missing[*]}"
+  say "installing ${missing[*]}"
+  export DEBIAN_FRONTEND=noninteractive
+  apt-get -qq update
+  apt-get -qq install --yes --no-install-recommends "${missing[@]}" >"$scratch/apt.log" 2>&1 ||
+    { tail -20 "$scratch/apt.log" >&2; fail "apt-get could not install ${missing[*]}"; }
+}
+
+first_of() {  # WHAT CANDIDATE...
+  local what=$1 path
+  shift
+  for path in "$@"; do
+    if [ -e "$path" ]; then echo "$path"; return 0; fi
+  done
+  fail "$what not found (looked for $*)"
+}
+
+has_mpiio() {
+  "$1/bin/python" -c 'import h5py, sys; sys.exit(not h5py.get_config().mpi)' 2>/dev/null
+}
+
+# No build isolation: it would compile mpi4py too. No cache: a wheel of h5py built for
+# another MPI crashes.
+build_h5py() {  # VENV
+  local pip=("$1/bin/python" -m pip --quiet --disable-pip-version-check) libraries
+  libraries=$(first_of "parallel HDF5" /usr/lib/*/hdf5/openmpi)
+  say "building a parallel h5py (a minute or two)"
+  "${PYTHON:-python3}" -m venv --clear "$1"
+  "${pip[@]}" install 'mpi4py>=4.1' numpy cython pkgconfig 'setuptools>=77' wheel
+  HDF5_MPI=ON CC=mpicc.openmpi HDF5_INCLUDEDIR=/usr/include/hdf5/openmpi \
+    HDF5_LIBDIR=$libraries "${pip[@]}" install --no-cache-dir --no-build-isolation \
+    --no-binary=h5py "$h5py_parallel" >"$scratch/h5py.log" 2>&1 ||
+    { tail -30 "$scratch/h5py.log" >&2; fail "h5py did not build"; }
+  has_mpiio "$1" || fail "h5py was built but without MPI-IO"
+}
+
+on_mpiio() (
+  export HPCWHIRL_VENV=$root/.venv-mpiio HPCWHIRL_EXTRAS=dev
+  system_packages
+  # Debian's own, even where another MPI comes first on PATH.
+  MPI4PY_LIBMPI=$(first_of "Open MPI" /usr/lib/*/libmpi.so.40)
+  export MPI4PY_LIBMPI HPCWHIRL_MPI=/usr/bin/mpirun.openmpi
+  has_mpiio "$HPCWHIRL_VENV" || build_h5py "$HPCWHIRL_VENV"
+  # h5py must stay the one just built.
+  echo "$h5py_parallel" >"$scratch/constraints.txt"
+  export PIP_CONSTRAINT=$scratch/constraints.txt
+  # shellcheck source=scripts/environment.sh
+  . scripts/environment.sh
+  has_mpiio "$HPCWHIRL_VENV" || fail "pip replaced the parallel h5py"
+  export HPCWHIRL_MPIRUN=$MPIRUN HPCWHIRL_EXPECT_MPIIO=1
+  pytest -m mpi
+)
+
+say "part 1 of 2: the gate and all tests on wheels"
+on_wheels
+say "part 2 of 2: MPI-IO"
+on_mpiio
