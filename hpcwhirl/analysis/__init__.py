@@ -1,1 +1,1 @@
-"""analysis."""
+"""Reading motion: whirl (Eq. 12), spectra, regimes, critical speeds (Eq. 13)."""

@@ -56,8 +56,12 @@ def simulate(
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
-    history = March(scene).run(between_slices)
-    found = evidence(scene, history)
+    return result_of(scene, March(scene).run(between_slices))
+
+
+def result_of(scene: Scene, history: History) -> Result:
+    """Return the result of an integrated scene: evidence, words, row and traces."""
+    found = evidence(scene, history) | {"stop": history.stop}
     outcome, regime, whirl = name_regime(found, Thresholds())
     row: dict[str, Value] = {"outcome": outcome, "regime": regime, "whirl": whirl}
     row |= {name: getattr(scene, name) for name in SCENE_ROW}
@@ -71,10 +75,10 @@ def simulate(
         "contact_impulse": float(history.impulse[-1]) if len(history.time) else 0.0,
         "centre_peak": history.centre_peak,
         "last_contact": history.last_contact,
-        "stop": history.stop,
     }
     row |= {f"ledger_{term}": history.ledger[term] for term in LEDGER_TERMS}
     row |= found
+    row["sample_interval"] = history.interval
     performance: dict[str, Value] = {
         "seconds": history.seconds,
         "microseconds_per_step": 1e6 * history.seconds / max(history.steps, 1),

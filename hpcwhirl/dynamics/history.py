@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,9 @@ class History:
     steps : steps taken
     contacts : touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
-    centre_peak : m, greatest centre displacement over every step of the run
+    centre_peak : m, greatest sampled centre displacement of the run
     seconds : wall time in the kernel
+    interval : s between samples
     """
 
     time: Floats
@@ -58,4 +59,4 @@ class History:
     last_contact: float
     centre_peak: float
     seconds: float
-    notes: dict[str, str] = field(default_factory=dict)
+    interval: float

@@ -191,6 +191,7 @@ class March:
             last_contact=last * step if last >= 0 else -1.0,
             centre_peak=float(radius.max()) if count else 0.0,
             seconds=self.seconds,
+            interval=self.stride * step,
         )
 
     def _closing(self) -> dict[str, float]:

@@ -1,1 +1,1 @@
-"""report."""
+"""Figures: regime maps, orbits, time traces. Matplotlib lives here alone."""

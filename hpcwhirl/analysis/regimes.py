@@ -1,0 +1,172 @@
+"""Names for motion: regime and whirl, from numbers that are stored beside them.
+
+`evidence` turns a history into numbers; `name_regime` turns those numbers into words
+and sees nothing else, so that words can be given anew without integrating.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.dynamics.history import History
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+Value = float | int | str
+STEADY_SHARE = 0.4  # the last part of a run, on which evidence is taken
+BLOCKS = 12  # energy is averaged over as many blocks of it before the fit
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Where one word ends and the next begins; stored with the results.
+
+    Attributes
+    ----------
+    ledger : largest |residual| over throughput of a run that is not `unstable`
+    significance : standard errors at which a growth rate counts as non-zero
+    drift : change of ln(amplitude) over the window that `sustained` may show
+    rise : change of ln(amplitude) over the window that `divergent` must show
+    direction : least |P+ - P-|/(P+ + P-) that names a whirl
+    whirl_floor : orbit radius over gap below which there is no whirl
+    """
+
+    ledger: float = 1e-6
+    significance: float = 3.0
+    drift: float = 0.1
+    rise: float = 0.4
+    direction: float = 1.0 / 3.0
+    whirl_floor: float = 1e-6
+
+
+def growth(time: Floats, energy: Floats) -> tuple[float, float]:
+    """Return (rate, standard error), 1/s, of ln sqrt(energy), fitted by blocks.
+
+    Blocks average the beating of close frequencies away; the error is that of the
+    slope. A body at rest has rate 0 and error 0.
+    """
+    count = min(BLOCKS, len(time))
+    if count < 3:
+        return 0.0, 0.0
+    at = np.array([b.mean() for b in np.array_split(time, count)])
+    mean = np.array([b.mean() for b in np.array_split(energy, count)])
+    if not np.all(mean > np.finfo(float).tiny):
+        return 0.0, 0.0
+    level = 0.5 * np.log(mean)
+    away = at - at.mean()
+    rate = float(away @ level / (away @ away))
+    rest = level - level.mean() - rate * away
+    error = float(np.sqrt(rest @ rest / (count - 2) / (away @ away)))
+    return rate, error
+
+
+def evidence(scene: Scene, history: History) -> dict[str, Value]:
+    """Return the numbers a word is given by, over the last 40 % of the run.
+
+    Parameters
+    ----------
+    scene : the case
+    history : what its integration left
+
+    Returns
+    -------
+    growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
+    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost
+    (J), late_contacts (1 if the window has contact), ledger_error (-), gap_scale (m)
+    """
+    time = history.time
+    end = float(time[-1]) if len(time) else 0.0
+    start = (1 - STEADY_SHARE) * end
+    late = time > start
+    centre = static_frame(history.centre[late], scene.speed * time[late])
+    with np.errstate(all="ignore"):  # a run that blew up is named by its stop
+        rate, error = growth(time[late], history.energy[late])
+        whirl = whirl_numbers(time[late], centre, scene.speed)
+    fed, lost = history.fed[late], history.lost[late]
+    radius = scene.engine.rotor.radius
+    return {
+        "growth_rate": _number(rate),
+        "growth_error": _number(error),
+        "orbit_radius": _number(whirl.radius),
+        "end_time": end,
+        "window": end - start,
+        "whirl_ratio": _number(whirl.ratio),
+        "orbit_area": _number(whirl.area_rate),
+        "line_frequency": _number(whirl.line),
+        "late_fed": _number(fed[-1] - fed[0]) if len(fed) else 0.0,
+        "late_lost": _number(lost[-1] - lost[0]) if len(lost) else 0.0,
+        "late_contacts": int(history.last_contact > start),
+        "ledger_error": ledger_error(history),
+        "gap_scale": max(scene.gap, 1e-6 * radius),
+    }
+
+
+def _number(value: float) -> float:
+    return float(value) if np.isfinite(value) else 0.0
+
+
+def ledger_error(history: History) -> float:
+    """Return |residual| over the energy that went through the ledger; 1 if lost."""
+    ledger = dict(history.ledger)
+    residual = abs(ledger.pop("residual"))
+    through = sum(abs(value) for value in ledger.values())
+    if through == 0.0 and residual == 0.0:
+        return 0.0
+    error = residual / through
+    return float(error) if np.isfinite(error) else 1.0
+
+
+def name_regime(
+    numbers: Mapping[str, Value], limits: Thresholds
+) -> tuple[str, str, str]:
+    """Return (outcome, regime, whirl).
+
+    - `unstable`: not finite, no solution of the contact problem, or a ledger that
+      does not close; it has no regime and no whirl.
+    - `damped`: no contact in the window, and amplitudes falling (or at rest).
+    - `divergent`: grown by `rise` over the window, significantly, or beyond the
+      amplitude limit, and fed by rotation and friction meanwhile.
+    - `sustained`: contact in the window, amplitudes neither rising nor falling by
+      more than `drift`, or not significantly, where a `rise` would have shown.
+    - `undecided`: anything else, such as falling while still touching.
+
+    Parameters
+    ----------
+    numbers : of `evidence`, and `stop`
+    limits : thresholds
+    """
+    stop = str(numbers["stop"])
+    broken = float(numbers["ledger_error"]) > limits.ledger
+    if stop in {"nonfinite", "complementarity"} or broken:
+        return "unstable", "none", "none"
+    outcome = "stopped" if stop == "amplitude" else "completed"
+    return outcome, _regime(numbers, limits), _whirl(numbers, limits)
+
+
+def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
+    rate, error = float(numbers["growth_rate"]), float(numbers["growth_error"])
+    change = rate * float(numbers["window"])
+    clear = abs(rate) > limits.significance * error
+    fed = float(numbers["late_fed"]) > 0.0
+    if numbers["stop"] == "amplitude" or (clear and change > limits.rise):
+        return "divergent" if fed else "undecided"
+    if not numbers["late_contacts"]:
+        at_rest = rate == 0.0 and error == 0.0
+        return "damped" if rate < 0.0 or at_rest else "undecided"
+    blur = limits.significance * error * float(numbers["window"])
+    if (abs(change) <= limits.drift or not clear) and blur < limits.rise:
+        return "sustained"
+    return "undecided"
+
+
+def _whirl(numbers: Mapping[str, Value], limits: Thresholds) -> str:
+    floor = limits.whirl_floor * float(numbers["gap_scale"])
+    if float(numbers["orbit_radius"]) < floor:
+        return "none"
+    ratio, area = float(numbers["whirl_ratio"]), float(numbers["orbit_area"])
+    return name_whirl(ratio, area, limits.direction)

@@ -1,0 +1,111 @@
+"""Static-frame motion of the centre (Eq. 12) and the direction of its whirl.
+
+Forward means turning with Omega. At Omega = 0 there is no rotation to turn with, and
+forward means anticlockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.spectrum import full_spectrum
+
+Floats = NDArray[np.float64]
+FEWEST = 16  # samples below which an orbit has no direction
+
+
+@dataclass(frozen=True)
+class WhirlNumbers:
+    """Evidence of whirl over a window; forward positive.
+
+    Attributes
+    ----------
+    ratio : (P+ - P-)/(P+ + P-) of the full spectrum, -1 to 1
+    area_rate : signed area swept about the mean a second, m^2/s
+    line : frequency of the strongest line, rad/s
+    radius : rms distance from the mean, m
+    """
+
+    ratio: float
+    area_rate: float
+    line: float
+    radius: float
+
+
+def static_frame(centre: Floats, angle: Floats) -> Floats:
+    """Return the centre in the static frame, Eq. (12).
+
+    Parameters
+    ----------
+    centre : (n, 2), m, rotating frame: x_o, y_o
+    angle : (n,), rad, Omega t
+
+    Returns
+    -------
+    (n, 2), m, static frame: X_o, Y_o, i.e. Z = (x_o + i y_o) e^{i Omega t}
+    """
+    turned = (centre[:, 0] + 1j * centre[:, 1]) * np.exp(1j * angle)
+    return np.column_stack([turned.real, turned.imag])
+
+
+def whole_revolutions(time: Floats, speed: float) -> slice:
+    """Return the last whole revolutions of the samples; all, where there is none."""
+    if speed == 0.0 or len(time) < 2:
+        return slice(0, len(time))
+    interval = time[1] - time[0]
+    revolution = 2 * np.pi / abs(speed)
+    turns = np.floor(len(time) * interval / revolution)
+    count = round(turns * revolution / interval)
+    return slice(len(time) - count, len(time)) if count >= FEWEST else slice(0, None)
+
+
+def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
+    """Return the evidence of whirl of an orbit.
+
+    Parameters
+    ----------
+    time : (n,), s, equally spaced
+    centre : (n, 2), m, static frame
+    speed : Omega, rad/s
+    """
+    part = whole_revolutions(time, speed)
+    orbit = centre[part, 0] + 1j * centre[part, 1]
+    if len(orbit) < FEWEST:
+        return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
+    orbit = orbit - orbit.mean()
+    radius = float(np.sqrt(np.mean(np.abs(orbit) ** 2)))
+    if not radius > 0.0:
+        return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
+    sign = -1.0 if speed < 0 else 1.0
+    interval = float(time[1] - time[0])
+    scaled = orbit / radius  # squares of tiny orbits would be denormal
+    omega, amplitude = full_spectrum(scaled, interval)
+    power = amplitude**2
+    forward, backward = power[sign * omega > 0].sum(), power[sign * omega < 0].sum()
+    swept = 0.5 * np.imag(scaled[:-1].conj() * scaled[1:]).mean() / interval
+    return WhirlNumbers(
+        ratio=float((forward - backward) / (forward + backward)),
+        area_rate=float(sign * swept * radius**2),
+        line=float(sign * omega[np.argmax(power)]),
+        radius=radius,
+    )
+
+
+def name_whirl(ratio: float, area_rate: float, threshold: float) -> str:
+    """Return forward, backward, or mixed where spectrum and area do not agree.
+
+    Parameters
+    ----------
+    ratio, area_rate
+        of `WhirlNumbers`
+    threshold
+        least |ratio| that names a direction
+    """
+    if ratio > threshold and area_rate > 0:
+        return "forward"
+    if ratio < -threshold and area_rate < 0:
+        return "backward"
+    return "mixed"

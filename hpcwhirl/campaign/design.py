@@ -1,0 +1,191 @@
+"""Which cases a campaign has: grids, zips and lists of any scene input, in TOML."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl import __version__
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene import Scene, apply_settings, digest, flatten, load_document
+from hpcwhirl.scene.files import resolve, scene_of_document
+from hpcwhirl.store.plan import Plan
+
+Value = bool | int | float | str
+Settings = dict[str, Value]
+TABLES = ("sweep", "zip", "cases")
+RANGE_KEYS = ("start", "stop", "step", "num")
+MOST_CASES = 10_000_000
+
+
+@dataclass(frozen=True)
+class Design:
+    """The cases of a campaign.
+
+    Attributes
+    ----------
+    base : what all cases share but for what is swept
+    cases : one scene each, in the order of the dimension `case`
+    settings : {dotted input: value} of each case
+    swept : dotted names of the swept inputs, in the order of the file
+    """
+
+    base: Scene
+    cases: tuple[Scene, ...]
+    settings: tuple[Settings, ...]
+    swept: tuple[str, ...]
+
+    def plan(self) -> Plan:
+        """Return the plan that the campaign's directory keeps."""
+        return Plan(
+            engine=self.base.engine.name,
+            base=flatten(self.base),
+            swept=list(self.swept),
+            digests=[digest(scene) for scene in self.cases],
+            settings=[dict(s) for s in self.settings],
+            version=__version__,
+        )
+
+
+def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
+    """Return the design of a TOML file, or of the embedded default.
+
+    Parameters
+    ----------
+    path : tables scene, engine, solver, output (one scene), sweep, zip, cases
+    settings : {input: value}, set on the scene; a swept input cannot be set
+    """
+    if path is None:
+        text = resources.files("hpcwhirl.campaign").joinpath("default.toml").read_text()
+        document = tomllib.loads(text)
+    else:
+        document = load_document(path)
+    return design_of(document, settings)
+
+
+def design_of(
+    document: Mapping[str, Any], settings: Mapping[str, Value] | None = None
+) -> Design:
+    """Return the design of a parsed document; see `load_design`."""
+    base = apply_settings(scene_of_document(document, TABLES), settings or {})
+    grid = _named(document, "sweep")
+    zipped = _named(document, "zip")
+    explicit = _explicit(document.get("cases", []))
+    rows = _rows(grid, zipped) if grid or zipped or not explicit else []
+    rows += explicit
+    swept = tuple(dict.fromkeys(name for row in rows for name in row))
+    clash = set(swept) & {resolve(name) for name in settings or {}}
+    if clash:
+        msg = f"--set {sorted(clash)[0]}: the campaign sweeps this input"
+        raise InputError(msg)
+    if len(rows) > MOST_CASES:
+        msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
+        raise InputError(msg)
+    cases = tuple(apply_settings(base, row) for row in rows)
+    _check_distinct(cases)
+    return Design(base, cases, tuple(rows), swept)
+
+
+def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
+    content = document.get(table, {})
+    if not isinstance(content, Mapping):
+        msg = f"[{table}] must be a table, got {content!r}"
+        raise InputError(msg)
+    flat = _flat(content, "")
+    return {resolve(name): _values(table, name, given) for name, given in flat.items()}
+
+
+def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    """Undo TOML's reading of a dotted key as tables."""
+    out = {}
+    for name, given in content.items():
+        if isinstance(given, Mapping) and not given.keys() & set(RANGE_KEYS):
+            out |= _flat(given, f"{prefix}{name}.")
+        else:
+            out[prefix + name] = given
+    return out
+
+
+def _values(table: str, name: str, given: Any) -> list[Value]:  # noqa: ANN401
+    if isinstance(given, Mapping):
+        return _range(name, given)
+    if isinstance(given, Sequence) and not isinstance(given, str) and given:
+        if all(isinstance(v, bool | int | float | str) for v in given):
+            return list(given)
+    msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
+    raise InputError(msg + f"got {given!r}")
+
+
+def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
+    for key, value in given.items():
+        if key not in RANGE_KEYS:
+            raise unknown(f"key of range {name}", key, RANGE_KEYS)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            msg = f"range {name}: {key} must be a number, got {value!r}"
+            raise InputError(msg)
+    if not {"start", "stop"} <= given.keys() or len(given) != 3:
+        msg = f"range {name} takes start, stop and either step or num, got {given!r}"
+        raise InputError(msg)
+    start, stop = given["start"], given["stop"]
+    if "num" in given:
+        return _spaced(name, start, stop, given["num"])
+    step = given["step"]
+    if step == 0 or (stop - start) / step < 0 or (stop - start) / step > MOST_CASES:
+        msg = f"range {name}: step must lead from start to stop, got {given!r}"
+        raise InputError(msg)
+    count = int(np.floor((stop - start) / step + 1e-9)) + 1
+    return [start + i * step for i in range(count)]
+
+
+def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
+    if not isinstance(num, int) or not 1 <= num <= MOST_CASES:
+        msg = f"range {name}: num must be a whole number > 0, got {num!r}"
+        raise InputError(msg)
+    return [float(v) for v in np.linspace(start, stop, num)]
+
+
+def _rows(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Settings]:
+    lengths = {name: len(values) for name, values in zipped.items()}
+    if len(set(lengths.values())) > 1:
+        msg = f"[zip] lists must have one length, got {lengths}"
+        raise InputError(msg)
+    both = sorted(grid.keys() & zipped.keys())
+    if both:
+        msg = f"{both[0]} is in [sweep] and in [zip]"
+        raise InputError(msg)
+    total = float(np.prod([float(len(v)) for v in grid.values()]))
+    if total > MOST_CASES:
+        msg = f"a campaign has at most {MOST_CASES} cases, [sweep] asks for {total:.3g}"
+        raise InputError(msg)
+    along: list[Settings] = [
+        dict(zip(zipped, values, strict=True))
+        for values in zip(*zipped.values(), strict=True)
+    ] or [{}]
+    return [
+        dict(zip(grid, values, strict=True)) | extra
+        for values in itertools.product(*grid.values())
+        for extra in along
+    ]
+
+
+def _explicit(given: Any) -> list[Settings]:  # noqa: ANN401
+    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
+        msg = f"[[cases]] must be tables of inputs, got {given!r}"
+        raise InputError(msg)
+    return [{resolve(n): v for n, v in _flat(case, "").items()} for case in given]
+
+
+def _check_distinct(cases: Sequence[Scene]) -> None:
+    seen: dict[str, int] = {}
+    for number, scene in enumerate(cases):
+        first = seen.setdefault(digest(scene), number)
+        if first != number:
+            msg = f"cases {first} and {number} have the same inputs"
+            raise InputError(msg)

@@ -1,0 +1,278 @@
+"""A campaign from design to results: continue, distribute, keep, gather."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import hpcwhirl
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
+from hpcwhirl.store.gather import gather
+from hpcwhirl.store.journal import Journal, Record, next_run, read_records
+from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
+
+PROGRESS_EVERY = 5.0  # s
+LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a campaign ended on this call."""
+
+    complete: bool
+    cases: int
+    failed: int
+    results: Path | None
+
+
+class StopFlag:
+    """Set by TERM, INT or USR1; looked at between slices."""
+
+    def __init__(self) -> None:
+        self.wanted = False
+        for name in (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT):
+            signal.signal(name, self._set)
+
+    def _set(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        self.wanted = True
+
+    def __call__(self) -> bool:
+        """Return whether this process has been asked to end."""
+        return self.wanted
+
+
+def prepare(design: Design, folder: Path) -> None:
+    """Begin a campaign directory, or check that it may be continued.
+
+    Raises
+    ------
+    InputError
+        naming the value that differs from the one the directory was begun with
+    """
+    plan = design.plan()
+    if (folder / NAME).exists():
+        check_same(read_plan(folder), plan, folder)
+    write_plan(folder, plan)
+
+
+def predicted_steps(scene: Scene) -> float:
+    """Return the steps of a case, the measure of its cost."""
+    return scene.end_time / scene.solver.time_step
+
+
+def to_do(design: Design, folder: Path, *, retry: bool) -> list[int]:
+    """Return the cases without a result, the longest first."""
+    kept = {
+        name
+        for name, record in read_records(folder).items()
+        if record["status"] == "ok" or not retry
+    }
+    left = [i for i, s in enumerate(design.cases) if digest(s) not in kept]
+    return sorted(left, key=lambda i: (-predicted_steps(design.cases[i]), i))
+
+
+def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
+    """Return the measured cost of a step of a scene, s, compilation left out."""
+    short = apply_settings(scene, {"duration": steps * scene.solver.time_step})
+    march = March(apply_settings(short, {"revolutions": 0.0}))
+    march.advance(1)
+    march.seconds = 0.0
+    march.advance(steps)
+    return march.seconds / (steps - 1)
+
+
+def run_campaign(
+    design: Design, folder: Path, comm: Any = None, *, retry: bool = False  # noqa: ANN401
+) -> Ending:
+    """Integrate what is left of a campaign and gather its results.
+
+    Every rank of `comm` must call; `prepare` has been called by one.
+
+    Parameters
+    ----------
+    design : the campaign
+    folder : its directory
+    comm : MPI communicator; None for one process
+    retry : integrate failed cases again
+    """
+    rank = comm.rank if comm is not None else 0
+    stopping = StopFlag()
+    start = None
+    if rank == 0:
+        start = (to_do(design, folder, retry=retry), next_run(folder))
+    order, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
+    if order:
+        _warm(design, comm)
+    report = _Report(design, order) if rank == 0 else None
+    with Journal(folder, run, rank) as journal:
+        evaluate = _Evaluator(design, journal, rank)
+        notice = report if report else _ignore
+        if comm is None:
+            complete = map_serial(order, evaluate, notice, stopping)
+        else:
+            complete = map_ranks(order, evaluate, notice, stopping, comm)
+    if not complete:
+        return Ending(complete=False, cases=len(design.cases), failed=0, results=None)
+    results = gather(folder, facts_of(design, comm), comm)
+    failed = _count_failed(design, folder) if rank == 0 else 0
+    return Ending(complete, len(design.cases), failed, results)
+
+
+def _ignore(case: int, status: str) -> None:
+    del case, status
+
+
+def _count_failed(design: Design, folder: Path) -> int:
+    records = read_records(folder)
+    own = (records.get(digest(scene)) for scene in design.cases)
+    return sum(r is not None and r["status"] != "ok" for r in own)
+
+
+def _warm(design: Design, comm: Any) -> None:  # noqa: ANN401
+    """Fill numba's cache on one rank a node, then let the others read it."""
+    first = {s.solver.scheme: s for s in reversed(design.cases)}
+    local = None
+    if comm is not None:
+        from mpi4py import MPI
+
+        local = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    if local is None or local.rank == 0:
+        for scene in first.values():
+            try:
+                March(scene).advance(1)
+            except Exception:  # noqa: BLE001, S112, PERF203 - it will fail as a row
+                continue
+    if local is not None:
+        local.Barrier()
+        local.Free()
+
+
+class _Evaluator:
+    """Computes a case on this rank and keeps it in this rank's journal."""
+
+    def __init__(self, design: Design, journal: Journal, rank: int) -> None:
+        self.design, self.journal, self.rank = design, journal, rank
+
+    def __call__(self, case: int, between_slices: Callable[[], None]) -> str:
+        scene = self.design.cases[case]
+        start = time.perf_counter()
+        record: Record = {"case": case, "digest": digest(scene)}
+        traces: dict[str, Any] = {}
+        where = {"rank": self.rank, "host": socket.gethostname()}
+        try:
+            result = simulate(scene, between_slices)
+        except Stop:
+            raise
+        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+            message = f"{type(failed).__name__}: {failed}".splitlines()[0]
+            if not isinstance(failed, hpcwhirl.errors.WhirlError):
+                traceback.print_exc()
+            seconds = time.perf_counter() - start
+            record |= {"status": "failed", "message": message}
+            record["performance"] = where | {"seconds": seconds}
+        else:
+            record |= {"status": "ok", "message": "", "row": result.row}
+            record["performance"] = where | result.performance
+            traces = result.traces
+        self.journal.append(record, traces)
+        if record["status"] != "ok":
+            print(f"case {case} failed: {record['message']}", file=sys.stderr)
+        return str(record["status"])
+
+
+class _Report:
+    """Plain progress lines on rank 0's stderr."""
+
+    def __init__(self, design: Design, order: list[int]) -> None:
+        self.design, self.total = design, len(order)
+        self.finished = self.failed = 0
+        self.work = sum(predicted_steps(design.cases[i]) for i in order)
+        self.done = 0.0
+        self.start = self.last = time.monotonic()
+        kept = len(design.cases) - len(order)
+        already = f", {kept} already there" if kept else ""
+        self.say(f"{len(design.cases)} cases{already}")
+
+    def say(self, text: str) -> None:
+        print(f"hpcwhirl: {text}", file=sys.stderr, flush=True)
+
+    def __call__(self, case: int, status: str) -> None:
+        self.finished += 1
+        self.failed += status != "ok"
+        self.done += predicted_steps(self.design.cases[case])
+        now = time.monotonic()
+        if now - self.last < PROGRESS_EVERY and self.finished < self.total:
+            return
+        self.last = now
+        left = (now - self.start) * (self.work - self.done) / self.done
+        bad = f", {self.failed} failed" if self.failed else ""
+        self.say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
+
+
+def _git_state() -> str:
+    folder = Path(__file__).parent
+    call = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        done = subprocess.run(call, capture_output=True, text=True, timeout=5, check=True)  # noqa: S603
+    except (OSError, subprocess.SubprocessError):
+        return "not a git checkout"
+    return done.stdout.strip()
+
+
+def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:  # noqa: ANN401
+    """Return the root attributes that tell where results came from."""
+    library = "none"
+    hosts = [socket.gethostname()]
+    if comm is not None:
+        from mpi4py import MPI
+
+        library = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
+        hosts = sorted(set(comm.allgather(hosts[0])))
+    now = datetime.datetime.now(tz=datetime.UTC).isoformat(timespec="seconds")
+    return {
+        "version": hpcwhirl.__version__,
+        "git": _git_state(),
+        "command": shlex.join(sys.argv),
+        "scene": to_toml(design.base),
+        "hosts": " ".join(hosts),
+        "ranks": str(comm.size if comm is not None else 1),
+        "mpi": library,
+        "python": platform.python_version(),
+        "libraries": " ".join(f"{n} {metadata.version(n)}" for n in LIBRARIES),
+        "created": now,
+        **{f"threshold_{n}": v for n, v in asdict(Thresholds()).items()},
+    }
+
+
+def check_folder(folder: Path) -> None:
+    """Raise InputError where a campaign directory cannot be made or written."""
+    place = folder.resolve()
+    if place.exists() and not place.is_dir():
+        msg = f"--out must be a directory, got the file {folder}"
+        raise InputError(msg)
+    while not place.exists():
+        place = place.parent
+    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+        msg = f"--out {folder}: {place} cannot be written"
+        raise InputError(msg)

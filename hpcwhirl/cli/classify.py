@@ -1,0 +1,67 @@
+"""`hpcwhirl classify`: regimes named again with other thresholds, no integration."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.analysis.regimes import Thresholds, name_regime
+from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.errors import InputError, unknown
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    known = ", ".join(f"{n}={v:g}" for n, v in asdict(Thresholds()).items())
+    parser.add_argument(
+        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
+        help=f"a threshold; defaults: {known}",
+    )  # fmt: skip
+    add_json(parser)
+
+
+def thresholds_of(settings: list[str]) -> Thresholds:
+    """Return the thresholds with ``name=value`` settings applied."""
+    known = [f.name for f in fields(Thresholds)]
+    changes: dict[str, Any] = {}
+    for text in settings:
+        name, _, raw = text.partition("=")
+        if name not in known:
+            raise unknown("threshold", name, known)
+        try:
+            changes[name] = float(raw)
+        except ValueError:
+            msg = f"threshold {name} must be a number >= 0, got '{raw}'"
+            raise InputError(msg) from None
+        if not 0.0 <= changes[name] < float("inf"):
+            msg = f"threshold {name} must be a number >= 0, got '{raw}'"
+            raise InputError(msg)
+    return replace(Thresholds(), **changes)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Rename every case from its stored evidence and say what changed."""
+    from hpcwhirl.store.relabel import relabel
+
+    limits = thresholds_of(args.settings)
+    path = args.folder / "results.h5"
+    changes = relabel(path, lambda row: name_regime(row, limits), asdict(limits))
+    moved = Counter(f"{old[1]} -> {new[1]}" for old, new in changes if old[1] != new[1])
+    turned = Counter(f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2])
+    facts = {
+        "cases": len(changes),
+        "regimes": dict(Counter(new[1] for _, new in changes)),
+        "whirls": dict(Counter(new[2] for _, new in changes)),
+        "changed": dict(moved + turned),
+        "thresholds": asdict(limits),
+    }
+    if args.json:
+        print_json(facts)
+        return 0
+    for name, value in facts.items():
+        print(f"{name}: {value}")
+    return 0

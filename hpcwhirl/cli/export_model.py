@@ -1,0 +1,80 @@
+"""`hpcwhirl export-model`: M, K, D, contact operators and DoF maps of both bodies."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.cli.options import scene_of
+from hpcwhirl.reduction.model import Model, centre_rows, model_of, tip_rows
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import NAMED, to_toml
+
+LAYOUT = (
+    "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
+    "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
+    "amplitudes; casing: u, u', w, w' at each node (static frame, node j at "
+    "2 pi j / elements; u tangential with theta, w radial outward)"
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("out", type=Path, metavar="FILE.h5")
+    parser.add_argument(
+        "scene", nargs="?", default="table2", help=f"TOML file or {', '.join(NAMED)}"
+    )
+    parser.add_argument(
+        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE"
+    )
+
+
+def _body(name: str, model: ModalModel) -> dict[str, Any]:
+    shapes = (model.shapes, "1/sqrt(kg)", "mass-orthonormal mode shapes, by columns")
+    return {
+        f"{name}/mass": (model.mass, "kg", "reduced mass matrix"),
+        f"{name}/stiffness": (model.stiffness, "N/m", "reduced stiffness matrix"),
+        f"{name}/damping": (model.damping_matrix(), "N s/m", "modal damping, D"),
+        f"{name}/shapes": shapes,
+        f"{name}/omega": (model.omega, "rad/s", "frequencies of the shapes"),
+        f"{name}/nodal_diameter": (model.diameter, "1", "of each shape"),
+    }
+
+
+def arrays_of(model: Model) -> dict[str, Any]:
+    """Return {name: (array, unit, meaning)} of everything that is exported."""
+    tips = 2 * np.arange(model.blades)
+    hub = np.arange(len(model.rotor.mass))[2 * model.blades :]
+    hub = hub[: len(hub) - model.rotor.kept]
+    radial, tangential = tip_rows(model.rotor, model.blades)
+    centre = centre_rows(model.rotor, model.blades)
+    out = _body("rotor", model.rotor) | {
+        "rotor/tip_radial": (tips, "1", "coordinate of each blade's radial tip"),
+        "rotor/tip_tangential": (tips + 1, "1", "of its tangential tip"),
+        "rotor/centre": (hub, "1", "coordinates x_o, y_o; empty if clamped"),
+        "rotor/modal_tip_radial": (radial, "1/sqrt(kg)", "radial tip of each shape"),
+        "rotor/modal_tip_tangential": (tangential, "1/sqrt(kg)", "tangential tip"),
+        "rotor/modal_centre": (centre, "1/sqrt(kg)", "centre of each shape"),
+    }
+    if model.casing and model.ring:
+        angles = 2 * np.pi * np.arange(model.blades) / model.blades
+        rows = model.ring.rows(angles)
+        out |= _body("casing", model.casing) | {
+            "casing/radial_rows": (rows[0], "1", "radial place at the blades, Omega t = 0"),
+            "casing/tangential_rows": (rows[1], "1", "tangential, Omega t = 0"),
+        }
+    return out
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the file."""
+    from hpcwhirl.store.single import write_arrays
+
+    scene = scene_of(args.scene, args.settings)
+    facts = {"layout": LAYOUT, "scene": to_toml(scene)}
+    write_arrays(args.out, arrays_of(model_of(scene)), facts)
+    print(args.out)
+    return 0

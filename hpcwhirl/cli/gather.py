@@ -1,0 +1,24 @@
+"""`hpcwhirl gather`: journals and traces to results.h5."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Gather what there is; cases without a result are rows with status missing."""
+    from hpcwhirl import __version__
+    from hpcwhirl.cli.campaign import communicator
+    from hpcwhirl.store.gather import gather
+
+    comm = communicator()
+    path = gather(args.folder, {"version": __version__}, comm)
+    if comm is None or comm.rank == 0:
+        print(path)
+    return 0

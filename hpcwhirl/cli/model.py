@@ -1,0 +1,85 @@
+"""`hpcwhirl model`: modal table, critical speeds, time-step limits."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.reduction.families import as_records, first_family, modal_table
+from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import blade_stiffness
+
+SHOWN_HZ = 300.0
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_scene(parser)
+    parser.add_argument(
+        "--orders", type=int, default=12, help="super-harmonics of Eq. 13 (default 12)"
+    )
+    parser.add_argument(
+        "--up-to", type=float, default=SHOWN_HZ, metavar="HZ",
+        help=f"highest frequency printed (default {SHOWN_HZ:g}; JSON has them all)",
+    )  # fmt: skip
+
+
+def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
+    """Return the facts that `model --json` prints."""
+    table = modal_table(model)
+    speeds = critical_speeds(
+        first_family(table, "rotor"), first_family(table, "casing"), orders
+    )
+    coordinates = {"rotor": len(model.rotor.omega)}
+    if model.casing:
+        coordinates["casing"] = len(model.casing.omega)
+    return {
+        "engine": scene.engine.name,
+        "modes": as_records(table),
+        "blade_stiffness": blade_stiffness(scene.engine.rotor),
+        "critical_speeds": speeds,
+        "time_step_limits": model.limits(),
+        "plan": {"coordinates": coordinates, "fixed_interface_modes": model.rotor.kept},
+    }
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the model's facts."""
+    scene = scene_of(args.scene, args.settings)
+    facts = facts_of(scene, model_of(scene), args.orders)
+    if args.json:
+        print_json(facts)
+    else:
+        _show(facts, args.up_to)
+    return 0
+
+
+def _show(facts: dict[str, Any], up_to: float) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    table = Table("body", "family", "nodal diameter", "Hz", "centre share")
+    for mode in facts["modes"]:
+        if mode["frequency_hz"] <= up_to:
+            table.add_row(
+                mode["body"],
+                mode["family"],
+                str(mode["nodal_diameter"]),
+                f"{mode['frequency_hz']:.3f}",
+                f"{mode['centre_share']:.3f}",
+            )
+    console.print(f"engine {facts['engine']}, modes up to {up_to:g} Hz", table)
+    console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
+    if facts["critical_speeds"]:
+        speeds = Table("nodal diameter", "order", "critical speed (Eq. 13), rad/s")
+        for row in facts["critical_speeds"]:
+            speed = f"{row['speed']:.1f}"
+            speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), speed)
+        console.print(speeds)
+    for body, limit in facts["time_step_limits"].items():
+        console.print(f"time-step limit of the {body}: {limit:.4g} s")
+    console.print(f"coordinates: {facts['plan']['coordinates']}")

@@ -1,0 +1,77 @@
+"""Options that several sub-commands share, and how facts are printed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.scene import (
+    NAMED,
+    Scene,
+    apply_settings,
+    load_scene,
+    named_scene,
+    parse_setting,
+)
+
+
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """Add ``--set NAME=VALUE``, repeatable."""
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="set a scene input by its name, e.g. speed=410 or casing.thickness=0.02",
+    )
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add ``--json``."""
+    parser.add_argument("--json", action="store_true", help="print facts as JSON")
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """Add the positional scene, ``--set`` and ``--json``."""
+    parser.add_argument(
+        "scene",
+        nargs="?",
+        default="table2",
+        metavar="SCENE",
+        help=f"TOML file, or one of {', '.join(NAMED)} (default table2)",
+    )
+    add_set(parser)
+    add_json(parser)
+
+
+def scene_of(name: str, settings: Sequence[str]) -> Scene:
+    """Return the scene of a file or a name, with settings applied.
+
+    A word without a dot or slash that is no file is taken for a named scene.
+    """
+    path = Path(name)
+    bare = path.suffix == "" and "/" not in name and not path.exists()
+    base = named_scene(name) if bare else load_scene(path)
+    return apply_settings(base, dict(parse_setting(text) for text in settings))
+
+
+def print_json(facts: Mapping[str, Any]) -> None:
+    """Print facts as strict JSON; a number that is not finite becomes null."""
+    print(json.dumps(_finite(facts), indent=2, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

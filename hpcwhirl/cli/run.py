@@ -1,0 +1,145 @@
+"""`hpcwhirl run`: one case, its summary, its traces and its figures."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.campaign.case import result_of
+from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.scene import to_toml
+
+LEDGER = "ledger_"
+PLAIN_EVERY = 5.0  # s between progress lines where there is no terminal
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_scene(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE.h5", help="traces, HDF5")
+    parser.add_argument("--plot", type=Path, metavar="DIR", help="orbit and traces")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Integrate one case, print its summary, write what was asked for."""
+    scene = scene_of(args.scene, args.settings)
+    if scene.output.traces == "summary" and (args.out or args.plot):
+        msg = "traces is summary: --out and --plot need traces = orbit or full"
+        raise InputError(msg)
+    _check_writable(args.out, folder=False)
+    _check_writable(args.plot, folder=True)
+    march = March(scene)
+    with _progress(march, quiet=args.quiet) as tick:
+        history = march.run(tick)
+    result = result_of(scene, history)
+    facts = summary(result.row | result.performance)
+    if args.json:
+        print_json(facts)
+    else:
+        _show(facts)
+    if args.out:
+        from hpcwhirl.store.single import write_case
+
+        write_case(args.out, to_toml(scene), result.row, result.traces)
+    if args.plot:
+        from hpcwhirl.report.plots import draw_case
+
+        for path in draw_case(args.plot, result.traces, result.row):
+            print(f"figure: {path}", file=sys.stderr)
+    return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def summary(row: dict[str, Any]) -> dict[str, Any]:
+    """Return the row with the ledger's terms gathered under `ledger`."""
+    facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
+    facts["ledger_error"] = row["ledger_error"]
+    terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}
+    terms.pop("error", None)
+    return facts | {"ledger": terms}
+
+
+def _check_writable(path: Path | None, *, folder: bool) -> None:
+    """Raise one clear line, before any work, where the output cannot be written."""
+    if path is None:
+        return
+    if path.exists() and path.is_dir() != folder:
+        kind = "directory" if folder else "file"
+        msg = f"cannot write {path}: it is not a {kind}"
+        raise MissingFileError(msg)
+    place = path.resolve()
+    while not place.exists():
+        place = place.parent
+    if not os.access(place, os.W_OK) or (place != path.resolve() and not place.is_dir()):
+        msg = f"cannot write {path}: {place} is not a writable directory"
+        raise MissingFileError(msg)
+
+
+@contextmanager
+def _progress(march: March, *, quiet: bool) -> Iterator[Callable[[], None]]:
+    if quiet:
+        yield lambda: None
+    elif sys.stderr.isatty():
+        with _bar(march) as tick:
+            yield tick
+    else:
+        yield _plain(march)
+
+
+@contextmanager
+def _bar(march: March) -> Iterator[Callable[[], None]]:
+    from rich.console import Console
+    from rich.progress import Progress, TimeElapsedColumn
+
+    columns = (*Progress.get_default_columns(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("integrating", total=march.total)
+        yield lambda: bar.update(task, completed=march.steps)
+
+
+def _plain(march: March) -> Callable[[], None]:
+    start = last = time.monotonic()
+
+    def tick() -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < PLAIN_EVERY:
+            return
+        last = now
+        left = (now - start) * (march.total - march.steps) / max(march.steps, 1)
+        share = 100 * march.steps / march.total
+        print(f"integrating: {share:.0f} %, {left:.0f} s left", file=sys.stderr)
+
+    return tick
+
+
+def _show(facts: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
+    console.print(words + f"whirl {facts['whirl']}")
+    rate = 1e6 / facts["microseconds_per_step"]
+    console.print(
+        f"{facts['steps']} steps in {facts['seconds']:.2f} s, {rate:,.0f} steps a second"
+    )
+    table = Table("quantity", "value")
+    for name in (
+        "speed", "nodal_diameter", "gap", "friction", "time_step", "contacts",
+        "contact_impulse", "last_contact", "orbit_radius", "centre_peak",
+        "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
+    ):  # fmt: skip
+        table.add_row(name, f"{facts[name]:.6g}")
+    for term, value in facts["ledger"].items():
+        table.add_row(f"ledger: {term}, J", f"{value:.6g}")
+    console.print(table)
+

@@ -1,0 +1,243 @@
+"""Journals and traces to `results.h5`: by one process, or by all through MPI-IO.
+
+Both writers define the same file with the same calls; they differ in who writes which
+cases. The file is netCDF-4: every axis is a dimension scale. It is written under a
+temporary name, synced and renamed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.store.journal import Record, read_records, read_traces
+from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.schema import (
+    ENUMS,
+    FORMAT,
+    PERFORMANCE,
+    ROW,
+    STATUS,
+    TRACES,
+    Variable,
+    dtype,
+    encode,
+    missing,
+)
+
+RESULTS = "results.h5"
+
+
+def has_mpi_io() -> bool:
+    """Return whether h5py was built with parallel HDF5."""
+    return bool(h5py.get_config().mpi)
+
+
+def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> Path:  # noqa: ANN401
+    """Write `results.h5` of a campaign directory and return its path.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    facts : further root attributes
+    comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
+        its first. Every rank must call. None: this process writes
+    """
+    size = comm.size if comm is not None else 1
+    rank = comm.rank if comm is not None else 0
+    parallel = size > 1 and has_mpi_io()
+    final = folder / RESULTS
+    part = folder / (RESULTS + ".part")
+    if rank == 0 or parallel:
+        content = _Content(folder)
+        options = {"driver": "mpio", "comm": comm} if parallel else {}
+        try:
+            with h5py.File(part, "w", libver=("earliest", "v110"), **options) as file:
+                _define(file, content, {**facts, "gather": _how(parallel, size)})
+                mine = range(rank, content.cases, size) if parallel else None
+                _fill(file, content, mine if mine is not None else range(content.cases))
+        except OSError as failed:
+            msg = f"cannot write {part}: {failed}"
+            raise MissingFileError(msg) from None
+    if parallel:
+        comm.Barrier()
+    if rank == 0:
+        _sync(part)
+        part.replace(final)
+    if comm is not None:
+        comm.Barrier()
+    return final
+
+
+def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
+    return f"MPI-IO by {size} ranks" if parallel else "serial"
+
+
+def _sync(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+class _Content:
+    """Plan, records and the sizes they ask for."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.plan: Plan = read_plan(folder)
+        known = read_records(folder)
+        self.records: list[Record | None] = [known.get(d) for d in self.plan.digests]
+        self.cases = len(self.records)
+        blocks = [r["traces"] for r in self.records if r and r.get("traces")]
+        self.shapes: dict[str, list[int]] = {}
+        for block in blocks:
+            for name, shape in block["shapes"].items():
+                old = self.shapes.get(name, [0] * len(shape))
+                self.shapes[name] = [max(a, b) for a, b in zip(old, shape, strict=True)]
+        self.interval = self._common_interval()
+
+    def _common_interval(self) -> float | None:
+        found = {r["row"]["sample_interval"] for r in self.records if r and r.get("row")}
+        return found.pop() if len(found) == 1 else None
+
+    @property
+    def sample_axis(self) -> str:
+        """Name of the trace axis: `time` if all cases share it, else `sample`."""
+        return "time" if self.interval is not None else "sample"
+
+
+def variable_name(dotted: str) -> str:
+    """Return the variable of a swept input: its own name, or with its table's."""
+    leaf = dotted.rsplit(".", 1)[-1]
+    if leaf in ROW:
+        return leaf
+    return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})
+
+
+def _swept_extra(plan: Plan) -> dict[str, str]:
+    """Return {variable: dotted name} of swept inputs that no row has."""
+    names = {variable_name(dotted): dotted for dotted in plan.swept}
+    return {v: d for v, d in names.items() if v not in ROW}
+
+
+def _axis(file: h5py.File, name: str, values: Iterable[Any], meaning: str) -> None:
+    data = file.create_dataset(name, data=np.asarray(values))
+    data.attrs["long_name"] = np.bytes_(meaning)
+    data.make_scale(name)
+
+
+def _attach(data: h5py.Dataset, root: h5py.File, axes: tuple[str, ...]) -> None:
+    for place, axis in enumerate(axes):
+        data.dims[place].attach_scale(root[axis])
+
+
+def _define_cases(
+    group: h5py.Group, root: h5py.File, table: dict[str, Variable], cases: int
+) -> None:
+    for name, variable in table.items():
+        kind = dtype(name, variable)
+        data = group.create_dataset(name, (cases,), kind, fillvalue=missing(variable))
+        data.attrs["units"] = np.bytes_(variable.unit)
+        data.attrs["long_name"] = np.bytes_(variable.meaning)
+        if variable.kind == "enum":
+            data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
+            data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+        _attach(data, root, ("case",))
+
+
+def _define(file: h5py.File, content: _Content, facts: Mapping[str, str | float]) -> None:
+    plan = content.plan
+    head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
+    for name, value in {**head, **facts}.items():
+        text = isinstance(value, str)
+        file.attrs[name] = np.bytes_(value.encode()) if text else np.float64(value)
+    file.attrs["format"] = np.int64(FORMAT)
+    _axis(file, "case", np.arange(content.cases, dtype="i8"), "case of the campaign")
+    _define_cases(file, file, ROW | STATUS, content.cases)
+    for name, dotted in _swept_extra(plan).items():
+        first = plan.settings[0].get(dotted) if plan.settings else 0.0
+        kind = "S64" if isinstance(first, str) else "f8"
+        data = file.create_dataset(name, (content.cases,), kind)
+        data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
+        _attach(data, file, ("case",))
+    inputs = [variable_name(dotted) for dotted in plan.swept]
+    file.attrs["swept"] = np.bytes_(" ".join(inputs))
+    coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
+    file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
+    _define_cases(
+        file.create_group("performance"), file, PERFORMANCE, content.cases
+    )
+    if content.shapes:
+        _define_traces(file, content)
+
+
+def _define_traces(file: h5py.File, content: _Content) -> None:
+    axis, shapes = content.sample_axis, content.shapes
+    samples = shapes["time"][0]
+    if content.interval is not None:
+        times = (1 + np.arange(samples)) * content.interval
+        _axis(file, "time", times, "time of the sample")
+        file["time"].attrs["units"] = np.bytes_("s")
+    else:
+        _axis(file, "sample", np.arange(samples, dtype="i8"), "number of the sample")
+    _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
+    if "tips" in shapes:
+        _axis(file, "blade", np.arange(shapes["tips"][1], dtype="i8"), "blade")
+        _axis(file, "direction", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
+    wanted = {n: TRACES[n] for n in shapes if n in TRACES}
+    if content.interval is None:
+        wanted["time"] = ((), "s", "time of the sample")
+    for name, (further, unit, meaning) in wanted.items():
+        size = (content.cases, samples, *shapes[name][1:])
+        data = file.create_dataset(name, size, "f8", fillvalue=np.nan)
+        data.attrs["units"] = np.bytes_(unit)
+        data.attrs["long_name"] = np.bytes_(meaning)
+        data.attrs["_FillValue"] = np.float64(np.nan)
+        _attach(data, file, ("case", axis, *further))
+
+
+def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
+    """Write the cases `mine`, one after the other; memory is that of one case."""
+    extra = _swept_extra(content.plan)
+    for case in mine:
+        for name, dotted in extra.items():
+            value = content.plan.settings[case].get(
+                dotted, content.plan.base[dotted]
+            )
+            file[name][case] = value.encode() if isinstance(value, str) else value
+        record = content.records[case]
+        status = record["status"] if record else "missing"
+        message = record["message"] if record else "not computed yet"
+        _write(file, STATUS, case, {"status": status, "message": message})
+        row = (record or {}).get("row") or _inputs_of(content.plan, case)
+        _write(file, ROW, case, row)
+        if record:
+            _write(file["performance"], PERFORMANCE, case, record["performance"])
+            if record.get("traces"):
+                _write_traces(file, content, case, record["traces"])
+
+
+def _inputs_of(plan: Plan, case: int) -> dict[str, Any]:
+    """Return what is known of a case without a result: its inputs."""
+    values = plan.base | plan.settings[case]
+    short = {variable_name(dotted): value for dotted, value in values.items()}
+    return {name: short[name] for name in ROW if name in short}
+
+
+def _write(
+    group: h5py.Group, table: dict[str, Variable], case: int, row: dict[str, Any]
+) -> None:
+    for name, variable in table.items():
+        value = encode(name, variable, row[name]) if name in row else missing(variable)
+        group[name][case] = value
+
+
+def _write_traces(file: h5py.File, content: _Content, case: int, block: Record) -> None:
+    for name, values in read_traces(content.folder, block).items():
+        if name in TRACES or (name == "time" and content.interval is None):
+            file[name][case, : len(values)] = values

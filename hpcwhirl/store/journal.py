@@ -1,0 +1,152 @@
+"""Journals: one checksummed line per finished case, one file per rank and run.
+
+A line is the CRC-32 of the rest in hexadecimal, a space, and a JSON object. Lines are
+written whole, flushed and synced; what does not match its checksum is dropped, so a
+torn tail costs the one case that was being written.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import MissingFileError, StoreError
+
+Record = dict[str, Any]
+
+
+def _sealed(record: Record) -> bytes:
+    body = json.dumps(record).encode()
+    return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
+
+
+def _opened(line: bytes) -> Record | None:
+    seal, _, body = line.rstrip(b"\n").partition(b" ")
+    if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
+        return None
+    return dict(json.loads(body))
+
+
+class Journal:
+    """The journal and trace file of one rank of one run.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    run : number of this run, so that no file is ever written by two runs
+    rank : rank of this process
+    """
+
+    def __init__(self, folder: Path, run: int, rank: int) -> None:
+        name = f"{run:04d}-{rank:05d}"
+        try:
+            for part in ("journal", "traces"):
+                (folder / part).mkdir(parents=True, exist_ok=True)
+            self._lines = (folder / "journal" / f"{name}.log").open("ab")
+            self._blocks = (folder / "traces" / f"{name}.bin").open("ab")
+        except OSError as failed:
+            msg = f"cannot write in {folder}: {failed.strerror}"
+            raise MissingFileError(msg) from None
+        self._name = f"{name}.bin"
+
+    def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
+        """Keep a finished case: its traces first, then the line that names them."""
+        if traces:
+            record = record | {"traces": self._block(traces)}
+        self._lines.write(_sealed(record))
+        _sync(self._lines)
+
+    def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
+        parts = {n: np.ascontiguousarray(a, dtype="<f8") for n, a in traces.items()}
+        data = b"".join(a.tobytes() for a in parts.values())
+        offset = self._blocks.seek(0, os.SEEK_END)
+        self._blocks.write(data)
+        _sync(self._blocks)
+        return {
+            "file": self._name,
+            "offset": offset,
+            "bytes": len(data),
+            "crc": zlib.crc32(data),
+            "shapes": {n: list(a.shape) for n, a in parts.items()},
+        }
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close both files."""
+        self._lines.close()
+        self._blocks.close()
+
+
+def _sync(file: Any) -> None:  # noqa: ANN401
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def next_run(folder: Path) -> int:
+    """Return a run number that no journal of the campaign has."""
+    names = [p.name.split("-")[0] for p in (folder / "journal").glob("*.log")]
+    return 1 + max((int(n) for n in names if n.isdigit()), default=0)
+
+
+def _lines(folder: Path) -> Iterator[Record]:
+    for path in sorted((folder / "journal").glob("*.log")):
+        with path.open("rb") as file:
+            for line in file:
+                record = _opened(line)
+                if record is not None:
+                    yield record
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """Return {case digest: its newest whole record}; torn lines are dropped.
+
+    A record whose traces are not all there is dropped too: the case runs again.
+    """
+    records: dict[str, Record] = {}
+    for record in _lines(folder):
+        block = record.get("traces")
+        if block:
+            path = folder / "traces" / block["file"]
+            end = block["offset"] + block["bytes"]
+            if not path.is_file() or path.stat().st_size < end:
+                continue
+        records[record["digest"]] = record
+    return records
+
+
+def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a trace block, or raise where it is damaged."""
+    path = folder / "traces" / Path(block["file"]).name
+    try:
+        with path.open("rb") as file:
+            file.seek(block["offset"])
+            data = file.read(block["bytes"])
+    except OSError as failed:
+        msg = f"cannot read traces in {path}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    if len(data) != block["bytes"] or zlib.crc32(data) != block["crc"]:
+        msg = f"traces in {path} at byte {block['offset']} are damaged"
+        raise StoreError(msg)
+    out, start = {}, 0
+    values = np.frombuffer(data, dtype="<f8")
+    for name, shape in block["shapes"].items():
+        count = int(np.prod(shape))
+        out[name] = values[start : start + count].reshape(shape)
+        start += count
+    return out

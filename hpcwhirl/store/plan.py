@@ -1,0 +1,94 @@
+"""`campaign.json`: what a campaign directory holds, and whether it may go on."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.store.schema import FORMAT
+
+NAME = "campaign.json"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The resolved campaign.
+
+    Attributes
+    ----------
+    engine : name of the engine
+    base : {dotted input: value} shared by all cases but for what is swept
+    swept : dotted names of the swept inputs
+    digests : one for each case, in the order of `case`
+    settings : the swept inputs' values of each case
+    version, format : of the program and of this file
+    """
+
+    engine: str
+    base: dict[str, Any]
+    swept: list[str]
+    digests: list[str]
+    settings: list[dict[str, Any]]
+    version: str
+    format: int = FORMAT
+
+
+def write_text(path: Path, text: str) -> None:
+    """Replace a file whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as failed:
+        msg = f"cannot write {path}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+
+
+def write_plan(folder: Path, plan: Plan) -> None:
+    """Store the plan of a campaign directory."""
+    write_text(folder / NAME, json.dumps(asdict(plan), indent=1))
+
+
+def read_plan(folder: Path) -> Plan:
+    """Return the plan of a campaign directory, or raise one clear line."""
+    path = folder / NAME
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as failed:
+        msg = f"{folder} is no campaign directory: {path.name}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    except ValueError:
+        msg = f"{path} is damaged: not valid JSON"
+        raise StoreError(msg) from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        found = data.get("format") if isinstance(data, dict) else None
+        msg = f"{path} has format {found!r}, this program reads {FORMAT}"
+        raise StoreError(msg)
+    try:
+        return Plan(**data)
+    except TypeError:
+        msg = f"{path} is damaged: its keys are not those of a campaign"
+        raise StoreError(msg) from None
+
+
+def check_same(old: Plan, new: Plan, folder: Path) -> None:
+    """Raise InputError, naming what changed, where `new` may not continue `old`."""
+    own = "use another --out, or the inputs it was begun with"
+    if old.version != new.version:
+        msg = f"{folder} was begun by hpcwhirl {old.version}, this is {new.version}: "
+        raise InputError(msg + own)
+    if sorted(old.swept) != sorted(new.swept):
+        msg = f"{folder} sweeps {', '.join(old.swept)}; this sweeps "
+        raise InputError(msg + f"{', '.join(new.swept)}: {own}")
+    for name, value in new.base.items():
+        if name not in new.swept and old.base.get(name) != value:
+            msg = f"{folder} was begun with {name} = {old.base.get(name)!r}, "
+            raise InputError(msg + f"got {value!r}: {own}")

@@ -1,0 +1,73 @@
+"""Reading `results.h5` back as an `xarray.Dataset`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.schema import FORMAT
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def check_file(path: Path) -> None:
+    """Raise one clear line unless `path` is a whole results file of this format."""
+    if not path.is_file():
+        msg = f"no results file {path}: run or gather the campaign first"
+        raise MissingFileError(msg)
+    try:
+        with h5py.File(path, "r") as file:
+            found = file.attrs.get("format")
+    except OSError as failed:
+        msg = f"{path} is not a whole HDF5 file: {failed}"
+        raise StoreError(msg) from None
+    if found != FORMAT:
+        msg = f"{path} has format {found!r}, this program reads {FORMAT}"
+        raise StoreError(msg)
+
+
+def open_results(path: Path | str) -> xarray.Dataset:
+    """Return a campaign's results with its performance figures merged in.
+
+    Parameters
+    ----------
+    path : `results.h5`, or the directory that holds it
+
+    Returns
+    -------
+    xarray.Dataset over `case` (and `time`, `xy`, ... where traces were kept), units
+    and long names on every variable; words are integers with `flag_meanings`, see
+    `words`
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where there is no such file, or it is damaged
+    """
+    import xarray
+
+    place = Path(path)
+    place = place / "results.h5" if place.is_dir() else place
+    check_file(place)
+    options: dict[str, Any] = {"engine": "h5netcdf", "mask_and_scale": False}
+    try:
+        with xarray.open_dataset(place, **options) as root:
+            data = root.load()
+        with xarray.open_dataset(place, group="performance", **options) as speed:
+            merged = data.merge(speed.load(), combine_attrs="override")
+    except (OSError, ValueError, KeyError) as failed:
+        msg = f"{place} is damaged: {failed}"
+        raise StoreError(msg) from None
+    names = str(merged.attrs.get("coordinates", "")).split()
+    return merged.set_coords([n for n in names if n in merged])
+
+
+def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
+    """Return the words of an enumeration such as `regime`, (cases,) of str."""
+    meanings = np.array(str(variable.attrs["flag_meanings"]).split())
+    return np.asarray(meanings[variable.to_numpy()])

@@ -1,0 +1,69 @@
+"""Put other words beside stored evidence, replacing the file whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.store.reader import check_file
+from hpcwhirl.store.schema import ENUMS, ROW
+
+WORDS = ("outcome", "regime", "whirl")
+Words = tuple[str, str, str]
+
+
+def relabel(
+    path: Path,
+    name: Callable[[dict[str, Any]], Words],
+    thresholds: Mapping[str, float],
+) -> list[tuple[Words, Words]]:
+    """Name every finished case anew; return (old, new) words of each.
+
+    Parameters
+    ----------
+    path : `results.h5`
+    name : words of a row of numbers
+    thresholds : kept as root attributes
+    """
+    check_file(path)
+    part = path.with_name(path.name + ".part")
+    try:
+        shutil.copyfile(path, part)
+        with h5py.File(part, "r+") as file:
+            changes = _rename(file, name)
+            for limit, value in thresholds.items():
+                file.attrs[f"threshold_{limit}"] = np.float64(value)
+        with part.open("rb+") as handle:
+            os.fsync(handle.fileno())
+        part.replace(path)
+    except OSError as failed:
+        msg = f"cannot write {path}: {failed.strerror or failed}"
+        raise MissingFileError(msg) from None
+    return changes
+
+
+def _rename(
+    file: h5py.File, name: Callable[[dict[str, Any]], Words]
+) -> list[tuple[Words, Words]]:
+    numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"}]
+    columns: dict[str, Any] = {n: file[n][:] for n in numeric}
+    for word in (*WORDS, "stop"):
+        columns[word] = np.array(ENUMS[word])[file[word][:]]
+    changes = []
+    for case in range(len(file["case"])):
+        if file["status"][case] != ENUMS["status"].index("ok"):
+            continue
+        row = {n: values[case].item() for n, values in columns.items()}
+        old: Words = (row["outcome"], row["regime"], row["whirl"])
+        new = name(row)
+        for word, value in zip(WORDS, new, strict=True):
+            file[word][case] = ENUMS[word].index(value)
+        changes.append((old, new))
+    return changes

@@ -1,0 +1,128 @@
+"""Every variable of `results.h5`: name, type, unit, meaning. One table, one format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hpcwhirl.errors import StoreError, unknown
+
+FORMAT = 1
+ENUMS = {
+    "status": ("ok", "failed", "missing"),
+    "outcome": ("none", "completed", "stopped", "unstable"),
+    "regime": ("none", "damped", "sustained", "divergent", "undecided"),
+    "whirl": ("none", "forward", "backward", "mixed"),
+    "stop": ("none", "end", "amplitude", "nonfinite", "complementarity"),
+}
+TEXT = {"scheme": 16, "message": 240, "host": 64}  # bytes
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable over `case`: unit and meaning; the type follows from the kind."""
+
+    kind: str  # "f8", "i8", "enum" or "text"
+    unit: str
+    meaning: str
+
+
+def _table(kind: str, unit: str, **names: str) -> dict[str, Variable]:
+    return {name: Variable(kind, unit, meaning) for name, meaning in names.items()}
+
+
+ROW: dict[str, Variable] = {
+    **_table("enum", "1", outcome="how the integration ended"),
+    **_table("enum", "1", regime="kind of motion"),
+    **_table("enum", "1", whirl="direction of the shaft's precession, static frame"),
+    **_table("enum", "1", stop="why the integration ended"),
+    **_table("f8", "rad/s", speed="rotational speed Omega"),
+    **_table("i8", "1", nodal_diameter="lobes k of the loading"),
+    **_table("f8", "m", gap="blade-tip clearance"),
+    **_table("f8", "1", friction="Coulomb coefficient mu"),
+    **_table("f8", "N", force="peak modal force of the pulse"),
+    **_table("f8", "s", pulse="duration of the pulse"),
+    **_table("f8", "s", duration="engine time asked for"),
+    **_table("f8", "s", time_step="time step"),
+    **_table("f8", "s", sample_interval="time between samples"),
+    **_table("i8", "1", modes="fixed-interface modes eta asked for"),
+    **_table("text", "1", scheme="time-integration scheme"),
+    **_table("i8", "1", steps="steps taken"),
+    **_table("i8", "1", contacts="touchdowns of blades on the casing"),
+    **_table("f8", "N s", contact_impulse="normal impulse of all contacts"),
+    **_table("f8", "m", orbit_radius="rms radius of the centre's orbit, window"),
+    **_table("f8", "m", centre_peak="largest sampled centre displacement, whole run"),
+    **_table("f8", "s", last_contact="last instant with contact, -1 for none"),
+    **_table("f8", "s", end_time="last sample", window="length of the window"),
+    **_table("f8", "1/s", growth_rate="growth of ln sqrt(energy) over the window"),
+    **_table("f8", "1/s", growth_error="standard error of growth_rate"),
+    **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-), forward positive"),
+    **_table("f8", "m2/s", orbit_area="signed area swept a second, forward positive"),
+    **_table("f8", "rad/s", line_frequency="strongest line, forward positive"),
+    **_table("f8", "J", late_fed="work of rotation and friction in the window"),
+    **_table("f8", "J", late_lost="damping and impact loss in the window"),
+    **_table("i8", "1", late_contacts="1 if the window has contact"),
+    **_table("f8", "1", ledger_error="ledger residual over throughput"),
+    **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
+    **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
+    **_table("f8", "J", ledger_damping="lost in modal damping"),
+    **_table("f8", "J", ledger_pulse="work of the loading"),
+    **_table("f8", "J", ledger_impact="lost in impacts"),
+    **_table("f8", "J", ledger_friction="work of friction on both bodies"),
+    **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
+    **_table("f8", "J", ledger_residual="what the ledger leaves open"),
+}
+PERFORMANCE: dict[str, Variable] = {
+    **_table("f8", "s", seconds="wall time in the kernel"),
+    **_table("f8", "us", microseconds_per_step="wall time a step"),
+    **_table("i8", "1", rank="rank that computed the case"),
+    **_table("text", "1", host="host that computed the case"),
+}
+STATUS: dict[str, Variable] = {
+    **_table("enum", "1", status="whether the case gave a result"),
+    **_table("text", "1", message="why it did not"),
+}
+# name: (further dimensions, unit, meaning)
+TRACES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "centre": (("xy",), "m", "shaft centre, static frame"),
+    "energy": ((), "J", "kinetic and strain energy of both bodies"),
+    "impulse": ((), "N s", "cumulative normal contact impulse"),
+    "fed": ((), "J", "cumulative work of rotation and friction"),
+    "lost": ((), "J", "cumulative damping and impact loss"),
+    "tips": (("blade", "direction"), "m", "tips, rotating frame: radial, tangential"),
+    "blade_impulse": (("blade",), "N s", "cumulative contact impulse of each blade"),
+}
+
+
+def dtype(name: str, variable: Variable) -> np.dtype:
+    """Return the stored type of a variable."""
+    if variable.kind == "enum":
+        return np.dtype("i1")
+    if variable.kind == "text":
+        return np.dtype(f"S{TEXT[name]}")
+    return np.dtype(variable.kind)
+
+
+def missing(variable: Variable) -> float | int | bytes:
+    """Return what stands where a case gave nothing."""
+    return {"f8": np.nan, "i8": -1, "enum": 0, "text": b""}[variable.kind]
+
+
+def encode(name: str, variable: Variable, value: float | str) -> float | int | bytes:
+    """Return a row's value as it is stored, or raise where it is no such word."""
+    if variable.kind == "text":
+        return str(value).encode()[: TEXT[name]]
+    if variable.kind == "enum":
+        if value not in ENUMS[name]:
+            raise unknown(name, str(value), ENUMS[name])
+        return ENUMS[name].index(str(value))
+    return float(value) if variable.kind == "f8" else int(value)
+
+
+def check_row(row: dict[str, float | int | str]) -> None:
+    """Raise StoreError where a row has not exactly the names of `ROW`."""
+    extra, lacking = row.keys() - ROW.keys(), ROW.keys() - row.keys()
+    if extra or lacking:
+        msg = f"row does not fit: unknown {sorted(extra)}, missing {sorted(lacking)}"
+        raise StoreError(msg)
