@@ -78,7 +78,9 @@ def main() -> None:
     for (name, *_), value in zip(UNKNOWNS, found, strict=True):
         print(f"{name:16s} {value:.5g}")
     for (name, want, _), got in zip(TARGETS, computed(rotor_of(found)), strict=True):
-        print(f"{name:16s} paper {want:10.5g}  found {got:10.5g}  {got / want - 1:+.3%}")
+        print(
+            f"{name:16s} paper {want:10.5g}  found {got:10.5g}  {got / want - 1:+.3%}"
+        )
 
 
 if __name__ == "__main__":

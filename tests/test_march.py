@@ -189,9 +189,7 @@ def test_mirrored_rotation_mirrors_the_orbit(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_whole_turn_of_blades_is_the_same_disk(scheme):
     # squeeze and stretch of k = 1 differ by half a turn: blades 11 on, orbit turned
-    turned = [
-        ended(scheme=scheme, direction=d)[1] for d in ("squeeze", "stretch")
-    ]
+    turned = [ended(scheme=scheme, direction=d)[1] for d in ("squeeze", "stretch")]
     a, b = turned
     scale = np.abs(a.tips).max()
     assert np.abs(np.roll(a.tips, 11, axis=1) - b.tips).max() < 1e-9 * scale
@@ -296,9 +294,7 @@ def test_complementarity_of_random_contacts():
             *ints, small, np.zeros(n),
         )  # fmt: skip
         for j in range(n):
-            kernels.delassus_column(
-                j, w_rotor, compliance, elem, shape, response, full
-            )
+            kernels.delassus_column(j, w_rotor, compliance, elem, shape, response, full)
         after = gaps + full @ lam
         assert lam.min() >= 0
         assert after.min() > -1e-16

@@ -39,9 +39,7 @@ class Result:
     performance: dict[str, Value]
 
 
-def simulate(
-    scene: Scene, between_slices: Callable[[], None] | None = None
-) -> Result:
+def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:
     """Integrate one scene and name what it does.
 
     Parameters

@@ -104,7 +104,7 @@ def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
 
 def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     """Undo TOML's reading of a dotted key as tables."""
-    out = {}
+    out: dict[str, Any] = {}
     for name, given in content.items():
         if isinstance(given, Mapping) and not given.keys() & set(RANGE_KEYS):
             out |= _flat(given, f"{prefix}{name}.")
@@ -113,12 +113,12 @@ def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     return out
 
 
-def _values(table: str, name: str, given: Any) -> list[Value]:  # noqa: ANN401
+def _values(table: str, name: str, given: Any) -> list[Value]:
     if isinstance(given, Mapping):
         return _range(name, given)
-    if isinstance(given, Sequence) and not isinstance(given, str) and given:
-        if all(isinstance(v, bool | int | float | str) for v in given):
-            return list(given)
+    plain = isinstance(given, list) and given
+    if plain and all(isinstance(v, bool | int | float | str) for v in given):
+        return list(given)
     msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
     raise InputError(msg + f"got {given!r}")
 
@@ -151,7 +151,9 @@ def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
     return [float(v) for v in np.linspace(start, stop, num)]
 
 
-def _rows(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Settings]:
+def _rows(
+    grid: dict[str, list[Value]], zipped: dict[str, list[Value]]
+) -> list[Settings]:
     lengths = {name: len(values) for name, values in zipped.items()}
     if len(set(lengths.values())) > 1:
         msg = f"[zip] lists must have one length, got {lengths}"
@@ -175,7 +177,7 @@ def _rows(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[
     ]
 
 
-def _explicit(given: Any) -> list[Settings]:  # noqa: ANN401
+def _explicit(given: Any) -> list[Settings]:
     if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
         msg = f"[[cases]] must be tables of inputs, got {given!r}"
         raise InputError(msg)

@@ -12,6 +12,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from hpcwhirl.errors import InputError
+
 ASK, DONE, BYE = 1, 2, 3  # worker to rank 0
 WORK, HALT = 11, 12  # rank 0 to worker
 NOTHING = -1
@@ -41,6 +43,22 @@ def launched_ranks() -> int:
     return max([int(size) for size in sizes if size.isdigit()], default=1)
 
 
+def communicator() -> Any:
+    """Return COMM_WORLD under a launcher of several ranks, else None without MPI."""
+    ranks = launched_ranks()
+    if ranks == 1:
+        return None
+    from mpi4py import MPI
+
+    if ranks != MPI.COMM_WORLD.size:
+        msg = (
+            f"the launcher started {ranks} ranks but MPI sees {MPI.COMM_WORLD.size}: "
+            "mpirun and mpi4py's MPI library do not belong together"
+        )
+        raise InputError(msg)
+    return MPI.COMM_WORLD
+
+
 def map_serial(
     order: Sequence[int],
     evaluate: Evaluate,
@@ -67,7 +85,7 @@ def map_ranks(
     evaluate: Evaluate,
     notice: Notice,
     stopping: Callable[[], bool],
-    comm: Any,  # noqa: ANN401
+    comm: Any,
 ) -> bool:
     """Evaluate the cases on all ranks of `comm`; every rank must call.
 
@@ -101,7 +119,7 @@ class _Root:
         order: Sequence[int],
         notice: Notice,
         stopping: Callable[[], bool],
-        comm: Any,  # noqa: ANN401
+        comm: Any,
     ) -> None:
         from mpi4py import MPI
 
@@ -168,7 +186,7 @@ class _Root:
 class _Worker:
     """Any other rank: asks ahead, computes, reports."""
 
-    def __init__(self, stopping: Callable[[], bool], comm: Any) -> None:  # noqa: ANN401
+    def __init__(self, stopping: Callable[[], bool], comm: Any) -> None:
         self.stopping, self.comm = stopping, comm
         self.halted = False
 

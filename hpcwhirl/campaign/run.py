@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import datetime
+import datetime as dt
 import os
 import platform
 import shlex
@@ -103,7 +103,11 @@ def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
 
 
 def run_campaign(
-    design: Design, folder: Path, comm: Any = None, *, retry: bool = False  # noqa: ANN401
+    design: Design,
+    folder: Path,
+    comm: Any = None,
+    *,
+    retry: bool = False,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -139,6 +143,12 @@ def run_campaign(
     return Ending(complete, len(design.cases), failed, results)
 
 
+def say(text: str) -> None:
+    """Write a plain line on stderr at once."""
+    sys.stderr.write(f"hpcwhirl: {text}\n")
+    sys.stderr.flush()
+
+
 def _ignore(case: int, status: str) -> None:
     del case, status
 
@@ -149,7 +159,7 @@ def _count_failed(design: Design, folder: Path) -> int:
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
-def _warm(design: Design, comm: Any) -> None:  # noqa: ANN401
+def _warm(design: Design, comm: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     first = {s.solver.scheme: s for s in reversed(design.cases)}
     local = None
@@ -161,7 +171,7 @@ def _warm(design: Design, comm: Any) -> None:  # noqa: ANN401
         for scene in first.values():
             try:
                 March(scene).advance(1)
-            except Exception:  # noqa: BLE001, S112, PERF203 - it will fail as a row
+            except Exception:  # noqa: BLE001 - it will fail as a row
                 continue
     if local is not None:
         local.Barrier()
@@ -197,7 +207,7 @@ class _Evaluator:
             traces = result.traces
         self.journal.append(record, traces)
         if record["status"] != "ok":
-            print(f"case {case} failed: {record['message']}", file=sys.stderr)
+            say(f"case {case} failed: {record['message']}")
         return str(record["status"])
 
 
@@ -212,10 +222,7 @@ class _Report:
         self.start = self.last = time.monotonic()
         kept = len(design.cases) - len(order)
         already = f", {kept} already there" if kept else ""
-        self.say(f"{len(design.cases)} cases{already}")
-
-    def say(self, text: str) -> None:
-        print(f"hpcwhirl: {text}", file=sys.stderr, flush=True)
+        say(f"{len(design.cases)} cases{already}")
 
     def __call__(self, case: int, status: str) -> None:
         self.finished += 1
@@ -227,20 +234,22 @@ class _Report:
         self.last = now
         left = (now - self.start) * (self.work - self.done) / self.done
         bad = f", {self.failed} failed" if self.failed else ""
-        self.say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
+        say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
 
 
 def _git_state() -> str:
     folder = Path(__file__).parent
     call = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
-        done = subprocess.run(call, capture_output=True, text=True, timeout=5, check=True)  # noqa: S603
+        done = subprocess.run(
+            call, capture_output=True, text=True, timeout=5, check=True
+        )
     except (OSError, subprocess.SubprocessError):
         return "not a git checkout"
     return done.stdout.strip()
 
 
-def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:  # noqa: ANN401
+def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
     """Return the root attributes that tell where results came from."""
     library = "none"
     hosts = [socket.gethostname()]
@@ -249,7 +258,7 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:  # noq
 
         library = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
         hosts = sorted(set(comm.allgather(hosts[0])))
-    now = datetime.datetime.now(tz=datetime.UTC).isoformat(timespec="seconds")
+    now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {
         "version": hpcwhirl.__version__,
         "git": _git_state(),

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
-from hpcwhirl.campaign.ranks import launched_ranks
+from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.cli.options import add_json, add_set, print_json
-from hpcwhirl.errors import InputError, WhirlError
+from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
 
 COMPLETE, FAILED, WRONG_INPUT, STOPPED = 0, 1, 2, 75
@@ -51,22 +51,7 @@ def run(args: argparse.Namespace) -> int:
         return 70
 
 
-def communicator() -> Any:  # noqa: ANN401
-    ranks = launched_ranks()
-    if ranks == 1:
-        return None
-    from mpi4py import MPI
-
-    if ranks > 1 and ranks != MPI.COMM_WORLD.size:
-        msg = (
-            f"the launcher started {ranks} ranks but MPI sees {MPI.COMM_WORLD.size}: "
-            "mpirun and mpi4py's MPI library do not belong together"
-        )
-        raise InputError(msg)
-    return MPI.COMM_WORLD
-
-
-def _run(args: argparse.Namespace, comm: Any) -> int:  # noqa: ANN401
+def _run(args: argparse.Namespace, comm: Any) -> int:
     """Prepare on rank 0; share its error, so that one line is printed."""
     from hpcwhirl.campaign.run import run_campaign
 
@@ -123,7 +108,7 @@ def _dry_run(args: argparse.Namespace, design: Design) -> None:
     print(f"predicted: {facts['core_hours']:.3g} core-hours")
 
 
-def _conclude(args: argparse.Namespace, ending: Any) -> int:  # noqa: ANN401
+def _conclude(args: argparse.Namespace, ending: Any) -> int:
     from hpcwhirl.report.maps import draw_map
 
     if not ending.complete:

@@ -51,7 +51,9 @@ def run(args: argparse.Namespace) -> int:
     path = args.folder / "results.h5"
     changes = relabel(path, lambda row: name_regime(row, limits), asdict(limits))
     moved = Counter(f"{old[1]} -> {new[1]}" for old, new in changes if old[1] != new[1])
-    turned = Counter(f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2])
+    turned = Counter(
+        f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2]
+    )
     facts = {
         "cases": len(changes),
         "regimes": dict(Counter(new[1] for _, new in changes)),

@@ -63,7 +63,11 @@ def arrays_of(model: Model) -> dict[str, Any]:
         angles = 2 * np.pi * np.arange(model.blades) / model.blades
         rows = model.ring.rows(angles)
         out |= _body("casing", model.casing) | {
-            "casing/radial_rows": (rows[0], "1", "radial place at the blades, Omega t = 0"),
+            "casing/radial_rows": (
+                rows[0],
+                "1",
+                "radial place at the blades, Omega t = 0",
+            ),
             "casing/tangential_rows": (rows[1], "1", "tangential, Omega t = 0"),
         }
     return out

@@ -14,7 +14,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Gather what there is; cases without a result are rows with status missing."""
     from hpcwhirl import __version__
-    from hpcwhirl.cli.campaign import communicator
+    from hpcwhirl.campaign.ranks import communicator
     from hpcwhirl.store.gather import gather
 
     comm = communicator()

@@ -11,7 +11,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
     parser.add_argument(
-        "--y", metavar="NAME", help="swept input of the second axis (default: the first)"
+        "--y",
+        metavar="NAME",
+        help="swept input of the second axis (default: the first)",
     )
 
 

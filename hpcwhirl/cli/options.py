@@ -65,7 +65,7 @@ def print_json(facts: Mapping[str, Any]) -> None:
     print(json.dumps(_finite(facts), indent=2, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401
+def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

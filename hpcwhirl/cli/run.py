@@ -78,7 +78,9 @@ def _check_writable(path: Path | None, *, folder: bool) -> None:
     place = path.resolve()
     while not place.exists():
         place = place.parent
-    if not os.access(place, os.W_OK) or (place != path.resolve() and not place.is_dir()):
+    if not os.access(place, os.W_OK) or (
+        place != path.resolve() and not place.is_dir()
+    ):
         msg = f"cannot write {path}: {place} is not a writable directory"
         raise MissingFileError(msg)
 
@@ -130,7 +132,8 @@ def _show(facts: dict[str, Any]) -> None:
     console.print(words + f"whirl {facts['whirl']}")
     rate = 1e6 / facts["microseconds_per_step"]
     console.print(
-        f"{facts['steps']} steps in {facts['seconds']:.2f} s, {rate:,.0f} steps a second"
+        f"{facts['steps']} steps in {facts['seconds']:.2f} s, "
+        f"{rate:,.0f} steps a second"
     )
     table = Table("quantity", "value")
     for name in (
@@ -142,4 +145,3 @@ def _show(facts: dict[str, Any]) -> None:
     for term, value in facts["ledger"].items():
         table.add_row(f"ledger: {term}, J", f"{value:.6g}")
     console.print(table)
-

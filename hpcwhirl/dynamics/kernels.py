@@ -118,8 +118,19 @@ def solve_dense(matrix, right, size):
 
 @njit(cache=True)
 def complementarity(
-    gaps, w_rotor, compliance, elem, shape, lam, opened, response, full, have, active,
-    small, right,
+    gaps,
+    w_rotor,
+    compliance,
+    elem,
+    shape,
+    lam,
+    opened,
+    response,
+    full,
+    have,
+    active,
+    small,
+    right,
 ):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0; return success.
 
@@ -285,9 +296,7 @@ def book_contacts(n, lam, opened, before, touching, counter, ledger, impulse, st
 
 
 @njit(cache=True)
-def read_gaps(
-    u, nodal, scene, elem, shape, elements, turned, time, gaps
-):
+def read_gaps(u, nodal, scene, elem, shape, elements, turned, time, gaps):
     """Set the N gaps from tips, and nodal (w, w') or the rigid distortion."""
     gap, k, amplitude, growth, rise = scene
     n = len(gaps)
@@ -305,8 +314,19 @@ def read_gaps(
 
 @njit(cache=True)
 def march_modal(
-    steps, stride, limit, step, speed, mu, scene, load, rotor, casing, contact,
-    state, tracks,
+    steps,
+    stride,
+    limit,
+    step,
+    speed,
+    mu,
+    scene,
+    load,
+    rotor,
+    casing,
+    contact,
+    state,
+    tracks,
 ):
     """March `steps` steps of scheme `modal` (see timestep.recursion).
 
@@ -331,8 +351,20 @@ def march_modal(
     (keep_b, pull_b, give_b, rate_b, omega_b, outputs, radial, tangential) = rotor
     (keep_c, pull_c, give_c, rate_c, omega_c, nodal_rows, shapes, length) = casing
     w_rotor, compliance = contact
-    (q_b, d_b, q_c, d_c, loss_b, loss_c, last_gaps, older_gaps, touching, counter,
-     ledger, impulse) = state
+    (
+        q_b,
+        d_b,
+        q_c,
+        d_c,
+        loss_b,
+        loss_c,
+        last_gaps,
+        older_gaps,
+        touching,
+        counter,
+        ledger,
+        impulse,
+    ) = state
     blades = len(last_gaps)
     elements = len(compliance) // 2
     ahead_b, next_b = np.empty_like(q_b), np.empty_like(q_b)
@@ -367,8 +399,19 @@ def march_modal(
         counter[STEP] += 1
         if lowest < 0.0:
             if not complementarity(
-                gaps, w_rotor, compliance, elem, shape, lam, opened, response, full,
-                have, active, small, right,
+                gaps,
+                w_rotor,
+                compliance,
+                elem,
+                shape,
+                lam,
+                opened,
+                response,
+                full,
+                have,
+                active,
+                small,
+                right,
             ):
                 counter[STOP] = COMPLEMENTARITY
                 return
@@ -391,7 +434,14 @@ def march_modal(
             push_modes(normal_b, drag_b, mu, give_b, ahead_b, d_b, next_b, ledger)
             push_modes(normal_c, drag_c, mu, give_c, ahead_c, d_c, next_c, ledger)
             book_contacts(
-                blades, lam, opened, older_gaps, touching, counter, ledger, impulse,
+                blades,
+                lam,
+                opened,
+                older_gaps,
+                touching,
+                counter,
+                ledger,
+                impulse,
                 step,
             )
         else:
@@ -414,9 +464,7 @@ def march_modal(
             energy += modal_energy(q_c, d_c, omega_c, step)
             accumulate(outputs, q_b, u)
             lost = loss_b.sum() + loss_c.sum()
-            write_sample(
-                counter, ledger, impulse, u, energy, lost, limit, tracks
-            )
+            write_sample(counter, ledger, impulse, u, energy, lost, limit, tracks)
             write_tips(counter, u, tangential, q_b, tracks)
             counter[SAMPLE] += 1
             if counter[STOP] != RUNNING:
@@ -515,8 +563,19 @@ def push_dense(force_n, force_t, mu, inverse, ahead, increments, ledger, work):
 
 @njit(cache=True)
 def march_paper(
-    steps, stride, limit, step, speed, mu, scene, load, rotor, casing, contact,
-    state, tracks,
+    steps,
+    stride,
+    limit,
+    step,
+    speed,
+    mu,
+    scene,
+    load,
+    rotor,
+    casing,
+    contact,
+    state,
+    tracks,
 ):
     """March `steps` steps of Algorithm 1 on the dense matrices.
 
@@ -530,8 +589,20 @@ def march_paper(
     keep_b, pull_b, inverse_b, mass_b, stiff_b, damp_b, free = rotor
     keep_c, pull_c, inverse_c, mass_c, stiff_c, damp_c, length = casing
     w_rotor, compliance = contact
-    (x_b, d_b, x_c, d_c, loss_b, loss_c, last_gaps, older_gaps, touching, counter,
-     ledger, impulse) = state
+    (
+        x_b,
+        d_b,
+        x_c,
+        d_c,
+        loss_b,
+        loss_c,
+        last_gaps,
+        older_gaps,
+        touching,
+        counter,
+        ledger,
+        impulse,
+    ) = state
     blades = len(last_gaps)
     elements = len(compliance) // 2
     ahead_b, ahead_c = np.empty_like(x_b), np.empty_like(x_c)
@@ -570,8 +641,19 @@ def march_paper(
         counter[STEP] += 1
         if lowest < 0.0:
             if not complementarity(
-                gaps, w_rotor, compliance, elem, shape, lam, opened, response, full,
-                have, active, small, right,
+                gaps,
+                w_rotor,
+                compliance,
+                elem,
+                shape,
+                lam,
+                opened,
+                response,
+                full,
+                have,
+                active,
+                small,
+                right,
             ):
                 counter[STOP] = COMPLEMENTARITY
                 return
@@ -591,7 +673,14 @@ def march_paper(
             push_dense(normal_b, drag_b, mu, inverse_b, ahead_b, d_b, ledger, work_b)
             push_dense(normal_c, drag_c, mu, inverse_c, ahead_c, d_c, ledger, work_c)
             book_contacts(
-                blades, lam, opened, older_gaps, touching, counter, ledger, impulse,
+                blades,
+                lam,
+                opened,
+                older_gaps,
+                touching,
+                counter,
+                ledger,
+                impulse,
                 step,
             )
         else:
@@ -618,9 +707,7 @@ def march_paper(
                 u[blades] = x_b[2 * blades]
                 u[blades + 1] = x_b[2 * blades + 1]
             lost = loss_b.sum() + loss_c.sum()
-            write_sample(
-                counter, ledger, impulse, u, energy, lost, limit, tracks
-            )
+            write_sample(counter, ledger, impulse, u, energy, lost, limit, tracks)
             if len(tracks[5]) > 0:
                 for j in range(blades):
                     tracks[5][counter[SAMPLE], j, 0] = x_b[2 * j]

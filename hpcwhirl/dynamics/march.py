@@ -66,7 +66,7 @@ class March:
 
     def _rest(self) -> tuple[Any, ...]:
         """Return the state at rest; its arrays are all that a resume needs."""
-        load, rotor, casing, _ = self._arrays
+        _, rotor, casing, _ = self._arrays
         blades = self.model.blades
         gaps = np.full(blades, self.scene.gap)
         sizes = (len(rotor[0]), len(rotor[0]), len(casing[0]), len(casing[0]))
@@ -98,7 +98,7 @@ class March:
         )
 
     @property
-    def counter(self) -> Any:  # noqa: ANN401
+    def counter(self) -> Any:
         """The kernel's counters: step, touchdowns, last contact, sample, stop."""
         return self.state[9]
 
@@ -176,7 +176,7 @@ class March:
         last = int(self.counter[kernels.LAST])
         radius = np.hypot(*centre[:count].T)
         return History(
-            time=np.arange(1, count + 1) * (self.stride * step),
+            time=np.arange(1.0, count + 1) * (self.stride * step),
             centre=centre[:count],
             energy=energy[:count],
             impulse=impulse[:count],

@@ -44,7 +44,7 @@ def _modal_body(body: ModalModel | None, step: float) -> Arrays:
 
 
 def _dense_body(body: ModalModel | None, step: float) -> Arrays:
-    """Return (keep, pull, inverse, mass, stiffness, damping), each stored transposed."""
+    """Return (keep, pull, inverse, mass, stiffness, damping), transposed."""
     if body is None:
         return (EMPTY,) * 6
     damping = body.damping_matrix()

@@ -29,7 +29,7 @@ def is_simple(k: int, sectors: int) -> bool:
 def wave(k: int, sectors: int) -> Complexes:
     """Return e^{i k theta_j} / sqrt(N) over the sectors, (N,)."""
     steps = k * np.arange(sectors) % sectors  # exact multiples: no drift of the phase
-    return np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors)
+    return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 
 
 def block(matrix: Floats, structure: CyclicStructure, k: int) -> Complexes:
@@ -90,4 +90,4 @@ def spread(k: int, sectors: int) -> Floats:
     waves = wave(k, sectors)
     if is_simple(k, sectors):
         return waves.real[:, None]
-    return np.sqrt(2) * np.column_stack([waves.real, -waves.imag])
+    return np.asarray(np.sqrt(2) * np.column_stack([waves.real, -waves.imag]))

@@ -179,6 +179,26 @@ def _centre_share(piece: _Block, structure: CyclicStructure, kept: int) -> Float
     return np.asarray(energy / np.maximum(piece.omega**2, np.finfo(float).tiny))
 
 
+def _labels(piece: _Block, share: Floats, phase: int) -> list[Floats]:
+    """Return [omega, k, rank, phase, share] of a block's modes, each (m,)."""
+    same = np.ones(len(piece.omega))
+    rank = np.arange(len(piece.omega), dtype=np.float64)
+    return [piece.omega, piece.k * same, rank, phase * same, share]
+
+
+def _assemble(
+    pieces: list[tuple[_Block, Floats]],
+) -> tuple[Floats, Floats]:
+    """Return (M, K) of all blocks in physical coordinates."""
+    size = len(pieces[0][1])
+    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    for piece, columns in pieces:
+        mass += columns @ real_block(piece.mass, simple=piece.simple) @ columns.T
+        own = real_block(piece.stiffness, simple=piece.simple)
+        stiffness += columns @ own @ columns.T
+    return mass, stiffness
+
+
 def modal_model(
     structure: CyclicStructure, damping: float, eta: int | None = None
 ) -> ModalModel:
@@ -197,32 +217,31 @@ def modal_model(
     kept = structure.sector_size if eta is None else len(structure.boundary)
     blocks = list(_blocks(structure, eta))
     size = sum(len(b.mass) * b.multiplicity for b in blocks)
-    matrices = np.zeros((size, size)), np.zeros((size, size))
     physical = kept * structure.sectors + len(structure.centre)
-    shapes, labels, start = [], [], physical
+    pieces, shapes, labels, start = [], [], [], physical
     for piece in blocks:
         columns = _columns(piece, structure, kept, size, start)
-        for target, part in zip(matrices, (piece.mass, piece.stiffness), strict=True):
-            target += columns @ real_block(part, simple=piece.simple) @ columns.T
+        pieces.append((piece, columns))
         share = _centre_share(piece, structure, kept)
-        count = np.arange(len(piece.omega))
         for phase, modes in enumerate(_real_modes(piece)):
             shapes.append(columns @ modes)
-            same = np.ones_like(count)
-            labels.append([piece.omega, piece.k * same, count, phase * same, share])
+            labels.append(_labels(piece, share, phase))
         inner = len(piece.mass) - kept - centre_width(structure, piece.k)
         start += inner * piece.multiplicity
-    omega, diameter, rank, phase_of, share = map(np.concatenate, zip(*labels, strict=True))
-    order = np.lexsort((phase_of, rank, diameter, omega))
+    omega, diameter, rank, phases, shares = map(
+        np.concatenate, zip(*labels, strict=True)
+    )
+    order = np.lexsort((phases, rank, diameter, omega))
+    mass, stiffness = _assemble(pieces)
     return ModalModel(
-        mass=matrices[0],
-        stiffness=matrices[1],
+        mass=mass,
+        stiffness=stiffness,
         shapes=np.ascontiguousarray(np.hstack(shapes)[:, order]),
         omega=omega[order],
-        diameter=diameter[order],
-        rank=rank[order],
-        phase=phase_of[order],
-        centre_share=share[order],
+        diameter=diameter[order].astype(np.int64),
+        rank=rank[order].astype(np.int64),
+        phase=phases[order].astype(np.int64),
+        centre_share=shares[order],
         damping=damping,
         kept=size - physical,
     )

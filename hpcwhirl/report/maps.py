@@ -76,7 +76,9 @@ def _edges(values: NDArray[np.float64]) -> dict[float, tuple[float, float]]:
     middle = (known[1:] + known[:-1]) / 2
     low = np.r_[2 * known[0] - middle[0], middle]
     high = np.r_[middle, 2 * known[-1] - middle[-1]]
-    return {float(v): (float(a), float(b)) for v, a, b in zip(known, low, high, strict=True)}
+    return {
+        float(v): (float(a), float(b)) for v, a, b in zip(known, low, high, strict=True)
+    }
 
 
 def _figure(
@@ -84,12 +86,14 @@ def _figure(
     rows: NDArray[np.float64],
     regime: NDArray[np.str_],
     whirl: NDArray[np.str_],
-) -> Any:  # noqa: ANN401
+) -> Any:
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
     levels = np.unique(rows)
-    figure = Figure(figsize=(11, 2.6 + 0.55 * min(len(levels), 20)), layout="constrained")
+    figure = Figure(
+        figsize=(11, 2.6 + 0.55 * min(len(levels), 20)), layout="constrained"
+    )
     axes = figure.subplots()
     columns = _edges(x)
     spots: dict[tuple[float, int], int] = {}
@@ -102,19 +106,23 @@ def _figure(
         left, right = columns[float(x[i])]
         colour, letter = REGIMES[str(regime[i])]
         axes.add_patch(
-            Rectangle((left, level - 0.5), right - left, 1, fc=colour, ec="white", lw=0.8)
+            Rectangle(
+                (left, level - 0.5), right - left, 1, fc=colour, ec="white", lw=0.8
+            )
         )
         axes.text(x[i], level + 0.2, letter, ha="center", va="center", fontsize=8)
         marker = WHIRLS[str(whirl[i])]
         if marker:
             axes.plot(x[i], level - 0.2, marker, c="black", ms=4.5, mfc="none")
-    axes.set_xlim(min(a for a, _ in columns.values()), max(b for _, b in columns.values()))
+    axes.set_xlim(
+        min(a for a, _ in columns.values()), max(b for _, b in columns.values())
+    )
     axes.set_ylim(-0.5, len(levels) - 0.5)
     return figure
 
 
 def _decorate(
-    axes: Any,  # noqa: ANN401
+    axes: Any,
     data: xarray.Dataset,
     name: str | None,
     rows: NDArray[np.float64],
@@ -152,7 +160,7 @@ def _decorate(
                   transform=axes.transAxes, ha="right", va="top")  # fmt: skip
 
 
-def _save(figure: Any, out: Path, stem: str) -> list[Path]:  # noqa: ANN401
+def _save(figure: Any, out: Path, stem: str) -> list[Path]:
     paths = [out / f"{stem}.png", out / f"{stem}.svg"]
     try:
         out.mkdir(parents=True, exist_ok=True)

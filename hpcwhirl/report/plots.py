@@ -48,7 +48,7 @@ def _title(row: Mapping[str, Any]) -> str:
     return f"Ω = {row['speed']:g} rad/s, k = {row['nodal_diameter']}: {words}"
 
 
-def draw_orbit(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:  # noqa: ANN401
+def draw_orbit(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     """Return the static-frame orbit: transient light, window dark, gap as a circle."""
     from matplotlib.figure import Figure
 
@@ -67,7 +67,7 @@ def draw_orbit(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:  # 
     return figure
 
 
-def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:  # noqa: ANN401
+def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     """Return time traces: centre, energy and, if kept, the tips' extremes."""
     from matplotlib.figure import Figure
 

@@ -39,7 +39,7 @@ def has_mpi_io() -> bool:
     return bool(h5py.get_config().mpi)
 
 
-def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> Path:  # noqa: ANN401
+def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
 
     Parameters
@@ -102,7 +102,9 @@ class _Content:
         self.interval = self._common_interval()
 
     def _common_interval(self) -> float | None:
-        found = {r["row"]["sample_interval"] for r in self.records if r and r.get("row")}
+        found = {
+            r["row"]["sample_interval"] for r in self.records if r and r.get("row")
+        }
         return found.pop() if len(found) == 1 else None
 
     @property
@@ -150,12 +152,14 @@ def _define_cases(
         _attach(data, root, ("case",))
 
 
-def _define(file: h5py.File, content: _Content, facts: Mapping[str, str | float]) -> None:
+def _define(
+    file: h5py.File, content: _Content, facts: Mapping[str, str | float]
+) -> None:
     plan = content.plan
     head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
     for name, value in {**head, **facts}.items():
-        text = isinstance(value, str)
-        file.attrs[name] = np.bytes_(value.encode()) if text else np.float64(value)
+        stored = value.encode() if isinstance(value, str) else value
+        file.attrs[name] = np.asarray(stored)[()]
     file.attrs["format"] = np.int64(FORMAT)
     _axis(file, "case", np.arange(content.cases, dtype="i8"), "case of the campaign")
     _define_cases(file, file, ROW | STATUS, content.cases)
@@ -169,9 +173,7 @@ def _define(file: h5py.File, content: _Content, facts: Mapping[str, str | float]
     file.attrs["swept"] = np.bytes_(" ".join(inputs))
     coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
     file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
-    _define_cases(
-        file.create_group("performance"), file, PERFORMANCE, content.cases
-    )
+    _define_cases(file.create_group("performance"), file, PERFORMANCE, content.cases)
     if content.shapes:
         _define_traces(file, content)
 
@@ -206,9 +208,7 @@ def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
     extra = _swept_extra(content.plan)
     for case in mine:
         for name, dotted in extra.items():
-            value = content.plan.settings[case].get(
-                dotted, content.plan.base[dotted]
-            )
+            value = content.plan.settings[case].get(dotted, content.plan.base[dotted])
             file[name][case] = value.encode() if isinstance(value, str) else value
         record = content.records[case]
         status = record["status"] if record else "missing"

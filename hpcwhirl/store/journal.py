@@ -93,7 +93,7 @@ class Journal:
         self._blocks.close()
 
 
-def _sync(file: Any) -> None:  # noqa: ANN401
+def _sync(file: Any) -> None:
     file.flush()
     os.fsync(file.fileno())
 

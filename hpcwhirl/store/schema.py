@@ -106,7 +106,8 @@ def dtype(name: str, variable: Variable) -> np.dtype:
 
 def missing(variable: Variable) -> float | int | bytes:
     """Return what stands where a case gave nothing."""
-    return {"f8": np.nan, "i8": -1, "enum": 0, "text": b""}[variable.kind]
+    empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
+    return empty.get(variable.kind, b"")
 
 
 def encode(name: str, variable: Variable, value: float | str) -> float | int | bytes:

@@ -44,7 +44,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
         shapes = [12 * x - 6 * one, 6 * x - 4 * one]
         shapes += [6 * one - 12 * x, 6 * x - 2 * one]
     scale = np.array([1.0, length, 1.0, length]).reshape((4,) + (1,) * x.ndim)
-    return np.array(shapes) * scale / length**order
+    return np.asarray(np.array(shapes) * scale / length**order)
 
 
 @dataclass(frozen=True)

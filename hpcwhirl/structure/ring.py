@@ -74,7 +74,8 @@ def ring(casing: Casing, radius: float) -> tuple[CyclicStructure, RingOperator]:
     mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
     for e in range(casing.elements):
         dofs = np.r_[
-            NODE * e + np.arange(NODE), NODE * ((e + 1) % casing.elements) + np.arange(NODE)
+            NODE * e + np.arange(NODE),
+            NODE * ((e + 1) % casing.elements) + np.arange(NODE),
         ]
         for target, part in zip((mass, stiffness), parts, strict=True):
             add_element(target, part, dofs, np.eye(2 * NODE))
