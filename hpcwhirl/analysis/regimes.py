@@ -32,6 +32,9 @@ class Thresholds:
     significance : standard errors at which a growth rate counts as non-zero
     drift : change of ln(amplitude) over the window that `sustained` may show
     rise : change of ln(amplitude) over the window that `divergent` must show
+    free : fed over lost up to which a falling motion counts as `damped`
+    replaced : fed over lost from which a steady motion counts as `sustained`
+    turnover : times that its energy must have been lost in the window for that
     direction : least |P+ - P-|/(P+ + P-) that names a whirl
     whirl_floor : orbit radius over gap below which there is no whirl
     """
@@ -40,6 +43,9 @@ class Thresholds:
     significance: float = 3.0
     drift: float = 0.1
     rise: float = 0.4
+    free: float = 0.1
+    replaced: float = 0.8
+    turnover: float = 2.0
     direction: float = 1.0 / 3.0
     whirl_floor: float = 1e-6
 
@@ -76,8 +82,9 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     Returns
     -------
     growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
-    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost
-    (J), late_contacts (1 if the window has contact), ledger_error (-), gap_scale (m)
+    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost,
+    late_energy (J), late_contacts (1 if the window has contact), ledger_error (-),
+    gap_scale (m)
     """
     time = history.time
     end = float(time[-1]) if len(time) else 0.0
@@ -100,6 +107,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "line_frequency": _number(whirl.line),
         "late_fed": _number(fed[-1] - fed[0]) if len(fed) else 0.0,
         "late_lost": _number(lost[-1] - lost[0]) if len(lost) else 0.0,
+        "late_energy": _number(history.energy[late].mean()) if len(fed) else 0.0,
         "late_contacts": int(history.last_contact > start),
         "ledger_error": ledger_error(history),
         "gap_scale": max(scene.gap, 1e-6 * radius),
@@ -128,11 +136,12 @@ def name_regime(
 
     - `unstable`: not finite, no solution of the contact problem, or a ledger that
       does not close; it has no regime and no whirl.
-    - `damped`: no contact in the window, and amplitudes falling (or at rest).
+    - `damped`: amplitudes falling, significantly, and either no contact in the
+      window or contact that feeds at most `free` of what is lost; or at rest.
     - `divergent`: grown by `rise` over the window, significantly, or beyond the
       amplitude limit, and fed by rotation and friction meanwhile.
-    - `sustained`: contact in the window, amplitudes neither rising nor falling by
-      more than `drift`, or not significantly, where a `rise` would have shown.
+    - `sustained`: contact that replaces at least `replaced` of what is lost, the
+      energy turned over `turnover` times, and no significant change beyond `drift`.
     - `undecided`: anything else, such as falling while still touching.
 
     Parameters
@@ -150,18 +159,20 @@ def name_regime(
 
 def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
     rate, error = float(numbers["growth_rate"]), float(numbers["growth_error"])
+    fed, lost = float(numbers["late_fed"]), float(numbers["late_lost"])
     change = rate * float(numbers["window"])
     clear = abs(rate) > limits.significance * error
-    fed = float(numbers["late_fed"]) > 0.0
     if numbers["stop"] == "amplitude" or (clear and change > limits.rise):
-        return "divergent" if fed else "undecided"
-    if not numbers["late_contacts"]:
-        at_rest = rate == 0.0 and error == 0.0
-        return "damped" if rate < 0.0 or at_rest else "undecided"
-    blur = limits.significance * error * float(numbers["window"])
-    if (abs(change) <= limits.drift or not clear) and blur < limits.rise:
-        return "sustained"
-    return "undecided"
+        return "divergent" if fed > 0.0 else "undecided"
+    falling = clear and rate < 0.0
+    at_rest = float(numbers["late_energy"]) == 0.0
+    free = not numbers["late_contacts"] or fed <= limits.free * lost
+    if at_rest or (falling and free):
+        return "damped"
+    steady = abs(change) <= limits.drift or not clear
+    turned_over = lost >= limits.turnover * float(numbers["late_energy"])
+    kept_up = numbers["late_contacts"] and fed >= limits.replaced * lost
+    return "sustained" if steady and turned_over and kept_up else "undecided"
 
 
 def _whirl(numbers: Mapping[str, Value], limits: Thresholds) -> str:
