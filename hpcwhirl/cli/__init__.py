@@ -6,7 +6,9 @@ import argparse
 import importlib
 import os
 import sys
+import traceback
 from collections.abc import Sequence
+from typing import NoReturn
 
 COMMANDS = {
     "campaign": "integrate a whole design over MPI ranks and draw its map",
@@ -16,16 +18,27 @@ COMMANDS = {
     "classify": "name the regimes again with other thresholds",
     "map": "draw the regime map",
     "model": "modal table, critical speeds, time-step limits",
+    "bench": "measure what a step costs on this core",
     "export-model": "write M, K, D and contact operators to HDF5",
 }
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaint is one line, as that of every other wrong input."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing the usage and leaving."""
+        from hpcwhirl.errors import InputError
+
+        raise InputError(f"{message} (see {self.prog} --help)")
+
+
 def _parser() -> argparse.ArgumentParser:
     from hpcwhirl import __version__
 
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="hpcwhirl",
         description="Whirl of a bladed disk in contact with its casing.",
     )
@@ -50,15 +63,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault(name, "1")
     from hpcwhirl.errors import WhirlError
 
-    if not words or words[0].startswith("-"):
-        parser = _parser()
-        if words:
-            parser.parse_args(words)
-        parser.print_help()
-        return WRONG_INPUT
     try:
+        if not words or words[0].startswith("-"):
+            parser = _parser()
+            if words:
+                parser.parse_args(words)
+            parser.print_help()
+            return WRONG_INPUT
         module = importlib.import_module(_command(words[0]))
-        parser = argparse.ArgumentParser(
+        parser = _Parser(
             prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]]
         )
         module.arguments(parser)
@@ -68,3 +81,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return WRONG_INPUT
     except BrokenPipeError:
         return FAILED
+    except Exception:  # noqa: BLE001 - 1 would say that some cases failed
+        traceback.print_exc()
+        return INTERNAL

@@ -7,12 +7,14 @@ from typing import Any
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import as_records, first_family, modal_table
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import blade_stiffness
 
 SHOWN_HZ = 300.0
+SHOWN_SPEED = 600.0  # rad/s
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,6 +50,9 @@ def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Print the model's facts."""
+    if args.orders < 1:
+        msg = f"--orders must be >= 1, got {args.orders}"
+        raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     facts = facts_of(scene, model_of(scene), args.orders)
     if args.json:
@@ -75,8 +80,11 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
     console.print(f"engine {facts['engine']}, modes up to {up_to:g} Hz", table)
     console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
     if facts["critical_speeds"]:
-        speeds = Table("nodal diameter", "order", "critical speed (Eq. 13), rad/s")
+        heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} rad/s"
+        speeds = Table("nodal diameter", "order", heading)
         for row in facts["critical_speeds"]:
+            if row["speed"] > SHOWN_SPEED:
+                continue
             speed = f"{row['speed']:.1f}"
             speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), speed)
         console.print(speeds)

@@ -45,7 +45,8 @@ def craig_bampton(
         return basis, np.zeros(0)
     squared, modes = eigh(k_ii, m_ii, subset_by_index=(0, eta - 1))
     basis[inner, kept:] = modes
-    miss = np.abs(modes.conj().T @ m_ii @ modes - np.eye(eta)).max()
+    kept_modes = basis[inner, kept:]
+    miss = np.abs(kept_modes.conj().T @ m_ii @ kept_modes - np.eye(eta)).max()
     if not miss < TOLERANCE:
         msg = f"fixed-interface modes are not mass-orthonormal: miss {miss:.1e}"
         raise ModelError(msg)

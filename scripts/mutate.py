@@ -1,0 +1,109 @@
+"""Put a bug in, see a test fail: one bug at a time, in a copy of the tree.
+
+    python scripts/mutate.py [WORD...]     only bugs whose truth or file has WORD
+
+Exits 1 where a bug goes unseen, 2 where its place is no longer in the source.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LIMIT = 300  # s for the tests of one bug
+
+
+@dataclass(frozen=True)
+class Bug:
+    """A replacement in the source, and the tests that should see it."""
+
+    truth: str
+    file: str
+    right: str
+    wrong: str
+    tests: str
+
+
+BEAMS, RING = "structure/beams.py", "structure/ring.py"
+KERNELS, REDUCED = "dynamics/kernels.py", "reduction/craig_bampton.py"
+STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
+MARCH, WHIRL = "test_march.py", "test_whirl.py"
+BUGS = (
+    Bug("1 membrane strain", BEAMS, "shape / radius\n", "-shape / radius\n", STRUCTURE),
+    Bug("1 bending strain", BEAMS, "-slope / radius, h", "slope / radius, h", STRUCTURE),
+    Bug("1 Hermite slope", BEAMS, "x * (1 - x) ** 2]", "x * (1 - x)]", STRUCTURE),
+    Bug("1 taper", BEAMS, "h**3 / 12", "h**2 * self.thickness[0] / 12", STRUCTURE),
+    Bug("1 reading the ring", RING, "node + 2] +=", "node + 2] -=", STRUCTURE),
+    Bug("2 static modes", REDUCED, "= -np.linalg", "= np.linalg", REDUCTION),
+    Bug("2 mass norm", REDUCED, "kept:] = modes", "kept:] = 1.01 * modes", REDUCTION),
+    Bug("2 phase of Eq. 10", "reduction/cyclic.py", "np.exp(2j *", "np.exp(-2j *",
+        REDUCTION),
+    Bug("2 pairs", "reduction/modes.py", "if width > left:", "if left < 1:", REDUCTION),
+    Bug("4 recursion", "dynamics/timestep.py", "1.0 / step**2 - damping",
+        "1.0 / step**2 + damping", MARCH),
+    Bug("4 ring interpolation", KERNELS, "x * (1.0 - x) * (1.0 - x) * length",
+        "x * (1.0 - x) * length", MARCH),
+    Bug("4 pulse", KERNELS, "change = give_c[m] * push", "change = push * 1.01 * give_c[m]",
+        MARCH),
+    Bug("5 friction on the tip", KERNELS, "drag_b[m] -= lam[j]", "drag_b[m] += lam[j]",
+        MARCH),
+    Bug("5 friction on the ring", KERNELS, "drag_c[m] += part", "drag_c[m] -= part",
+        MARCH),
+    Bug("5 compliance of the ring", KERNELS, "a * r0[r] + b * r1[r]", "a * r0[r]", MARCH),
+    Bug("5 damping loss", KERNELS, "rate[m] * both * both", "2.0 * rate[m] * both * both",
+        MARCH),
+    Bug("5 complementarity", KERNELS, "lam[i] < 0.0) or", "lam[i] < -1e30) or", MARCH),
+    Bug("6 sign of friction", "dynamics/operators.py", "np.sign(scene.speed)", "1.0",
+        MARCH),
+    Bug("6 place of the blades", KERNELS, "(2.0 * math.pi) + j / blades",
+        "(2.0 * math.pi) + (j + 0.01 * (j == 3)) / blades", MARCH),
+    Bug("6 frame of the orbit", "analysis/whirl.py", "np.exp(1j * angle)",
+        "np.exp(-1j * angle)", WHIRL),
+)  # fmt: skip
+
+
+def seen(bug: Bug) -> bool:
+    """Return whether the bug's tests fail with it; exit 2 where it does not apply."""
+    with tempfile.TemporaryDirectory(prefix="mutate-") as name:
+        place = Path(name)
+        for part in ("hpcwhirl", "tests"):
+            skip = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / part, place / part, ignore=skip)
+        shutil.copy(ROOT / "pyproject.toml", place)
+        target = place / "hpcwhirl" / bug.file
+        text = target.read_text(encoding="utf-8")
+        if bug.right not in text:
+            print(f"{bug.truth}: '{bug.right}' is not in {bug.file}", file=sys.stderr)
+            raise SystemExit(2)
+        target.write_text(text.replace(bug.right, bug.wrong), encoding="utf-8")
+        call = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider"]
+        kept = {"PYTHONPATH": name, "NUMBA_CACHE_DIR": str(place / "numba")}
+        done = subprocess.run(
+            [*call, f"tests/{bug.tests}"], cwd=place, env=os.environ | kept,
+            capture_output=True, text=True, timeout=LIMIT, check=False,
+        )  # fmt: skip
+    failed = [li for li in done.stdout.splitlines() if li.startswith(("FAILED", "ERROR"))]
+    verdict = failed[0].split(" - ")[0] if failed else "NOT SEEN"
+    print(f"{bug.truth:26s} {bug.file:26s} {verdict}", flush=True)
+    return done.returncode == 1 and bool(failed)
+
+
+def main() -> int:
+    """Try the chosen bugs and report."""
+    chosen = [
+        b for b in BUGS
+        if all(w in f"{b.truth} {b.file}" for w in sys.argv[1:])
+    ]  # fmt: skip
+    unseen = [bug.truth for bug in chosen if not seen(bug)]
+    print(f"{len(chosen) - len(unseen)} of {len(chosen)} bugs seen")
+    return 1 if unseen else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
