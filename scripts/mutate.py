@@ -36,36 +36,90 @@ STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
 MARCH, WHIRL = "test_march.py", "test_whirl.py"
 BUGS = (
     Bug("1 membrane strain", BEAMS, "shape / radius\n", "-shape / radius\n", STRUCTURE),
-    Bug("1 bending strain", BEAMS, "-slope / radius, h", "slope / radius, h", STRUCTURE),
+    Bug(
+        "1 bending strain", BEAMS, "-slope / radius, h", "slope / radius, h", STRUCTURE
+    ),
     Bug("1 Hermite slope", BEAMS, "x * (1 - x) ** 2]", "x * (1 - x)]", STRUCTURE),
     Bug("1 taper", BEAMS, "h**3 / 12", "h**2 * self.thickness[0] / 12", STRUCTURE),
     Bug("1 reading the ring", RING, "node + 2] +=", "node + 2] -=", STRUCTURE),
     Bug("2 static modes", REDUCED, "= -np.linalg", "= np.linalg", REDUCTION),
     Bug("2 mass norm", REDUCED, "kept:] = modes", "kept:] = 1.01 * modes", REDUCTION),
-    Bug("2 phase of Eq. 10", "reduction/cyclic.py", "np.exp(2j *", "np.exp(-2j *",
-        REDUCTION),
+    Bug(
+        "2 phase of Eq. 10",
+        "reduction/cyclic.py",
+        "np.exp(2j *",
+        "np.exp(-2j *",
+        REDUCTION,
+    ),
     Bug("2 pairs", "reduction/modes.py", "if width > left:", "if left < 1:", REDUCTION),
-    Bug("4 recursion", "dynamics/timestep.py", "1.0 / step**2 - damping",
-        "1.0 / step**2 + damping", MARCH),
-    Bug("4 ring interpolation", KERNELS, "x * (1.0 - x) * (1.0 - x) * length",
-        "x * (1.0 - x) * length", MARCH),
-    Bug("4 pulse", KERNELS, "change = give_c[m] * push", "change = push * 1.01 * give_c[m]",
-        MARCH),
-    Bug("5 friction on the tip", KERNELS, "drag_b[m] -= lam[j]", "drag_b[m] += lam[j]",
-        MARCH),
-    Bug("5 friction on the ring", KERNELS, "drag_c[m] += part", "drag_c[m] -= part",
-        MARCH),
-    Bug("5 compliance of the ring", KERNELS, "a * r0[r] + b * r1[r]", "a * r0[r]", MARCH),
-    Bug("5 damping loss", KERNELS, "rate[m] * both * both", "2.0 * rate[m] * both * both",
-        MARCH),
+    Bug(
+        "4 recursion",
+        "dynamics/timestep.py",
+        "1.0 / step**2 - damping",
+        "1.0 / step**2 + damping",
+        MARCH,
+    ),
+    Bug(
+        "4 ring interpolation",
+        KERNELS,
+        "x * (1.0 - x) * (1.0 - x) * length",
+        "x * (1.0 - x) * length",
+        MARCH,
+    ),
+    Bug(
+        "4 pulse",
+        KERNELS,
+        "change = give_c[m] * push",
+        "change = push * 1.01 * give_c[m]",
+        MARCH,
+    ),
+    Bug(
+        "5 friction on the tip",
+        KERNELS,
+        "drag_b[m] -= lam[j]",
+        "drag_b[m] += lam[j]",
+        MARCH,
+    ),
+    Bug(
+        "5 friction on the ring",
+        KERNELS,
+        "drag_c[m] += part",
+        "drag_c[m] -= part",
+        MARCH,
+    ),
+    Bug(
+        "5 compliance of the ring", KERNELS, "a * r0[r] + b * r1[r]", "a * r0[r]", MARCH
+    ),
+    Bug(
+        "5 damping loss",
+        KERNELS,
+        "rate[m] * both * both",
+        "2.0 * rate[m] * both * both",
+        MARCH,
+    ),
     Bug("5 complementarity", KERNELS, "lam[i] < 0.0) or", "lam[i] < -1e30) or", MARCH),
-    Bug("6 sign of friction", "dynamics/operators.py", "np.sign(scene.speed)", "1.0",
-        MARCH),
-    Bug("6 place of the blades", KERNELS, "(2.0 * math.pi) + j / blades",
-        "(2.0 * math.pi) + (j + 0.01 * (j == 3)) / blades", MARCH),
-    Bug("6 frame of the orbit", "analysis/whirl.py", "np.exp(1j * angle)",
-        "np.exp(-1j * angle)", WHIRL),
-)  # fmt: skip
+    Bug(
+        "6 sign of friction",
+        "dynamics/operators.py",
+        "np.sign(scene.speed)",
+        "1.0",
+        MARCH,
+    ),
+    Bug(
+        "6 place of the blades",
+        KERNELS,
+        "(2.0 * math.pi) + j / blades",
+        "(2.0 * math.pi) + (j + 0.01 * (j == 3)) / blades",
+        MARCH,
+    ),
+    Bug(
+        "6 frame of the orbit",
+        "analysis/whirl.py",
+        "np.exp(1j * angle)",
+        "np.exp(-1j * angle)",
+        WHIRL,
+    ),
+)
 
 
 def seen(bug: Bug) -> bool:
@@ -88,7 +142,8 @@ def seen(bug: Bug) -> bool:
             [*call, f"tests/{bug.tests}"], cwd=place, env=os.environ | kept,
             capture_output=True, text=True, timeout=LIMIT, check=False,
         )  # fmt: skip
-    failed = [li for li in done.stdout.splitlines() if li.startswith(("FAILED", "ERROR"))]
+    lines = done.stdout.splitlines()
+    failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
     verdict = failed[0].split(" - ")[0] if failed else "NOT SEEN"
     print(f"{bug.truth:26s} {bug.file:26s} {verdict}", flush=True)
     return done.returncode == 1 and bool(failed)

@@ -36,9 +36,9 @@ class Timing:
 
 
 def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    settings = {"scheme": scheme, "duration": SETTLE, "traces": "summary"}
-    far = {} if contact else {"gap": FAR}
-    march = March(apply_settings(scene, settings | far))
+    settings: dict[str, float | str] = {"scheme": scheme, "duration": SETTLE}
+    far: dict[str, float | str] = {} if contact else {"gap": FAR}
+    march = March(apply_settings(scene, settings | {"traces": "summary"} | far))
     march.run()
     return march
 
