@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import windows
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -24,6 +23,8 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
     amplitude : (n,), m: radius of the circle each line stands for (Hann window,
         mean removed)
     """
+    from scipy.signal import windows  # half a second that `--help` need not wait
+
     window = windows.hann(len(orbit), sym=False)
     centred = orbit - (window @ orbit) / window.sum()
     lines = np.fft.fftshift(np.fft.fft(window * centred)) / window.sum()

@@ -6,6 +6,7 @@ import itertools
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ Settings = dict[str, Value]
 TABLES = ("sweep", "zip", "cases")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
+LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,27 @@ def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
         msg = f"[{table}] must be a table, got {content!r}"
         raise InputError(msg)
     flat = _flat(content, "")
-    return {resolve(name): _values(table, name, given) for name, given in flat.items()}
+    full = _resolved(flat, f"[{table}]")
+    return {name: _values(table, name, given) for name, given in full.items()}
+
+
+def _resolved(given: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the mapping by full dotted names; one input under two names is refused."""
+    out: dict[str, Any] = {}
+    for name, value in given.items():
+        full = resolve(name)
+        if full in out:
+            msg = f"{where} names {full} twice, once as {name}"
+            raise InputError(msg)
+        out[full] = value
+    return out
 
 
 def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     """Undo TOML's reading of a dotted key as tables."""
     out: dict[str, Any] = {}
     for name, given in content.items():
-        if isinstance(given, Mapping) and not given.keys() & set(RANGE_KEYS):
+        if isinstance(given, Mapping) and given and not given.keys() & set(RANGE_KEYS):
             out |= _flat(given, f"{prefix}{name}.")
         else:
             out[prefix + name] = given
@@ -127,8 +142,9 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
     for key, value in given.items():
         if key not in RANGE_KEYS:
             raise unknown(f"key of range {name}", key, RANGE_KEYS)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            msg = f"range {name}: {key} must be a number, got {value!r}"
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not abs(value) < LARGEST:
+            msg = f"range {name}: {key} must be a finite number, got {value!r}"
             raise InputError(msg)
     if not {"start", "stop"} <= given.keys() or len(given) != 3:
         msg = f"range {name} takes start, stop and either step or num, got {given!r}"
@@ -140,8 +156,11 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
     if step == 0 or (stop - start) / step < 0 or (stop - start) / step > MOST_CASES:
         msg = f"range {name}: step must lead from start to stop, got {given!r}"
         raise InputError(msg)
-    count = int(np.floor((stop - start) / step + 1e-9)) + 1
-    return [start + i * step for i in range(count)]
+    # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
+    a, b, d = (Decimal(str(v)) for v in (start, stop, step))
+    count = int((b - a) / d + Decimal("1e-9")) + 1
+    whole = isinstance(start, int) and isinstance(step, int)
+    return [int(v) if whole else float(v) for v in (a + i * d for i in range(count))]
 
 
 def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
@@ -181,7 +200,7 @@ def _explicit(given: Any) -> list[Settings]:
     if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
         msg = f"[[cases]] must be tables of inputs, got {given!r}"
         raise InputError(msg)
-    return [{resolve(n): v for n, v in _flat(case, "").items()} for case in given]
+    return [_resolved(_flat(case, ""), "[[cases]]") for case in given]
 
 
 def _check_distinct(cases: Sequence[Scene]) -> None:

@@ -25,13 +25,16 @@ from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import InputError
+from hpcwhirl.dynamics.timestep import check_step
+from hpcwhirl.errors import InputError, WhirlError
+from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal, Record, next_run, read_records
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 
 PROGRESS_EVERY = 5.0  # s
+MOST_TRIED = 32  # models built to find a case that can be integrated
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
@@ -68,12 +71,43 @@ def prepare(design: Design, folder: Path) -> None:
     Raises
     ------
     InputError
-        naming the value that differs from the one the directory was begun with
+        naming the value that differs from the one the directory was begun with, or
+        the limit that the time step of every case is above
     """
     plan = design.plan()
     if (folder / NAME).exists():
         check_same(read_plan(folder), plan, folder)
+    check_steps(design)
     write_plan(folder, plan)
+
+
+def check_steps(design: Design) -> None:
+    """Refuse a campaign that could not integrate any of its cases.
+
+    The limit of the time step depends on the structures, eta and the gap alone, so
+    one case is tried for each of those, smallest step first, until one is accepted;
+    after `MOST_TRIED` models a campaign is let through, and its cases fail as rows.
+
+    Raises
+    ------
+    InputError
+        the first refusal, with its limit, where every case is refused
+    """
+    distinct: dict[Any, Scene] = {}
+    for scene in sorted(design.cases, key=lambda s: s.solver.time_step):
+        distinct.setdefault((scene.engine, scene.solver.modes, scene.gap), scene)
+    refusal = None
+    for scene in list(distinct.values())[:MOST_TRIED]:
+        try:
+            check_step(model_of(scene), scene.solver.time_step)
+        except InputError as failed:
+            refusal = refusal or failed
+        except WhirlError:
+            return
+        else:
+            return
+    if refusal is not None and len(distinct) <= MOST_TRIED:
+        raise refusal
 
 
 def predicted_steps(scene: Scene) -> float:

@@ -71,9 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.print_help()
             return WRONG_INPUT
         module = importlib.import_module(_command(words[0]))
-        parser = _Parser(
-            prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]]
-        )
+        parser = _Parser(prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]])
         module.arguments(parser)
         return int(module.run(parser.parse_args(words[1:])))
     except WhirlError as failed:

@@ -9,13 +9,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.campaign.case import result_of
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
-from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import to_toml
+
+if TYPE_CHECKING:
+    from hpcwhirl.dynamics.march import March
 
 LEDGER = "ledger_"
 PLAIN_EVERY = 5.0  # s between progress lines where there is no terminal
@@ -31,6 +32,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
+    from hpcwhirl.campaign.case import result_of
+    from hpcwhirl.dynamics.march import March
+
     scene = scene_of(args.scene, args.settings)
     if scene.output.traces == "summary" and (args.out or args.plot):
         msg = "traces is summary: --out and --plot need traces = orbit or full"

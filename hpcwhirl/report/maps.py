@@ -133,7 +133,7 @@ def _decorate(
     axes.set_xlabel("rotational speed Ω, rad/s")
     levels = np.unique(rows)
     shown = levels if name else np.array([])
-    axes.set_yticks(range(len(shown)), [f"{v:.4g}" for v in shown])
+    axes.set_yticks(range(len(shown)), [_tick(v) for v in shown])
     if name:
         unit = data[name].attrs.get("units", "")
         axes.set_ylabel(f"{name.replace('_', ' ')}{', ' + unit if unit else ''}")
@@ -158,6 +158,10 @@ def _decorate(
     if hidden:
         axes.text(1.0, -0.02, f"{hidden} cases of other inputs not shown", fontsize=7,
                   transform=axes.transAxes, ha="right", va="top")  # fmt: skip
+
+
+def _tick(value: float | bytes) -> str:
+    return value.decode() if isinstance(value, bytes) else f"{value:.4g}"
 
 
 def _save(figure: Any, out: Path, stem: str) -> list[Path]:

@@ -82,7 +82,8 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     axes[0].set(ylabel="centre, mm (static)", title=_title(row))
     for name in ("energy", "fed", "lost"):
         axes[1].plot(time, np.abs(traces[name][::step]), lw=0.8, label=name)
-    axes[1].set(ylabel="J (absolute value)", yscale="log")
+    moved = any(np.any(traces[name]) for name in ("energy", "fed", "lost"))
+    axes[1].set(ylabel="J (absolute value)", yscale="log" if moved else "linear")
     if tips is not None:
         for place, name in enumerate(("radial", "tangential")):
             peak = np.abs(1e3 * tips[::step, :, place]).max(axis=1)

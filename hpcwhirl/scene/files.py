@@ -59,6 +59,7 @@ def _allowed(error: Mapping[str, Any]) -> str:
         "int_type": "must be a whole number",
         "float_type": "must be a number",
         "string_type": "must be a string",
+        "model_type": "must be a table",
         "literal_error": "must be one of {expected}",
         "value_error": "{error}",
     }
@@ -66,12 +67,21 @@ def _allowed(error: Mapping[str, Any]) -> str:
     return pattern.format(**context) if pattern else str(error["msg"])
 
 
+def _unknown_key(table: str, word: str) -> InputError:
+    """Return the error that names the key's own table, or the nearest key of this."""
+    what, names = f"key in [{table or 'scene'}]", input_names()
+    homes = [n.rpartition(".")[0] for n in names if n.rpartition(".")[2] == word]
+    if homes:
+        right = " or ".join(f"[{home or 'scene'}]" for home in homes)
+        return InputError(f"unknown {what} '{word}'; it belongs in {right}")
+    inside = [n.removeprefix(f"{table}.") for n in names if n.startswith(table)]
+    return unknown(what, word, [n for n in inside if "." not in n])
+
+
 def _one_line(error: Mapping[str, Any]) -> InputError:
     location = ".".join(str(part) for part in error["loc"])
     if error["type"] == "extra_forbidden":
-        table, _, word = location.rpartition(".")
-        known = [n.rsplit(".", 1)[-1] for n in input_names() if n.startswith(table)]
-        return unknown(f"key in [{table or 'scene'}]", word, known)
+        return _unknown_key(*location.rpartition(".")[::2])
     if error["type"] == "value_error":
         return InputError(f"{location or 'scene'}: {_allowed(error)}")
     unit = input_names().get(location, "")

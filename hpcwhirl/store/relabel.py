@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
 
@@ -40,13 +40,22 @@ def relabel(
             changes = _rename(file, name)
             for limit, value in thresholds.items():
                 file.attrs[f"threshold_{limit}"] = np.float64(value)
-        with part.open("rb+") as handle:
-            os.fsync(handle.fileno())
-        part.replace(path)
+        _settle(part, path)
+    except KeyError as failed:
+        part.unlink(missing_ok=True)
+        msg = f"{path} is not a campaign's results: {failed.args[0]}"
+        raise StoreError(msg) from None
     except OSError as failed:
         msg = f"cannot write {path}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
     return changes
+
+
+def _settle(part: Path, path: Path) -> None:
+    """Put the new file in the old one's place once it is on the disk."""
+    with part.open("rb+") as handle:
+        os.fsync(handle.fileno())
+    part.replace(path)
 
 
 def _rename(

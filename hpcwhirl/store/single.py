@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,8 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
                 file.attrs[name] = value
         part.replace(path)
     except OSError as failed:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # a file on the way is no directory
+            part.unlink(missing_ok=True)
         msg = f"cannot write {path}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 

@@ -1,0 +1,54 @@
+"""What several test files share: campaigns of a few milliseconds, strict JSON."""
+
+import json
+import signal
+
+import pytest
+
+from hpcwhirl.cli import main
+
+SHORT = """
+scene = {duration = 2e-3}
+solver = {time_step = 2e-6}
+output = {interval = 5e-5}
+"""
+
+
+@pytest.fixture(scope="session")
+def campaign(tmp_path_factory):
+    """Return a function: TOML of what is swept -> (exit code, directory)."""
+
+    def integrate(swept):
+        handlers = {s: signal.getsignal(s) for s in (2, 10, signal.SIGTERM)}
+        place = tmp_path_factory.mktemp("campaign")
+        (place / "short.toml").write_text(SHORT + swept)
+        code = main(
+            ["campaign", str(place / "short.toml"), "--out", str(place / "out")]
+        )
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        return code, place / "out"
+
+    return integrate
+
+
+@pytest.fixture(scope="session")
+def finished(campaign):
+    """Return the directory of a finished campaign of two speeds; do not write there."""
+    code, folder = campaign("sweep = {speed = [300, 410]}")
+    assert code == 0
+    return folder
+
+
+@pytest.fixture
+def facts(capsys):
+    """Return a function: words of a command -> its facts, from strict JSON."""
+
+    def refuse(word):
+        pytest.fail(f"{word} is not JSON")
+
+    def ask(*words):
+        assert main(words) == 0
+        return json.loads(capsys.readouterr().out, parse_constant=refuse)
+
+    return ask

@@ -1,0 +1,171 @@
+"""The command line: exit codes, one line for wrong input, and help."""
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+import hpcwhirl
+from hpcwhirl.campaign import run as campaigns
+from hpcwhirl.campaign.design import design_of
+from hpcwhirl.cli import COMMANDS, main
+from hpcwhirl.cli import run as run_command
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch, finished):
+    """Work in a directory that holds wrong files of every kind."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("a regular file")
+    (tmp_path / "key.toml").write_text("[scene]\nfrictoin = 0.1\n")
+    (tmp_path / "gap.toml").write_text("[scene]\ngap = -1e-4\n")
+    (tmp_path / "syntax.toml").write_text("[scene\n")
+    (tmp_path / "steps.toml").write_text("[sweep]\ntime_step = [5e-6, 6e-6]\n")
+    whole = (finished / "results.h5").read_bytes()
+    for name in ("torn", "text", "alien", "hollow", "whole"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "torn/results.h5").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "text/results.h5").write_text("speed,regime\n")
+    (tmp_path / "whole/results.h5").write_bytes(whole)
+    with h5py.File("alien/results.h5", "w") as file:
+        file["speed"] = np.arange(3.0)
+    with h5py.File("hollow/results.h5", "w") as file:
+        file.attrs["format"] = 1
+    return tmp_path
+
+
+WRONG = [
+    ("run key.toml", "[scene] 'frictoin' 'friction'"),
+    ("model key.toml", "[scene] 'frictoin' 'friction'"),
+    ("campaign key.toml", "[scene] 'frictoin' 'friction'"),
+    ("run gap.toml", "gap >= 0 -0.0001"),
+    ("run --set gap=-1e-4", "gap >= 0 -0.0001"),
+    ("campaign --set friction=-1", "friction >= 0 -1"),
+    ("model --set modes=many", "modes whole 'many'"),
+    ("run --set modes=many", "modes whole 'many'"),
+    ("run --set modes=2.5", "modes whole 2.5"),
+    ("model --set modes=683", "modes <= 682 683"),
+    ("run --set frictoin=1", "'frictoin' 'friction'"),
+    ("run --set speed", "name=value 'speed'"),
+    ("run missing.toml", "missing.toml No such file"),
+    ("campaign missing.toml", "missing.toml No such file"),
+    ("run syntax.toml", "syntax.toml TOML line 1"),
+    ("campaign syntax.toml", "syntax.toml TOML line 1"),
+    ("run table3", "'table3' 'table2'"),
+    ("model nonsense", "'nonsense' table1 table2"),
+    ("rum", "'rum' 'run'"),
+    ("run --sett gap=1", "--sett --help"),
+    ("--sett", "COMMAND --help"),
+    ("export-model", "FILE.h5 --help"),
+    ("model --orders few", "--orders 'few'"),
+    ("model --orders 0", "--orders >= 1 0"),
+    ("campaign --retry all", "--retry 'all' failed"),
+    ("classify torn", "torn/results.h5 truncated"),
+    ("map torn", "torn/results.h5 truncated"),
+    ("classify text", "text/results.h5 HDF5"),
+    ("map text", "text/results.h5 HDF5"),
+    ("classify alien", "alien/results.h5 format"),
+    ("map alien", "alien/results.h5 format"),
+    ("classify hollow", "hollow/results.h5 speed"),
+    ("map hollow", "hollow/results.h5"),
+    ("classify whole --set drif=1", "'drif' 'drift'"),
+    ("classify whole --set drift=fast", "drift number 'fast'"),
+    ("classify whole --set drift=-1", "drift >= 0 '-1'"),
+    ("classify missing", "missing/results.h5"),
+    ("status missing", "missing campaign.json"),
+    ("gather missing", "missing campaign.json"),
+    ("map missing", "missing/results.h5"),
+    ("map whole --out file/maps", "file/maps"),
+    ("map whole --y gap", "'gap' speed"),
+    ("run --out file/x.h5", "file/x.h5"),
+    ("run --out whole", "whole file"),
+    ("run --plot file/plots", "file/plots"),
+    ("run --plot file", "file directory"),
+    ("run --set traces=summary --out x.h5", "summary --out full"),
+    ("campaign --out file/campaign", "file/campaign"),
+    ("campaign --out file", "file directory"),
+    ("export-model file/x.h5", "file/x.h5"),
+    ("export-model whole", "whole"),
+]
+
+
+@pytest.mark.parametrize(("line", "told"), WRONG, ids=[line for line, _ in WRONG])
+def test_wrong_input_is_one_line_and_exit_code_2(place, capsys, line, told):
+    before = sorted(place.rglob("*"))
+    assert main(line.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("hpcwhirl: error: ")
+    assert err.count("\n") == 1
+    assert all(word in err for word in told.split())
+    assert sorted(place.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["run --set time_step=5e-6", "campaign --set time_step=5e-6", "campaign steps.toml",
+     "campaign --set time_step=5e-6 --dry-run"],
+)  # fmt: skip
+def test_a_step_above_the_limit_is_refused_with_the_limit(place, facts, capsys, line):
+    limits = facts("model", "--json")["time_step_limits"]
+    assert main(line.split()) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert f"{min(limits.values()):.6g} s" in err
+    assert "got 5e-06" in err
+    assert not (place / "campaign").exists()
+
+
+def test_one_case_below_the_limit_lets_a_campaign_begin():
+    steps, speeds = [5e-6, 6e-6, 1e-6], [300, 410]
+    campaigns.check_steps(design_of({"sweep": {"time_step": steps, "speed": speeds}}))
+    gaps = [1e-4, 2e-4, 3e-4]
+    campaigns.check_steps(design_of({"zip": {"time_step": steps, "gap": gaps}}))
+
+
+def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch):
+    built = []
+    model_of = campaigns.model_of
+    monkeypatch.setattr(campaigns, "model_of", lambda s: built.append(s) or model_of(s))
+    with pytest.raises(ValueError, match="time_step must be <"):
+        campaigns.check_steps(
+            design_of({"sweep": {"time_step": [5e-6, 6e-6], "speed": [*range(1, 90)]}})
+        )
+    assert len(built) == 1
+
+
+def test_an_error_of_ours_is_exit_code_70_with_its_traceback(capsys, monkeypatch):
+    monkeypatch.setattr(run_command, "scene_of", lambda *_: 1 / 0)
+    assert main(["run"]) == 70
+    assert "ZeroDivisionError" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(capsys, command):
+    with pytest.raises(SystemExit) as left:
+        main([command, "--help"])
+    assert left.value.code == 0
+    assert f"usage: hpcwhirl {command}" in capsys.readouterr().out
+
+
+def test_help_names_every_command_and_version_is_the_package_s(capsys):
+    for option in ("--help", "--version"):
+        with pytest.raises(SystemExit) as left:
+            main([option])
+        assert left.value.code == 0
+    out = capsys.readouterr().out
+    assert out.splitlines()[-1] == hpcwhirl.__version__
+    assert all(command in out for command in COMMANDS)
+
+
+@pytest.mark.parametrize("words", [[], ["run"], ["campaign"], ["map"]], ids=str)
+def test_help_waits_for_no_heavy_package(words):
+    call = [sys.executable, "-X", "importtime", "-m", "hpcwhirl", *words, "--help"]
+    done = subprocess.run(call, capture_output=True, text=True, check=True, timeout=60)
+    loaded = {
+        li.rsplit("|")[-1].strip().split(".")[0] for li in done.stderr.split("\n")
+    }
+    assert "argparse" in loaded
+    assert not loaded & {"numba", "scipy", "matplotlib", "h5py", "mpi4py", "xarray"}

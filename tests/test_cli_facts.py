@@ -1,0 +1,244 @@
+"""What the commands of one scene print and write, and `classify`."""
+
+import json
+import shutil
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from hpcwhirl import open_results
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.cli import main
+from hpcwhirl.cli import run as run_command
+from hpcwhirl.cli.options import print_json
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.files import scene_of_document
+from hpcwhirl.store.reader import words
+
+SHORT = ("--set", "duration=2e-3", "--set", "time_step=2e-6", "--set", "interval=5e-5")
+INPUTS = {"duration": 2e-3, "time_step": 2e-6, "interval": 5e-5}
+RUN_NAMES = {
+    "outcome", "regime", "whirl", "speed", "nodal_diameter", "gap", "friction",
+    "duration", "time_step", "scheme", "steps", "seconds", "microseconds_per_step",
+    "contacts", "contact_impulse", "orbit_radius", "centre_peak", "growth_rate",
+    "last_contact", "ledger",
+}  # fmt: skip
+MODEL_NAMES = {
+    "modes", "blade_stiffness", "critical_speeds", "time_step_limits", "plan",
+}  # fmt: skip
+MODE_NAMES = {"body", "family", "nodal_diameter", "frequency_hz", "centre_share"}
+
+
+def frequencies(found, body, chosen):
+    return sorted(
+        mode["frequency_hz"]
+        for mode in found["modes"]
+        if mode["body"] == body and chosen(mode["nodal_diameter"])
+    )
+
+
+def test_json_has_null_where_a_number_is_not_finite(capsys):
+    print_json({"a": float("nan"), "b": [np.float64("inf"), np.int64(3)], "c": (1.5,)})
+    assert json.loads(capsys.readouterr().out) == {
+        "a": None,
+        "b": [None, 3],
+        "c": [1.5],
+    }
+
+
+def test_model_prints_the_names_that_scripts_rely_on(facts):
+    found = facts("model", "--json", "--orders", "3")
+    assert found.keys() >= MODEL_NAMES
+    assert all(mode.keys() >= MODE_NAMES for mode in found["modes"])
+    assert {mode["body"] for mode in found["modes"]} == {"rotor", "casing"}
+    assert {"1F", "2F", "suspension"} <= {mode["family"] for mode in found["modes"]}
+    assert {row["order"] for row in found["critical_speeds"]} == {1, 2, 3}
+    assert all(
+        {"nodal_diameter", "speed"} <= r.keys() for r in found["critical_speeds"]
+    )
+    assert found["time_step_limits"].keys() == {"rotor", "casing"}
+
+
+def test_model_without_json_is_a_table(capsys):
+    assert main(["model", "table1"]) == 0
+    out = capsys.readouterr().out
+    assert all(word in out for word in ("suspension", "blade stiffness", "limit"))
+
+
+def test_clamping_the_centre_moves_the_one_lobed_rotor_modes_alone(facts):
+    free = facts("model", "--json")
+    clamped = facts("model", "--json", "--set", "centre=clamped")
+    for body, chosen in (("rotor", lambda k: k != 1), ("casing", lambda _: True)):
+        still = frequencies(free, body, chosen)
+        assert frequencies(clamped, body, chosen) == pytest.approx(still, rel=1e-9)
+    moved = frequencies(clamped, "rotor", lambda k: k == 1)
+    before = frequencies(free, "rotor", lambda k: k == 1)
+    assert len(moved) == len(before) - 1  # the suspension is gone
+    # a constraint takes one degree of freedom of each phase: frequencies interlace
+    assert all(a <= b <= c for a, b, c in zip(before, moved, before[1:], strict=False))
+    assert moved[0] > 1.001 * before[0]
+    assert all(
+        m["centre_share"] < 1e-9 for m in clamped["modes"] if m["body"] == "rotor"
+    )
+
+
+@pytest.mark.parametrize("traces", ["summary", "orbit"])
+def test_run_prints_the_names_that_scripts_rely_on(facts, traces):
+    found = facts("run", "--json", "--quiet", *SHORT, "--set", f"traces={traces}")
+    assert found.keys() >= RUN_NAMES
+    assert (found["steps"], found["duration"], found["time_step"]) == (1000, 2e-3, 2e-6)
+    assert found["contacts"] > 0
+    ledger = found["ledger"]
+    work = ledger["pulse"] + ledger["friction"] + ledger["rotation"]
+    spent = ledger["energy"] + ledger["damping"] + ledger["impact"]
+    assert work - spent == pytest.approx(-ledger["residual"], abs=1e-12 * spent)
+    assert abs(ledger["residual"]) < 1e-9 * spent
+
+
+def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch):
+    named = ("unstable", "none", "none")
+    monkeypatch.setattr("hpcwhirl.campaign.case.name_regime", lambda *_: named)
+    assert main(["run", "--json", *SHORT]) == 1
+    assert json.loads(capsys.readouterr().out)["outcome"] == "unstable"
+
+
+@pytest.mark.parametrize("traces", ["orbit", "full"])
+def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, traces):
+    out, plots = tmp_path / "new/run.h5", tmp_path / "plots"
+    wanted = ("--out", str(out), "--plot", str(plots), "--set", f"traces={traces}")
+    found = facts("run", "--json", *SHORT, *wanted)
+    with h5py.File(out) as file:
+        arrays = {name: data[:] for name, data in file.items()}
+        assert all(d.attrs["units"] and d.attrs["long_name"] for d in file.values())
+        assert file.attrs["centre_peak"] == found["centre_peak"]
+        scene = scene_of_document(tomllib.loads(file.attrs["scene"]))
+    assert scene == apply_settings(named_scene("table2"), INPUTS | {"traces": traces})
+    assert arrays["time"] == pytest.approx(5e-5 * np.arange(1, 41), rel=1e-12)
+    assert np.hypot(*arrays["centre"].T).max() == found["centre_peak"]
+    assert arrays["impulse"][-1] == found["contact_impulse"]
+    if traces == "full":
+        assert arrays["tips"].shape == (40, 22, 2)
+        total = arrays["blade_impulse"].sum(axis=1)
+        assert total == pytest.approx(arrays["impulse"], rel=1e-12)
+    for name in ("orbit.png", "traces.png"):
+        assert (plots / name).read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["new", "plots"]
+    assert [p.name for p in out.parent.iterdir()] == ["run.h5"]
+
+
+def test_a_case_at_rest_and_a_case_of_one_step_can_be_drawn(tmp_path):
+    for changes in ("force=0", "duration=2e-6"):
+        words = ["run", *SHORT, "--set", changes, "--plot", str(tmp_path)]
+        assert main(words) == 0
+
+
+def test_progress_without_a_terminal_is_plain_lines(capsys, monkeypatch):
+    monkeypatch.setattr(run_command, "PLAIN_EVERY", 0.0)
+    assert main(["run", *SHORT]) == 0
+    err = capsys.readouterr().err
+    shares = [int(li.split()[1]) for li in err.splitlines()]
+    assert all(li.startswith("integrating: ") for li in err.splitlines())
+    assert shares == sorted(shares)
+    assert shares[-1] == 100
+    assert not {"\r", "\x1b"} & set(err)
+
+
+def test_quiet_says_nothing_but_the_summary(capsys, monkeypatch):
+    monkeypatch.setattr(run_command, "PLAIN_EVERY", 0.0)
+    assert main(["run", "--quiet", *SHORT]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert all(word in out for word in ("regime", "1000 steps", "orbit_radius"))
+    assert not {"\r", "\x1b"} & set(out)
+
+
+def exported(place, *words):
+    """Return {body: {name: array}} of `export-model`; every array tells its unit."""
+    assert main(["export-model", str(place / "model.h5"), *words]) == 0
+    with h5py.File(place / "model.h5") as file:
+        assert "rotating" in file.attrs["layout"]
+        for data in (*file["rotor"].values(), *file["casing"].values()):
+            assert data.attrs["units"]
+            assert data.attrs["long_name"]
+        return {body: {n: d[:] for n, d in file[body].items()} for body in file}
+
+
+def test_exported_matrices_have_the_frequencies_of_the_modal_table(
+    facts, capsys, tmp_path
+):
+    bodies = exported(tmp_path, "table1", "--set", "modes=66")
+    assert capsys.readouterr().out == f"{tmp_path / 'model.h5'}\n"
+    found = facts("model", "table1", "--json", "--set", "modes=66")
+    for body, arrays in bodies.items():
+        squares = eigh(arrays["stiffness"], arrays["mass"], eigvals_only=True)
+        for line in frequencies(found, body, lambda _: True):
+            square = (2 * np.pi * line) ** 2
+            # 1e-9 of a frequency, and what the entries of K round off to
+            allowed = 2e-9 * square + np.finfo(float).eps * squares[-1]
+            assert np.abs(squares - square).min() < allowed
+
+
+def test_exported_shapes_and_damping_are_modal(tmp_path):
+    for arrays in exported(tmp_path, "--set", "modes=22").values():
+        shapes, mass = arrays["shapes"], arrays["mass"]
+        assert np.abs(shapes.T @ mass @ shapes - np.eye(len(mass))).max() < 1e-9
+        modal = shapes.T @ arrays["damping"] @ shapes
+        ratio = np.diag(modal) / (2 * arrays["omega"])
+        assert ratio == pytest.approx(ratio[0], rel=1e-6)
+        stiffness = arrays["stiffness"]
+        assert np.abs(stiffness - stiffness.T).max() < 1e-12 * np.abs(stiffness).max()
+
+
+def test_exported_maps_find_the_tips_and_the_centre(tmp_path):
+    rotor = exported(tmp_path, "--set", "modes=22")["rotor"]
+    for rows, at in (("tip_radial",) * 2, ("tip_tangential",) * 2, ("centre",) * 2):
+        assert (rotor["shapes"][rotor[at]] == rotor[f"modal_{rows}"]).all()
+    assert len(rotor["tip_radial"]) == 22
+    assert len(rotor["centre"]) == 2
+    clamped = exported(tmp_path, "--set", "modes=22", "--set", "centre=clamped")
+    assert clamped["rotor"]["centre"].size == 0
+
+
+@pytest.fixture
+def copy(finished, tmp_path):
+    """Return a copy of a finished campaign's results that may be written."""
+    shutil.copy(finished / "results.h5", tmp_path)
+    return tmp_path
+
+
+def test_classify_with_default_thresholds_changes_nothing(facts, copy):
+    before = open_results(copy)
+    assert facts("classify", str(copy), "--json")["changed"] == {}
+    assert open_results(copy).identical(before)
+
+
+def test_classify_renames_without_integrating_and_keeps_its_thresholds(
+    facts, copy, monkeypatch
+):
+    before = open_results(copy)
+    monkeypatch.setattr(March, "__init__", lambda *_: 1 / 0)
+    strict = ("--set", "ledger=0", "--set", "drift=0.25")
+    found = facts("classify", str(copy), "--json", *strict)
+    after = open_results(copy)
+    assert found["regimes"] == {"none": 2}
+    assert list(words(after["outcome"])) == ["unstable", "unstable"]
+    assert (after.attrs["threshold_ledger"], after.attrs["threshold_drift"]) == (
+        0,
+        0.25,
+    )
+    assert after.attrs["threshold_rise"] == Thresholds().rise
+    names = ["outcome", "regime", "whirl"]
+    assert after.drop_vars(names).equals(before.drop_vars(names))
+    facts("classify", str(copy), "--json")  # the evidence is whole: all comes back
+    assert open_results(copy).identical(before)
+    assert [p.name for p in copy.iterdir()] == ["results.h5"]
+
+
+def test_classify_without_json_says_what_there_is(copy, capsys):
+    assert main(["classify", str(copy)]) == 0
+    out = capsys.readouterr().out
+    assert all(f"{name}: " in out for name in ("cases", "regimes", "thresholds"))
