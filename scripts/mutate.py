@@ -31,7 +31,9 @@ class Bug:
 
 
 BEAMS, RING = "structure/beams.py", "structure/ring.py"
-KERNELS, REDUCED = "dynamics/kernels.py", "reduction/craig_bampton.py"
+KERNELS, REDUCED = "dynamics/kernels/", "reduction/craig_bampton.py"
+CONTACT, CYCLIC = KERNELS + "contact.py", KERNELS + "cyclic.py"
+GENERAL = KERNELS + "general.py"
 STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
 MARCH, WHIRL = "test_march.py", "test_whirl.py"
 BUGS = (
@@ -59,45 +61,49 @@ BUGS = (
         "1.0 / step**2 + damping",
         MARCH,
     ),
-    Bug(
-        "4 ring interpolation",
-        KERNELS,
-        "x * (1.0 - x) * (1.0 - x) * length",
-        "x * (1.0 - x) * length",
-        MARCH,
-    ),
+    Bug("4 harmonics", "structure/fourier.py", "[h * h, h]", "[h * h, -h]", STRUCTURE),
+    Bug("4 ring interpolation", CONTACT, "(1.0 - x) * (1.0 - x)", "(1.0 - x)", MARCH),
     Bug(
         "4 pulse",
-        KERNELS,
-        "change = give_c[m] * push",
-        "change = push * 1.01 * give_c[m]",
+        CYCLIC,
+        "push * lobe[m]\n            re",
+        "push\n            re",
         MARCH,
     ),
+    Bug("4 turning ring", CYCLIC, "er * di + ei * dr", "er * di - ei * dr", MARCH),
     Bug(
-        "5 friction on the tip",
-        KERNELS,
-        "drag_b[m] -= lam[j]",
-        "drag_b[m] += lam[j]",
+        "4 folding",
+        "dynamics/slots.py",
+        "blades - rest, -1.0",
+        "blades - rest, 1.0",
         MARCH,
     ),
+    Bug("5 friction on the tip", GENERAL, "tangential, -1.0", "tangential, 1.0", MARCH),
+    Bug("5 friction on the ring", GENERAL, "shape, along_c", "shape, radial_c", MARCH),
+    Bug("5 tangential phase", CYCLIC, "sr * lr + si * li", "sr * lr - si * li", MARCH),
     Bug(
-        "5 friction on the ring",
-        KERNELS,
-        "drag_c[m] += part",
-        "drag_c[m] -= part",
+        "5 compliance of the ring", CONTACT, "w[j, i] += read", "w[j, i] -= read", MARCH
+    ),
+    Bug(
+        "5 Delassus spectrum", CYCLIC, "symbol[k + c] * li", "symbol[k + c] * lr", MARCH
+    ),
+    Bug("5 damping loss", CYCLIC, "size + m] * both * both", "size + m] * both", MARCH),
+    Bug(
+        "5 damping loss of contact",
+        CYCLIC,
+        "change * (old + both)",
+        "change * both",
         MARCH,
     ),
+    Bug("5 impact", CONTACT, "(opened[j] - before[j])", "opened[j]", MARCH),
     Bug(
-        "5 compliance of the ring", KERNELS, "a * r0[r] + b * r1[r]", "a * r0[r]", MARCH
-    ),
-    Bug(
-        "5 damping loss",
-        KERNELS,
-        "rate[m] * both * both",
-        "2.0 * rate[m] * both * both",
+        "5 complementarity",
+        CONTACT,
+        "if right[s] < 0.0:",
+        "if right[s] < -1e30:",
         MARCH,
     ),
-    Bug("5 complementarity", KERNELS, "lam[i] < 0.0) or", "lam[i] < -1e30) or", MARCH),
+    Bug("5 first guess", CONTACT, "return lowest == 0.0", "return True", MARCH),
     Bug(
         "6 sign of friction",
         "dynamics/operators.py",
@@ -107,9 +113,9 @@ BUGS = (
     ),
     Bug(
         "6 place of the blades",
-        KERNELS,
-        "(2.0 * math.pi) + j / blades",
-        "(2.0 * math.pi) + (j + 0.01 * (j == 3)) / blades",
+        CONTACT,
+        "turned + 2.0 * math.pi * j / blades",
+        "turned + 2.0 * math.pi * (j + 0.01 * (j == 3)) / blades",
         MARCH,
     ),
     Bug(

@@ -22,7 +22,7 @@ def place(tmp_path, monkeypatch, finished):
     (tmp_path / "key.toml").write_text("[scene]\nfrictoin = 0.1\n")
     (tmp_path / "gap.toml").write_text("[scene]\ngap = -1e-4\n")
     (tmp_path / "syntax.toml").write_text("[scene\n")
-    (tmp_path / "steps.toml").write_text("[sweep]\ntime_step = [5e-6, 6e-6]\n")
+    (tmp_path / "steps.toml").write_text("[sweep]\ntime_step = [1e-5, 2e-5]\n")
     whole = (finished / "results.h5").read_bytes()
     for name in ("torn", "text", "alien", "hollow", "whole"):
         (tmp_path / name).mkdir()
@@ -105,8 +105,8 @@ def test_wrong_input_is_one_line_and_exit_code_2(place, capsys, line, told):
 
 @pytest.mark.parametrize(
     "line",
-    ["run --set time_step=5e-6", "campaign --set time_step=5e-6", "campaign steps.toml",
-     "campaign --set time_step=5e-6 --dry-run"],
+    ["run --set time_step=1e-5", "campaign --set time_step=1e-5", "campaign steps.toml",
+     "campaign --set time_step=1e-5 --dry-run"],
 )  # fmt: skip
 def test_a_step_above_the_limit_is_refused_with_the_limit(place, facts, capsys, line):
     limits = facts("model", "--json")["time_step_limits"]
@@ -114,12 +114,12 @@ def test_a_step_above_the_limit_is_refused_with_the_limit(place, facts, capsys, 
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert f"{min(limits.values()):.6g} s" in err
-    assert "got 5e-06" in err
+    assert "got 1e-05" in err
     assert not (place / "campaign").exists()
 
 
 def test_one_case_below_the_limit_lets_a_campaign_begin():
-    steps, speeds = [5e-6, 6e-6, 1e-6], [300, 410]
+    steps, speeds = [1e-5, 2e-5, 1e-6], [300, 410]
     campaigns.check_steps(design_of({"sweep": {"time_step": steps, "speed": speeds}}))
     gaps = [1e-4, 2e-4, 3e-4]
     campaigns.check_steps(design_of({"zip": {"time_step": steps, "gap": gaps}}))
@@ -131,7 +131,7 @@ def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch)
     monkeypatch.setattr(campaigns, "model_of", lambda s: built.append(s) or model_of(s))
     with pytest.raises(ValueError, match="time_step must be <"):
         campaigns.check_steps(
-            design_of({"sweep": {"time_step": [5e-6, 6e-6], "speed": [*range(1, 90)]}})
+            design_of({"sweep": {"time_step": [1e-5, 2e-5], "speed": [*range(1, 90)]}})
         )
     assert len(built) == 1
 

@@ -10,7 +10,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.report import maps
 
 GRID = "sweep = {speed = [300, 350, 410], gap = [1e-4, 2e-4]}"
-MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 1e-5]}"  # above the limit
+MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 
 
 @pytest.fixture(scope="module")

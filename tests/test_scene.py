@@ -32,6 +32,7 @@ WORDS = {
     "engine.name": "another",
     "engine.rotor.centre": "clamped",
     "engine.casing.kind": "rigid",
+    "engine.casing.discretization": "elements",
     "solver.scheme": "paper",
     "output.traces": "full",
     "direction": "stretch",

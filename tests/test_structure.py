@@ -5,7 +5,13 @@ import pytest
 from scipy.linalg import eigh
 
 from hpcwhirl.scene import Casing, Rotor
-from hpcwhirl.structure import blade_stiffness, bladed_disk, ring
+from hpcwhirl.structure import (
+    FourierOperator,
+    blade_stiffness,
+    bladed_disk,
+    harmonic_matrices,
+    ring,
+)
 from hpcwhirl.structure.beams import Section, beam, curved, hermite
 from hpcwhirl.structure.bladed_disk import blade
 
@@ -165,3 +171,40 @@ def test_reading_the_ring_reproduces_a_cubic_in_each_element():
 @pytest.mark.paper
 def test_blade_stiffness_of_the_paper():
     assert blade_stiffness(Rotor()) == pytest.approx(6.8e4, rel=3e-3)
+
+
+def test_harmonics_have_the_frequencies_of_a_fine_ring_of_elements():
+    casing = Casing(elements=240)
+    structure, _ = ring(casing, 0.5)
+    fine = np.sort(2 * np.pi * hertz(structure.stiffness, structure.mass))
+    for h in range(9):
+        inertia, stiff = harmonic_matrices(casing, 0.5, h)
+        for omega in np.sqrt(np.linalg.eigvalsh(stiff) / inertia):
+            near = fine[np.argmin(np.abs(fine - omega))]
+            assert near == pytest.approx(omega, rel=1e-5)
+
+
+def test_harmonics_against_inextensional_theory():
+    casing = Casing(thickness=0.005, width=0.16, support_frequency=0.0)
+    for k in (2, 3, 4):
+        inertia, stiff = harmonic_matrices(casing, 0.5, k)
+        flex = casing.young * casing.thickness**2 / (12 * casing.density * 0.5**4)
+        theory = flex * k**2 * (k**2 - 1) ** 2 / (k**2 + 1)
+        found = np.linalg.eigvalsh(stiff)[0] / inertia
+        assert found == pytest.approx(theory, rel=3e-3)
+
+
+def test_a_rigid_shift_of_the_harmonics_strains_only_the_support():
+    casing = Casing()
+    inertia, stiff = harmonic_matrices(casing, 0.5, 1)
+    shift = np.array([1.0, -1.0])  # w = cos, u = -sin
+    want = casing.support_frequency**2 * inertia
+    assert shift @ stiff @ shift == pytest.approx(2 * want, rel=1e-9)
+
+
+@pytest.mark.parametrize("k", [0, 1, 5])
+def test_lobes_of_harmonics_do_unit_work_on_their_shape(k):
+    operator = FourierOperator(8, 0.5)
+    shape, _ = operator.rows(np.linspace(0, 2 * np.pi, 50))
+    angle = np.linspace(0, 2 * np.pi, 50)
+    assert shape @ operator.lobes(k) == pytest.approx(np.cos(k * angle), abs=1e-12)

@@ -16,8 +16,10 @@ from hpcwhirl.scene import NAMED, to_toml
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
     "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
-    "amplitudes; casing: u, u', w, w' at each node (static frame, node j at "
-    "2 pi j / elements; u tangential with theta, w radial outward)"
+    "amplitudes; casing (static frame, u tangential with theta, w radial outward): of "
+    "harmonics w_0, w_1c, w_1s, ... w_Hs, then u_0, u_1c, ... (c: cos h theta, s: "
+    "sin); "
+    "of elements u, u', w, w' at each node, node j at 2 pi j / elements"
 )
 
 

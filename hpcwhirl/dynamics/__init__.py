@@ -1,1 +1,1 @@
-"""dynamics."""
+"""Time integration of both bodies and their contact, in slices."""

@@ -8,20 +8,18 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
-from hpcwhirl.dynamics.operators import (
-    contact_operators,
-    dense_arrays,
-    friction_with_sign,
-    modal_arrays,
-)
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.timestep import check_step
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
 
+Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
 STOPS = {0: "end", 1: "amplitude", 2: "nonfinite", 3: "complementarity"}
@@ -53,33 +51,9 @@ class March:
         self.stride = max(1, round(scene.output.interval / step))
         self.stride = min(self.stride, self.total)
         self.seconds = 0.0
-        self._arrays = self._operators()
-        self.state = self._rest()
+        self.scheme = scheme_of(self.model, scene)
+        self.state = self.scheme.state
         self.tracks = self._empty_tracks()
-
-    def _operators(self) -> tuple[Any, ...]:
-        dense = self.scene.solver.scheme == "paper"
-        make = dense_arrays if dense else modal_arrays
-        rotor, casing, load = make(self.model, self.scene)
-        self._kernel = kernels.march_paper if dense else kernels.march_modal
-        return load, rotor, casing, contact_operators(self.model, self.scene)
-
-    def _rest(self) -> tuple[Any, ...]:
-        """Return the state at rest; its arrays are all that a resume needs."""
-        _, rotor, casing, _ = self._arrays
-        blades = self.model.blades
-        gaps = np.full(blades, self.scene.gap)
-        sizes = (len(rotor[0]), len(rotor[0]), len(casing[0]), len(casing[0]))
-        q_b, d_b, q_c, d_c = (np.zeros(n) for n in sizes)
-        losses = np.zeros(sizes[0]), np.zeros(sizes[2])
-        if len(losses[1]) == 0:
-            losses = (losses[0], np.zeros(1))
-        counter = np.zeros(5, dtype=np.int64)
-        counter[kernels.LAST] = -1
-        touching = np.zeros(blades, dtype=np.int64)
-        ledger, impulse = np.zeros(5), np.zeros(blades)
-        return (q_b, d_b, q_c, d_c, *losses, gaps, gaps.copy(), touching, counter,
-                ledger, impulse)  # fmt: skip
 
     def _empty_tracks(self) -> tuple[Any, ...]:
         samples, blades = self.total // self.stride, self.model.blades
@@ -99,18 +73,22 @@ class March:
 
     @property
     def counter(self) -> Any:
-        """The kernel's counters: step, touchdowns, last contact, sample, stop."""
-        return self.state[9]
+        """The kernel's counters: see `contact`."""
+        return self.state[-3]
 
     @property
     def steps(self) -> int:
         """Steps taken so far."""
-        return int(self.counter[kernels.STEP])
+        return int(self.counter[contact.STEP])
 
     @property
     def done(self) -> bool:
         """Whether the end, or a reason to stop, has been reached."""
-        return self.steps >= self.total or self.counter[kernels.STOP] != 0
+        return self.steps >= self.total or self.counter[contact.STOP] != 0
+
+    def displacements(self) -> tuple[Floats, Floats]:
+        """Return rotor (n,) and casing (m,), m, in the model's coordinates."""
+        return self.scheme.displacements(self.state, self.steps)
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any cut into slices gives the same bits."""
@@ -123,10 +101,9 @@ class March:
             casing.growth,
             casing.rise,
         )
-        load, rotor, body, contact = self._arrays
         limit = scene.solver.amplitude_limit * scene.engine.rotor.radius
         start = time.perf_counter()
-        self._kernel(
+        self.scheme.kernel(
             min(steps, self.total - self.steps),
             self.stride,
             limit,
@@ -134,10 +111,7 @@ class March:
             scene.speed,
             friction_with_sign(scene),
             shape,
-            load,
-            rotor,
-            body,
-            contact,
+            *self.scheme.arrays,
             self.state,
             self.tracks,
         )
@@ -156,11 +130,11 @@ class March:
         return self.history()
 
     def _ledger(self, energy: float, lost: float) -> dict[str, float]:
-        entries = self.state[10]
-        impact = float(entries[kernels.IMPACT])
-        pulse = float(entries[kernels.PULSE])
-        friction = float(entries[kernels.FRICTION])
-        rotation = float(entries[kernels.ROTATION])
+        entries = self.state[-2]
+        impact = float(entries[contact.IMPACT])
+        pulse = float(entries[contact.PULSE])
+        friction = float(entries[contact.FRICTION])
+        rotation = float(entries[contact.ROTATION])
         residual = energy + lost - pulse - friction - rotation
         values = (energy, lost - impact, pulse, impact, friction, rotation, residual)
         return dict(zip(LEDGER_TERMS, values, strict=True))
@@ -170,10 +144,10 @@ class March:
 
         The samples end with the last whole output interval.
         """
-        count = int(self.counter[kernels.SAMPLE])
+        count = int(self.counter[contact.SAMPLE])
         centre, energy, impulse, fed, lost, tips, blade_impulse = self.tracks
         step = self.scene.solver.time_step
-        last = int(self.counter[kernels.LAST])
+        last = int(self.counter[contact.LAST])
         radius = np.hypot(*centre[:count].T)
         return History(
             time=np.arange(1.0, count + 1) * (self.stride * step),
@@ -185,9 +159,9 @@ class March:
             tips=tips[:count],
             blade_impulse=blade_impulse[:count],
             ledger=self._closing(),
-            stop=STOPS[int(self.counter[kernels.STOP])],
+            stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
-            contacts=int(self.counter[kernels.TOUCHDOWNS]),
+            contacts=int(self.counter[contact.TOUCHDOWNS]),
             last_contact=last * step if last >= 0 else -1.0,
             centre_peak=float(radius.max()) if count else 0.0,
             seconds=self.seconds,
@@ -196,17 +170,5 @@ class March:
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger at the present step, energies computed afresh."""
-        _, rotor, casing, _ = self._arrays
-        x_b, d_b, x_c, d_c, loss_b, loss_c = self.state[:6]
-        step = self.scene.solver.time_step
-        if self.scene.solver.scheme == "paper":
-            work = np.zeros_like(x_b), np.zeros_like(x_c)
-            energy = kernels.dense_energy(x_b, d_b, rotor[3], rotor[4], step, work[0])
-            energy += kernels.dense_energy(
-                x_c, d_c, casing[3], casing[4], step, work[1]
-            )
-        else:
-            energy = kernels.modal_energy(x_b, d_b, rotor[4], step)
-            energy += kernels.modal_energy(x_c, d_c, casing[4], step)
-        lost = float(loss_b.sum() + loss_c.sum() + self.state[10][kernels.IMPACT])
-        return self._ledger(float(energy), lost)
+        energy, damping = self.scheme.balance(self.state)
+        return self._ledger(energy, damping + float(self.state[-2][contact.IMPACT]))

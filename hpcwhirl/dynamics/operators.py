@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 Arrays = tuple[Any, ...]
@@ -57,34 +59,43 @@ def _dense_body(body: ModalModel | None, step: float) -> Arrays:
 
 
 def contact_operators(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (W of the rotor (N, N), ring compliance (2 elements, 2 elements)), m/N.
+    """Return (W of the rotor (N, N), ring compliance (R, R)), m/N.
 
     Both are what a unit multiplier with its friction does to radial displacements of
     the same step (the corrections of Algorithm 1), from (M/dt^2 + D/2dt)^-1 =
-    Phi diag(give) Phi^T. A row of the compliance is a loaded nodal (w, w').
+    Phi diag(give) Phi^T. A row of the compliance is a loaded radial coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = tip_rows(model.rotor, model.blades)
     _, _, give = recursion(model.rotor.omega, model.rotor.damping, step)
     w_rotor = np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
-    if model.casing is None:
+    if model.casing is None or model.ring is None:
         return w_rotor, EMPTY
     _, _, give = recursion(model.casing.omega, model.casing.damping, step)
-    nodes = model.casing.shapes.reshape(-1, 2, 2, len(give))  # node, (u, w), slope
-    along, outward = (nodes[:, i].reshape(-1, len(give)) for i in (0, 1))
+    outward = model.casing.shapes[model.ring.radial]
+    along = model.casing.shapes[model.ring.tangential]
     return w_rotor, ((outward + mu * along) * give) @ outward.T
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the nodal load of a unit modal force on k lobes, (4 elements,), -."""
+    """Return the ring's load (n,) of a unit modal force on k lobes, -."""
     if model.ring is None:
         return np.zeros(0)
     sign = -1.0 if scene.direction == "squeeze" else 1.0
     return sign * model.ring.lobes(scene.nodal_diameter)
 
 
+def ring_kind(model: Model) -> tuple[int, int, float]:
+    """Return (kind, size, element length) of the casing, as the kernels take it."""
+    if model.ring is None:
+        return RIGID, 0, 1.0
+    if isinstance(model.ring, FourierOperator):
+        return WAVES, model.ring.harmonics, 1.0
+    return ELEMENTS, model.ring.elements, model.ring.length
+
+
 def modal_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
-    """Return (rotor, casing, load) of `kernels.march_modal`."""
+    """Return (rotor, casing, load) of `general.march_general`."""
     step = scene.solver.time_step
     radial, tangential = tip_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
@@ -95,23 +106,23 @@ def modal_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
         _rows(radial),
         _rows(tangential),
     )
-    length, nodal, shapes = 1.0, EMPTY, EMPTY
-    lobes = np.zeros(0)
+    outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
     if model.casing is not None and model.ring is not None:
-        length = model.ring.length
         shapes = _rows(model.casing.shapes)
-        radial_nodes = shapes.reshape(-1, 4, shapes.shape[1])[:, 2:, :]
-        nodal = np.ascontiguousarray(radial_nodes.reshape(-1, shapes.shape[1]).T)
+        outward, along = shapes[model.ring.radial], shapes[model.ring.tangential]
         lobes = pulse_load(model, scene) @ shapes
-    casing = (*_modal_body(model.casing, step), nodal, shapes, length)
+    read = np.ascontiguousarray(outward.T)
+    body = _modal_body(model.casing, step)
+    casing = (*body, read, outward, along, ring_kind(model))
     return rotor, casing, (scene.force, scene.pulse, lobes)
 
 
 def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
-    """Return (rotor, casing, load) of `kernels.march_paper`."""
+    """Return (rotor, casing, load) of `dense.march_paper`."""
     step = scene.solver.time_step
     free = int(len(model.rotor.mass) > 2 * model.blades + model.rotor.kept)
-    length = model.ring.length if model.ring else 1.0
+    none = np.zeros(0, np.int64)
+    places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
     rotor = (*_dense_body(model.rotor, step), free)
-    casing = (*_dense_body(model.casing, step), length)
+    casing = (*_dense_body(model.casing, step), *places, ring_kind(model))
     return rotor, casing, (scene.force, scene.pulse, pulse_load(model, scene))

@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.modes import ModalModel, modal_model
 from hpcwhirl.scene import Casing, Rotor, Scene
-from hpcwhirl.structure import RingOperator, bladed_disk, ring
+from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ class Model:
 
     rotor: ModalModel
     casing: ModalModel | None
-    ring: RingOperator | None
+    ring: RingOperator | FourierOperator | None
     blades: int
 
     def limits(self) -> dict[str, float]:
@@ -37,8 +38,12 @@ def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
 
 
 @lru_cache(maxsize=32)
-def casing_model(casing: Casing, radius: float) -> tuple[ModalModel, RingOperator]:
+def casing_model(
+    casing: Casing, radius: float
+) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the ring, not reduced, and its contact operator."""
+    if casing.discretization == "fourier":
+        return harmonic_model(casing, radius)
     structure, operator = ring(casing, radius)
     return modal_model(structure, casing.damping), operator
 

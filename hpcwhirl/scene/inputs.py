@@ -60,6 +60,10 @@ class Casing(Inputs):
     """Casing in the static frame: an elastic ring, or rigid and distorted."""
 
     kind: Literal["ring", "rigid"] = Field("ring", description="elastic or rigid")
+    discretization: Literal["fourier", "elements"] = Field(
+        "fourier", description="of the ring: harmonics, or the paper's elements"
+    )
+    harmonics: int = Field(20, ge=1, le=1000, description="highest harmonic H")
     elements: int = Field(40, ge=3, le=2000, description="ring elements")
     thickness: Positive = Field(0.0218, description="radial, m")
     width: Positive = Field(0.160, description="axial, m")
@@ -85,7 +89,9 @@ class Engine(Inputs):
 class Solver(Inputs):
     """Reduction and time integration."""
 
-    scheme: Literal["modal", "paper"] = Field("modal", description="integrator")
+    scheme: Literal["modal", "general", "paper"] = Field(
+        "modal", description="integrator"
+    )
     time_step: Positive = Field(1e-6, description="step, s")
     modes: int = Field(110, ge=0, description="fixed-interface modes eta")
     amplitude_limit: Positive = Field(
@@ -122,11 +128,14 @@ class Scene(Inputs):
 
     @model_validator(mode="after")
     def _ring_carries_the_load(self) -> Self:
-        most = self.engine.casing.elements // 2
-        if self.engine.casing.kind == "ring" and self.nodal_diameter > most:
+        casing = self.engine.casing
+        most, what = casing.elements // 2, f"{casing.elements} elements"
+        if casing.discretization == "fourier":
+            most, what = casing.harmonics, f"{casing.harmonics} harmonics"
+        if casing.kind == "ring" and self.nodal_diameter > most:
             msg = (
-                f"nodal_diameter must be <= {most} on a ring of "
-                f"{self.engine.casing.elements} elements, got {self.nodal_diameter}"
+                f"nodal_diameter must be <= {most} on a ring of {what}, "
+                f"got {self.nodal_diameter}"
             )
             raise ValueError(msg)
         return self

@@ -12,6 +12,7 @@ from hpcwhirl.structure.assembly import CyclicStructure, add_element
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 NODE = 4  # u, u', w, w'
 
 
@@ -25,6 +26,17 @@ class RingOperator:
 
     elements: int
     radius: float  # m
+
+    @property
+    def radial(self) -> Integers:
+        """DoF (w, w') of every node, in turn."""
+        nodes = NODE * np.arange(self.elements)[:, None]
+        return np.ravel(nodes + np.array([2, 3]))
+
+    @property
+    def tangential(self) -> Integers:
+        """DoF (u, u') of every node, in the order of `radial`."""
+        return self.radial - 2
 
     @property
     def length(self) -> float:

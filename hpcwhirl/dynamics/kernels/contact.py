@@ -1,0 +1,356 @@
+"""Contact of blades and casing: where blades stand, Delassus matrix, complementarity.
+
+Sign and frame: theta grows anticlockwise; the tip of blade j stands at
+theta_j = Omega t + 2 pi j / N; u_j is its radial displacement (rotating frame),
+w(theta) that of the casing, both outward; g_j = gap + w(theta_j) - u_j.
+A multiplier lambda_j >= 0 pushes the tip inward and the casing outward; friction
+drags the tip against the rotation and the casing with it: `mu` carries the sign of
+Omega.
+
+Compiled functions take scalars and arrays and allocate nothing a step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+# ledger slots
+PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
+# counter slots
+STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
+COUNTERS = 6
+# reasons to stop
+RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
+# casings
+RIGID, ELEMENTS, WAVES = 0, 1, 2
+
+
+@njit(error_model="numpy", cache=True)
+def place_on_elements(turned, size, length, index, shape):
+    """Set what the blades read of a ring of `size` elements at angle `turned`.
+
+    index, shape : (N, 4): places in the list of radial nodal DoF, Hermite shapes
+    """
+    blades = len(index)
+    for j in range(blades):
+        part = turned / (2.0 * math.pi) + j / blades
+        part = (part - math.floor(part)) * size
+        e = min(int(part), size - 1)
+        x = part - e
+        for a in range(4):
+            index[j, a] = (2 * e + a) % (2 * size)
+        shape[j, 0] = 1.0 - 3.0 * x * x + 2.0 * x * x * x
+        shape[j, 1] = x * (1.0 - x) * (1.0 - x) * length
+        shape[j, 2] = 3.0 * x * x - 2.0 * x * x * x
+        shape[j, 3] = x * x * (x - 1.0) * length
+
+
+@njit(error_model="numpy", cache=True)
+def place_on_waves(turned, size, index, shape):
+    """Set what the blades read of harmonics 0 .. `size`: 1, cos h theta, sin h theta.
+
+    index, shape : (N, 2 size + 1)
+    """
+    blades = len(index)
+    for j in range(blades):
+        theta = turned + 2.0 * math.pi * j / blades
+        c, s = math.cos(theta), math.sin(theta)
+        x, y = 1.0, 0.0
+        index[j, 0], shape[j, 0] = 0, 1.0
+        for h in range(1, size + 1):
+            x, y = c * x - s * y, s * x + c * y
+            index[j, 2 * h - 1], index[j, 2 * h] = 2 * h - 1, 2 * h
+            shape[j, 2 * h - 1], shape[j, 2 * h] = x, y
+
+
+@njit(error_model="numpy", cache=True)
+def read_ring(radial, index, shape, j):
+    """Return the radial displacement at blade j from the radial coordinates, m."""
+    total = 0.0
+    for a in range(index.shape[1]):
+        total += shape[j, a] * radial[index[j, a]]
+    return total
+
+
+@njit(error_model="numpy", cache=True)
+def rigid_radial(scene, time, angle):
+    """Return the radial place of a rigid casing distorted on k lobes, m."""
+    return -rigid_amplitude(scene, time) * math.cos(scene[1] * angle)
+
+
+@njit(error_model="numpy", cache=True)
+def rigid_amplitude(scene, time):
+    """Return A0 e^{sigma t} with its smooth rise; scene: gap, k, A0, sigma, rise."""
+    ramp = 1.0
+    if time < scene[4]:
+        ramp = 0.5 * (1.0 - math.cos(math.pi * time / scene[4]))
+    return scene[2] * math.exp(scene[3] * time) * ramp
+
+
+@njit(error_model="numpy", cache=True)
+def pulse_of(time, force, pulse):
+    """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
+    if 0.0 < time < pulse:
+        return force * math.sin(math.pi * time / pulse)
+    return 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def delassus_row(j, w_rotor, compliance, index, shape, response, w):
+    """Set w[j]: how a unit multiplier on blade j opens every gap, m/N.
+
+    Column j of the Delassus matrix, kept as a row of its transpose. `compliance`
+    (R, R) holds, a row for each loaded radial coordinate with its friction, the
+    radial coordinates that a unit load gives; `response` (R,) is work space.
+    """
+    for i in range(len(w_rotor)):
+        w[j, i] = w_rotor[i, j]
+    if len(response) == 0:
+        return
+    response[:] = 0.0
+    for a in range(index.shape[1]):
+        row, part = compliance[index[j, a]], shape[j, a]
+        for r in range(len(response)):
+            response[r] += part * row[r]
+    for i in range(len(w_rotor)):
+        w[j, i] += read_ring(response, index, shape, i)
+
+
+@njit(error_model="numpy", cache=True)
+def solve_dense(matrix, right, size):
+    """Solve in place by Gauss with partial pivoting; return whether it could."""
+    for c in range(size):
+        p = c
+        for r in range(c + 1, size):
+            if abs(matrix[r, c]) > abs(matrix[p, c]):
+                p = r
+        if not abs(matrix[p, c]) > 0.0:
+            return False
+        if p != c:
+            for s in range(c, size):
+                matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
+            right[c], right[p] = right[p], right[c]
+        inverse = 1.0 / matrix[c, c]
+        matrix[c, c] = inverse
+        for r in range(c + 1, size):
+            factor = matrix[r, c] * inverse
+            for s in range(c + 1, size):
+                matrix[r, s] -= factor * matrix[c, s]
+            right[r] -= factor * right[c]
+    for c in range(size - 1, -1, -1):
+        total = right[c]
+        for s in range(c + 1, size):
+            total -= matrix[c, s] * right[s]
+        right[c] = total * matrix[c, c]
+    return True
+
+
+@njit(error_model="numpy", cache=True)
+def solve_active(gaps, w, where, size, opened, small, right):
+    """Solve g + W lam = 0 on the blades where[:size]; return whether it could.
+
+    right : (N,), out: their multipliers; opened : (N,), out: corrected gaps of all
+    """
+    for r in range(size):
+        right[r] = -gaps[where[r]]
+        for s in range(size):
+            small[r, s] = w[where[s], where[r]]
+    if not solve_dense(small, right, size):
+        return False
+    for i in range(len(gaps)):
+        opened[i] = gaps[i]
+    for s in range(size):
+        column, factor = w[where[s]], right[s]
+        for i in range(len(gaps)):
+            opened[i] += column[i] * factor
+    for s in range(size):
+        opened[where[s]] = 0.0
+    return True
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def solve_in_order(matrix, right, size):
+    """Solve in place by Gauss without exchanges; return whether all pivots are > 0.
+
+    They are for a P-matrix, whose leading minors are positive.
+    """
+    positive = True
+    for c in range(size):
+        positive = positive and matrix[c, c] > 0.0
+        inverse = 1.0 / matrix[c, c]
+        matrix[c, c] = inverse
+        for r in range(c + 1, size):
+            factor = matrix[r, c] * inverse
+            for s in range(c + 1, size):
+                matrix[r, s] -= factor * matrix[c, s]
+            right[r] -= factor * right[c]
+    for c in range(size - 1, -1, -1):
+        total = right[c]
+        for s in range(c + 1, size):
+            total -= matrix[c, s] * right[s]
+        right[c] = total * matrix[c, c]
+    return positive
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def penetrating_alone(gaps, lam, opened, space):
+    """Solve with the penetrating blades active; return whether that is the solution.
+
+    As `complementarity`, whose first guess this is, for a W that is all there. It is
+    nearly always right, and then cheap.
+    """
+    _, w, _, small, right, _, where = space
+    n, size = len(gaps), 0
+    for i in range(n):
+        lam[i] = 0.0
+        opened[i] = gaps[i]
+        if gaps[i] < 0.0:
+            where[size] = i
+            size += 1
+    for r in range(size):
+        right[r] = -gaps[where[r]]
+        for s in range(size):
+            small[r, s] = w[where[s], where[r]]
+    if not solve_in_order(small, right, size):
+        return False
+    lowest = 0.0
+    for s in range(size):
+        column, factor = w[where[s]], right[s]
+        lowest = min(lowest, factor)
+        for i in range(n):
+            opened[i] += column[i] * factor
+    for s in range(size):
+        lam[where[s]] = right[s]
+        opened[where[s]] = 0.0
+    for i in range(n):
+        lowest = min(lowest, opened[i])
+    return lowest == 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def exchange(active, size, where, right, opened, tolerance, all_of_them):
+    """Exchange what violates complementarity; return how much did.
+
+    All of it (block pivoting), or the last index alone (Murty's rule).
+    """
+    wrong, last = 0, -1
+    for s in range(size):
+        if right[s] < 0.0:
+            wrong += 1
+            last = where[s]
+            if all_of_them:
+                active[last] = 0
+    for i in range(len(opened)):
+        if opened[i] < -tolerance:
+            wrong += 1
+            last = max(last, i)
+            if all_of_them:
+                active[i] = 1
+    if wrong > 0 and not all_of_them:
+        active[last] = 1 - active[last]
+    return wrong
+
+
+@njit(error_model="numpy", cache=True)
+def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
+    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0; return success.
+
+    Block principal pivoting from the penetrating set; after 3 N exchanges, one
+    index at a time from the last (Murty), which ends for any P-matrix.
+
+    Parameters
+    ----------
+    gaps : (N,), m, predicted
+    w_rotor, compliance, index, shape : as in `delassus_row`
+    lam, opened : (N,), out: multipliers, N, and corrected gaps, m
+    space : of `contact_space`; its transposed W is used as it is where `have` says so
+    """
+    response, w, have, small, right, active, where = space
+    n = len(gaps)
+    largest = 0.0
+    for i in range(n):
+        active[i] = 1 if gaps[i] < 0.0 else 0
+        lam[i] = 0.0
+        largest = max(largest, abs(gaps[i]))
+    for attempt in range(3 * n + 200):
+        size = 0
+        for i in range(n):
+            if active[i] == 1:
+                where[size] = i
+                size += 1
+                if have[i] == 0:
+                    delassus_row(i, w_rotor, compliance, index, shape, response, w)
+                    have[i] = 1
+        if not solve_active(gaps, w, where, size, opened, small, right):
+            return False
+        limit, whole = 1e-13 * largest, attempt < 3 * n
+        if exchange(active, size, where, right, opened, limit, whole) == 0:
+            for s in range(size):
+                lam[where[s]] = right[s]
+            return True
+    return False
+
+
+@njit(error_model="numpy", cache=True)
+def contact_space(blades, coordinates):
+    """Return the work space of `complementarity`: W (N, N) transposed is its second."""
+    return (
+        np.zeros(coordinates),
+        np.zeros((blades, blades)),
+        np.zeros(blades, np.int64),
+        np.zeros((blades, blades)),
+        np.zeros(blades),
+        np.zeros(blades, np.int64),
+        np.zeros(blades, np.int64),
+    )
+
+
+@njit(error_model="numpy", cache=True)
+def book_contacts(lam, opened, before, touching, counter, ledger, impulse, step):
+    """Enter multipliers in counters, impulses and ledger after a solved contact.
+
+    The normal work of both bodies is already in ledger[ROTATION]; its part
+    lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves to its own slot.
+    """
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            own = 0.5 * lam[j] * (opened[j] - before[j])
+            ledger[IMPACT] -= own
+            ledger[ROTATION] -= own
+            ledger[IMPULSE] += lam[j] * step
+            impulse[j] += lam[j] * step
+            counter[LAST] = counter[STEP]
+            if touching[j] == 0:
+                counter[TOUCHDOWNS] += 1
+            touching[j] = 1
+        else:
+            touching[j] = 0
+    counter[TOUCHED] += 1
+
+
+@njit(error_model="numpy", cache=True)
+def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
+    """Write one sample; decide whether to stop.
+
+    tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
+    """
+    centre, energies, impulses, fed, losses, all_tips, blade_impulse = tracks
+    s = counter[SAMPLE]
+    blades = len(impulse)
+    centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
+    energies[s] = energy
+    impulses[s] = ledger[IMPULSE]
+    fed[s] = ledger[ROTATION] + ledger[FRICTION]
+    losses[s] = lost + ledger[IMPACT]
+    if len(all_tips) > 0:
+        all_tips[s] = tips[:blades]
+        blade_impulse[s, :] = impulse
+    for j in range(blades):
+        if abs(tips[j, 0]) > limit:
+            counter[STOP] = AMPLITUDE
+    if not math.isfinite(energy):
+        counter[STOP] = NONFINITE
+    counter[SAMPLE] += 1

@@ -1,0 +1,240 @@
+"""The cyclic kernel's arrays: a slot for each nodal diameter, rows of its modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.cyclic import (
+    RING_ITEMS,
+    RING_STATE,
+    ROTOR_ITEMS,
+    ROTOR_STATE,
+    widths,
+)
+from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
+from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Arrays = tuple[Any, ...]
+
+
+def fold(harmonic: int, blades: int) -> tuple[int, float]:
+    """Return (slot, sign): a harmonic seen by N blades; sign -1 if conjugated."""
+    rest = harmonic % blades
+    return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
+
+
+def ring_rows(harmonics: int, blades: int) -> int:
+    """Return the rows of the ring: two modes for each harmonic that shares a slot."""
+    slots = [fold(h, blades)[0] for h in range(harmonics + 1)]
+    return 2 * int(np.bincount(slots).max())
+
+
+def blade_waves(blades: int) -> Complexes:
+    """Return e^{2 pi i kappa j / N}, (N, K), from exact multiples."""
+    steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
+    return np.asarray(np.exp(2j * np.pi * steps / blades))
+
+
+def transforms(blades: int) -> tuple[Floats, Floats]:
+    """Return turns (N, width): cos, -sin at each blade; wave (width, wide), flat.
+
+    The columns of `wave` give the even and the odd part at blades 0 .. N // 2; what
+    pads them repeats blade 0.
+    """
+    waves, half = blade_waves(blades), blades // 2 + 1
+    k, _, wide = widths(blades)
+    turns = np.zeros((blades, 2 * k))
+    turns[:, :half], turns[:, k : k + half] = waves.real, -waves.imag
+    simple = [0] + ([blades // 2] if blades % 2 == 0 else [])
+    turns[:, [k + s for s in simple]] = 0.0
+    columns = np.zeros(wide, dtype=int)
+    columns[:half] = np.arange(half)
+    wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
+    return np.ascontiguousarray(turns), np.ascontiguousarray(wave).ravel()
+
+
+@dataclass(frozen=True)
+class _RotorMode:
+    """A mode of the rotor as one complex amplitude.
+
+    Attributes
+    ----------
+    slot, row : its place in the arrays
+    members : columns of its phases in the model, one or two
+    omega : rad/s
+    gamma : radial tip amplitude, real, tips counted negative
+    sigma : tangential tip amplitude, tips counted negative
+    centre : (2,), amplitudes of x_o and y_o
+    turn : q_0 + i q_1 = turn * amplitude; makes gamma real
+    """
+
+    slot: int
+    row: int
+    members: tuple[int, ...]
+    omega: float
+    gamma: float
+    sigma: complex
+    centre: Complexes
+    turn: complex
+
+
+def _rotor_modes(model: Model) -> list[_RotorMode]:
+    body, blades = model.rotor, model.blades
+    radial, tangential = tip_rows(body, blades)
+    hub, waves = centre_rows(body, blades), blade_waves(blades)
+    out = []
+    for m in np.flatnonzero(body.phase == 0):
+        k, row = int(body.diameter[m]), int(body.rank[m])
+        same = (body.diameter == k) & (body.rank == row)
+        members = tuple(np.flatnonzero(same)[np.argsort(body.phase[same])])
+        scale = len(members) / blades
+        a = scale * (waves[:, k].conj() @ radial[:, m])
+        b = scale * (waves[:, k].conj() @ tangential[:, m])
+        twin = hub[:, members[1]] if len(members) == 2 else np.zeros(2)
+        turn = complex(abs(a) / a) if len(members) == 2 and abs(a) > 0.0 else 1.0
+        gamma, centre = -float((a * turn).real), (hub[:, m] - 1j * twin) * turn
+        sigma, omega = complex(-b * turn), float(body.omega[m])
+        out.append(_RotorMode(k, row, members, omega, gamma, sigma, centre, turn))
+    return out
+
+
+def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
+    """Return (items (8 size,), hub (2, size), rows)."""
+    modes = _rotor_modes(model)
+    slots, _, _ = widths(model.blades)
+    rows = 1 + max(mode.row for mode in modes)
+    items = np.zeros((ROTOR_ITEMS, rows, 2, slots))
+    hub = np.zeros((2, rows, 2, slots))
+    step, xi = scene.solver.time_step, model.rotor.damping
+    for mode in modes:
+        keep, pull, give = recursion(np.array([mode.omega]), xi, step)
+        values = (keep[0], pull[0], 2 * xi * mode.omega / (4 * step), mode.gamma,
+                  give[0], mode.sigma.real, mode.sigma.imag, mode.omega)  # fmt: skip
+        parts = len(mode.members)
+        for item, value in enumerate(values):
+            items[item, mode.row, :parts, mode.slot] = value
+        hub[:, mode.row, 0, mode.slot] = mode.centre.real
+        if parts == 2:
+            hub[:, mode.row, 1, mode.slot] = -mode.centre.imag
+    return items.ravel(), hub.reshape(2, -1), rows
+
+
+def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
+    """Return (items (10 size,), load (size,), rows)."""
+    body, operator = model.casing, model.ring
+    if body is None or not isinstance(operator, FourierOperator):
+        return np.zeros(0), np.zeros(0), 0
+    blades, step = model.blades, scene.solver.time_step
+    _, slots, _ = widths(blades)
+    rows = ring_rows(operator.harmonics, blades)
+    items, load = np.zeros((RING_ITEMS, rows, slots)), np.zeros((rows, slots))
+    keep, pull, give = recursion(body.omega, body.damping, step)
+    force = pulse_load(model, scene) @ body.shapes
+    for place in _ring_modes(model):
+        h, m = place.harmonic, place.members[0]
+        turn = np.exp(1j * place.sign * h * scene.speed * step)
+        w_row = operator.radial[max(2 * h - 1, 0)]
+        u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
+        psi, chi = body.shapes[w_row, m], body.shapes[u_row, m]
+        sigma = complex(chi) if h == 0 else -1j * place.sign * chi
+        rate = 2 * body.damping * body.omega[m] / (4 * step)
+        values = (keep[m], pull[m], rate, turn.real, turn.imag, psi, give[m],
+                  sigma.real, sigma.imag, body.omega[m])  # fmt: skip
+        items[:, place.row, place.slot] = values
+        load[place.row, place.slot] = force[m]
+    return items.ravel(), load.ravel(), rows
+
+
+@dataclass(frozen=True)
+class _RingMode:
+    """A mode of the ring as one complex amplitude, q_c - i q_s, turned by h Omega t.
+
+    sign is -1 where the slot holds its conjugate.
+    """
+
+    slot: int
+    row: int
+    sign: float
+    harmonic: int
+    members: tuple[int, ...]
+
+
+def _ring_modes(model: Model) -> list[_RingMode]:
+    body, used, out = model.casing, dict[int, int](), []
+    if body is None:
+        return []
+    for h in range(int(body.diameter.max()) + 1):
+        slot, sign = fold(h, model.blades)
+        for rank in range(2):
+            same = (body.diameter == h) & (body.rank == rank)
+            members = tuple(np.flatnonzero(same)[np.argsort(body.phase[same])])
+            row = used.get(slot, 0)
+            used[slot] = row + 1
+            out.append(_RingMode(slot, row, sign, h, members))
+    return out
+
+
+def modal_amplitudes(
+    model: Model, scene: Scene, state: tuple[Any, ...], steps: int
+) -> tuple[Floats, Floats]:
+    """Return q of rotor (m,) and ring (n,), static frame, from the kernel's state."""
+    blades = model.blades
+    slots, ring_slots, _ = widths(blades)
+    rotor = state[0].reshape(ROTOR_STATE, -1, 2, slots)[0]
+    q_b = np.zeros(len(model.rotor.omega))
+    for mode in _rotor_modes(model):
+        value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
+        q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
+    if model.casing is None:
+        return q_b, np.zeros(0)
+    ring = state[1].reshape(RING_STATE, -1, ring_slots)[:2]
+    q_c = np.zeros(len(model.casing.omega))
+    angle = scene.speed * steps * scene.solver.time_step
+    for place in _ring_modes(model):
+        re, im = ring[:, place.row, place.slot]
+        value = complex(re, place.sign * im) * np.exp(-1j * place.harmonic * angle)
+        q_c[list(place.members)] = (value.real, -value.imag)[: len(place.members)]
+    return q_b, q_c
+
+
+def cyclic_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return (load, rotor, casing, contact, rows of rotor, rows of ring)."""
+    blades, mu = model.blades, friction_with_sign(scene)
+    rotor, hub, rows = _rotor(model, scene)
+    ring, lobe, casing_rows = _ring(model, scene)
+    slot, sign = fold(scene.nodal_diameter, blades)
+    turns, wave = transforms(blades)
+    symbol = _symbol(rotor, ring, mu, blades)
+    half = blades // 2 + 1
+    column = (blade_waves(blades) @ symbol[:half]).real  # of blade j to blade 0
+    places = np.subtract.outer(np.arange(blades), np.arange(blades)) % blades
+    contact = (
+        np.ascontiguousarray(column[places].T),
+        np.r_[symbol.real, symbol.imag],
+        turns,
+        wave,
+    )
+    load = (scene.force, scene.pulse, lobe)
+    return load, (rotor, hub), (ring, slot, sign), contact, rows, casing_rows
+
+
+def _symbol(rotor: Floats, ring: Floats, mu: float, blades: int) -> Complexes:
+    """Return the spectrum (slots,) of the circulant Delassus matrix, m/N."""
+    k, kr, _ = widths(blades)
+    parts = rotor.reshape(ROTOR_ITEMS, -1, 2, k)[:, :, 0]
+    gamma, give, sigma = parts[3], parts[4], parts[5] + 1j * parts[6]
+    out = (gamma * give * (gamma + mu * sigma.conj())).sum(axis=0)
+    if len(ring):
+        items = ring.reshape(RING_ITEMS, -1, kr)
+        psi, give, sigma = items[5], items[6], items[7] + 1j * items[8]
+        out = out + (psi * give * (psi + mu * sigma.conj())).sum(axis=0)[:k]
+    return np.asarray(out)
