@@ -14,7 +14,7 @@ from hpcwhirl.cli.options import add_json, add_set, print_json
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
 
-COMPLETE, FAILED, WRONG_INPUT, STOPPED = 0, 1, 2, 75
+COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,11 +44,15 @@ def run(args: argparse.Namespace) -> int:
         return _run(args, None)
     try:
         return _run(args, comm)
-    except Exception:  # noqa: BLE001 - one rank's error must not hang the others
+    except WhirlError as failed:
+        print(f"hpcwhirl: error: {failed}", file=sys.stderr)
+        code = WRONG_INPUT
+    except Exception:  # noqa: BLE001 - told, then ended below
         traceback.print_exc()
-        sys.stderr.flush()
-        comm.Abort(70)
-        return 70
+        code = INTERNAL
+    sys.stderr.flush()
+    comm.Abort(code)  # one rank's error must not hang the others
+    return code
 
 
 def _run(args: argparse.Namespace, comm: Any) -> int:

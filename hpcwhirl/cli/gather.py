@@ -15,10 +15,17 @@ def run(args: argparse.Namespace) -> int:
     """Gather what there is; cases without a result are rows with status missing."""
     from hpcwhirl import __version__
     from hpcwhirl.campaign.ranks import communicator
+    from hpcwhirl.errors import WhirlError
     from hpcwhirl.store.gather import gather
 
     comm = communicator()
-    path = gather(args.folder, {"version": __version__}, comm)
-    if comm is None or comm.rank == 0:
+    root = comm is None or comm.rank == 0
+    try:
+        path = gather(args.folder, {"version": __version__}, comm)
+    except WhirlError:  # raised on every rank, told by one
+        if root:
+            raise
+        return 2
+    if root:
         print(path)
     return 0

@@ -7,15 +7,17 @@ temporary name, synced and renamed.
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Record, read_records, read_traces
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.schema import (
@@ -48,40 +50,73 @@ def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> 
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
         its first. Every rank must call. None: this process writes
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        on every rank, where one of them cannot read or write; an older file stays
     """
     size = comm.size if comm is not None else 1
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
-    final = folder / RESULTS
-    part = folder / (RESULTS + ".part")
-    if rank == 0 or parallel:
-        content = _Content(folder)
-        options = {"driver": "mpio", "comm": comm} if parallel else {}
-        try:
-            with h5py.File(part, "w", libver=("earliest", "v110"), **options) as file:
-                _define(file, content, {**facts, "gather": _how(parallel, size)})
-                mine = range(rank, content.cases, size) if parallel else None
-                _fill(file, content, mine if mine is not None else range(content.cases))
-        except OSError as failed:
-            msg = f"cannot write {part}: {failed}"
-            raise MissingFileError(msg) from None
-    if parallel:
-        comm.Barrier()
+    final, part = folder / RESULTS, folder / (RESULTS + ".part")
+    content = _agreed(partial(_Content, folder) if rank == 0 else None, part, comm)
+    write = publish = None
+    if parallel or rank == 0:
+        told = {**facts, "gather": _how(parallel, size)}
+        content = comm.bcast(content, root=0) if parallel else content
+        write = partial(_write_file, part, content, told, comm if parallel else None)
+    _agreed(write, part, comm)
     if rank == 0:
-        _sync(part)
-        part.replace(final)
-    if comm is not None:
-        comm.Barrier()
+        publish = partial(_publish, part, final)
+    _agreed(publish, part, comm)
     return final
+
+
+def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
+    """Return what `action` does here; the error of one rank is raised on all."""
+    value: Any = None
+    error: Exception | None = None
+    try:
+        value = action() if action else None
+    except WhirlError as failed:
+        error = failed
+    except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
+        told = getattr(failed, "strerror", None) or str(failed)
+        error = MissingFileError(
+            f"cannot write {part.with_suffix('')}: {told.splitlines()[0]}"
+        )
+    except Exception as failed:  # noqa: BLE001 - raised below
+        error = RuntimeError(f"{type(failed).__name__}: {failed}")
+        error.__cause__ = failed
+    errors = comm.allgather(error) if comm is not None else []
+    for found in (error, *errors):
+        if found is not None:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise found
+    return value
+
+
+def _write_file(
+    part: Path, content: _Content, facts: Mapping[str, str | float], comm: Any
+) -> None:
+    """Write the whole file alone, or with `comm` each rank its share of the cases."""
+    options = {"driver": "mpio", "comm": comm} if comm is not None else {}
+    rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
+    with h5py.File(part, "w", libver=("earliest", "v110"), **options) as file:
+        _define(file, content, facts)
+        _fill(file, content, range(rank, content.cases, size))
 
 
 def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
     return f"MPI-IO by {size} ranks" if parallel else "serial"
 
 
-def _sync(path: Path) -> None:
-    with path.open("rb+") as file:
+def _publish(part: Path, final: Path) -> None:
+    with part.open("rb+") as file:
         os.fsync(file.fileno())
+    part.replace(final)
 
 
 class _Content:
@@ -143,7 +178,9 @@ def _define_cases(
 ) -> None:
     for name, variable in table.items():
         kind = dtype(name, variable)
-        data = group.create_dataset(name, (cases,), kind, fillvalue=missing(variable))
+        # No fill value for text: netCDF-C overruns its buffer where one is set.
+        fill = None if variable.kind == "text" else missing(variable)
+        data = group.create_dataset(name, (cases,), kind, fillvalue=fill)
         data.attrs["units"] = np.bytes_(variable.unit)
         data.attrs["long_name"] = np.bytes_(variable.meaning)
         if variable.kind == "enum":
@@ -164,8 +201,7 @@ def _define(
     _axis(file, "case", np.arange(content.cases, dtype="i8"), "case of the campaign")
     _define_cases(file, file, ROW | STATUS, content.cases)
     for name, dotted in _swept_extra(plan).items():
-        first = plan.settings[0].get(dotted) if plan.settings else 0.0
-        kind = "S64" if isinstance(first, str) else "f8"
+        kind = "S64" if isinstance(plan.base[dotted], str) else "f8"
         data = file.create_dataset(name, (content.cases,), kind)
         data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
         _attach(data, file, ("case",))
@@ -190,7 +226,7 @@ def _define_traces(file: h5py.File, content: _Content) -> None:
     _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
     if "tips" in shapes:
         _axis(file, "blade", np.arange(shapes["tips"][1], dtype="i8"), "blade")
-        _axis(file, "direction", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
+        _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
     wanted = {n: TRACES[n] for n in shapes if n in TRACES}
     if content.interval is None:
         wanted["time"] = ((), "s", "time of the sample")
@@ -240,4 +276,4 @@ def _write(
 def _write_traces(file: h5py.File, content: _Content, case: int, block: Record) -> None:
     for name, values in read_traces(content.folder, block).items():
         if name in TRACES or (name == "time" and content.interval is None):
-            file[name][case, : len(values)] = values
+            file[name][(case, *map(slice, values.shape))] = values

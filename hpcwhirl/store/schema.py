@@ -91,7 +91,7 @@ TRACES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "impulse": ((), "N s", "cumulative normal contact impulse"),
     "fed": ((), "J", "cumulative work of rotation and friction"),
     "lost": ((), "J", "cumulative damping and impact loss"),
-    "tips": (("blade", "direction"), "m", "tips, rotating frame: radial, tangential"),
+    "tips": (("blade", "component"), "m", "tips, rotating frame: radial, tangential"),
     "blade_impulse": (("blade",), "N s", "cumulative contact impulse of each blade"),
 }
 
@@ -114,7 +114,8 @@ def missing(variable: Variable) -> float | int | bytes:
 def encode(name: str, variable: Variable, value: float | str) -> float | int | bytes:
     """Return a row's value as it is stored, or raise where it is no such word."""
     if variable.kind == "text":
-        return str(value).encode()[: TEXT[name]]
+        cut = str(value).encode()[: TEXT[name]]
+        return cut.decode(errors="ignore").encode()  # no half letter at the end
     if variable.kind == "enum":
         if value not in ENUMS[name]:
             raise unknown(name, str(value), ENUMS[name])

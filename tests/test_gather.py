@@ -1,0 +1,275 @@
+"""One contract of `results.h5` for both writers: by one process, and by MPI-IO."""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+
+import h5netcdf
+import h5py
+import numpy as np
+import pytest
+from launch import ENVIRONMENT, LIMIT, launch, root_variables
+
+import hpcwhirl
+from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.gather import gather, has_mpi_io
+from hpcwhirl.store.journal import Journal, read_records, read_traces
+from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.reader import words
+from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
+
+SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
+SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result
+FAILED, MISSING = 1, 3
+BLADES = {0: 22, 2: 12, 4: 22}
+MESSAGE = "x" * (TEXT["message"] - 1) + "µ, and more than there is room for"
+BASE = {"speed": 1.0, "gap": 1e-4, "nodal_diameter": 2, "direction": "squeeze",
+        "solver.time_step": 2e-6, "solver.scheme": "modal"}  # fmt: skip
+WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]
+NETCDF4 = """
+import json, sys, netCDF4
+with netCDF4.Dataset(sys.argv[1]) as root:
+    found = {}
+    for group in (root, root["performance"]):
+        for name, data in group.variables.items():
+            attributes = {a: str(data.getncattr(a)) for a in data.ncattrs()}
+            found[name] = [data.dimensions, attributes, data[:].tolist()]
+    facts = {name: str(root.getncattr(name)) for name in root.ncattrs()}
+print(json.dumps([found, facts]))
+"""
+
+
+def row(case, interval):
+    kinds = {"f8": 0.1 * case + 1 / 3, "i8": case, "text": "modal"}
+    made = {n: kinds.get(v.kind) for n, v in ROW.items()}
+    made |= {n: ENUMS[n][case % len(ENUMS[n])] for n in ROW if n in ENUMS}
+    return made | {"speed": SPEEDS[case], "sample_interval": interval}
+
+
+def traces(case, interval):
+    random, n = np.random.default_rng(case), SAMPLES[case]
+    made = {"time": (1 + np.arange(n)) * interval}
+    for name, (further, _, _) in TRACES.items():
+        sizes = {"blade": BLADES[case], "xy": 2, "component": 2}
+        made[name] = random.normal(size=(n, *(sizes[axis] for axis in further)))
+    return made
+
+
+def begin(folder, *, one_interval):
+    """Journal three results, a failure and a record of another campaign, two ranks."""
+    settings = [{"speed": speed} for speed in SPEEDS]
+    settings[2] |= {"direction": "stretch"}
+    digests = [f"d{case}" for case in range(len(SPEEDS))]
+    plan = Plan("salvat2016", BASE, ["speed", "direction"], digests, settings, "0")
+    write_plan(folder, plan)
+    where = {"rank": 1, "host": "node-ä", "seconds": 0.5}
+    with Journal(folder, 1, 0) as zero, Journal(folder, 1, 1) as one:
+        for case, journal in zip(SAMPLES, (one, zero, one), strict=True):
+            record = {"digest": f"d{case}", "status": "ok", "message": ""}
+            interval = 1e-4 if one_interval else 1e-4 * (1 + case)
+            record |= {"row": row(case, interval), "performance": where}
+            journal.append(record, traces(case, interval))
+        bad = {"status": "failed", "message": MESSAGE, "performance": where}
+        zero.append({"digest": f"d{FAILED}", **bad}, {})
+        one.append({"digest": "alien", **bad}, traces(4, 1e-4))
+
+
+def write(writer, folder):
+    """Gather with one of the writers; return exit code and complaint."""
+    if writer == "mpi-io" and not has_mpi_io():
+        if os.environ.get("HPCWHIRL_EXPECT_MPIIO") == "1":
+            pytest.fail("this environment was to have an h5py with MPI-IO")
+        pytest.skip("h5py was built without MPI-IO")
+    if writer == "mpi-io":
+        done = launch("gather", folder, ranks=3)
+        return done.returncode, done.err
+    try:
+        gather(folder, {"version": hpcwhirl.__version__})
+    except (MissingFileError, StoreError) as failed:
+        return 2, f"hpcwhirl: error: {failed}\n"
+    return 0, ""
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["time", "sample"])
+def axis(request):
+    return "time" if request.param else "sample"
+
+
+@pytest.fixture(scope="module", params=WRITERS)
+def folder(request, axis, tmp_path_factory):
+    place = tmp_path_factory.mktemp("gather")
+    begin(place, one_interval=axis == "time")
+    assert write(request.param, place) == (0, "")
+    with h5py.File(place / "results.h5") as file:
+        how = {"serial": b"serial", "mpi-io": b"MPI-IO by 3 ranks"}[request.param]
+        assert file.attrs["gather"] == how
+    return place
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    with h5py.File(folder / "results.h5") as file:
+        yield file
+
+
+def test_every_variable_of_the_schema_is_there_with_type_unit_and_meaning(results):
+    for group, table in (
+        (results, ROW | STATUS),
+        (results["performance"], PERFORMANCE),
+    ):
+        for name, variable in table.items():
+            data = group[name]
+            assert (data.dtype, data.shape) == (dtype(name, variable), (len(SPEEDS),))
+            assert data.attrs["units"].decode() == variable.unit != ""
+            assert data.attrs["long_name"].decode() == variable.meaning != ""
+            if variable.kind == "enum":
+                assert data.attrs["flag_meanings"].decode().split() == [*ENUMS[name]]
+    for name, (_, unit, meaning) in TRACES.items():
+        assert results[name].dtype == np.float64
+        told = [results[name].attrs[a].decode() for a in ("units", "long_name")]
+        assert told == [unit, meaning]
+
+
+def test_results_stand_in_the_order_of_the_cases(results):
+    assert results["speed"][:].tolist() == SPEEDS
+    expected = ["squeeze", "squeeze", "stretch", "squeeze", "squeeze"]
+    assert results["direction"][:].astype(str).tolist() == expected
+    for case in SAMPLES:
+        for name, value in row(case, 1e-4).items():
+            if ROW[name].kind == "enum":
+                assert ENUMS[name][results[name][case]] == value
+            elif name != "sample_interval":
+                assert results[name][case] in (value, str(value).encode())
+
+
+def test_failed_and_missing_cases_are_rows_that_say_so(results):
+    status = [ENUMS["status"][i] for i in results["status"]]
+    assert status == ["ok", "failed", "ok", "missing", "ok"]
+    message = [text.decode() for text in results["message"]]
+    assert message == ["", "x" * (TEXT["message"] - 1), "", "not computed yet", ""]
+    for case in (FAILED, MISSING):
+        assert results["gap"][case] == BASE["gap"]
+        assert results["time_step"][case] == BASE["solver.time_step"]
+        assert results["nodal_diameter"][case] == BASE["nodal_diameter"]
+        assert np.isnan(results["orbit_radius"][case])
+        assert (results["steps"][case], results["regime"][case]) == (-1, 0)
+        assert all(np.isnan(results[name][case]).all() for name in TRACES)
+    seconds = results["performance/seconds"][:]
+    assert np.array_equal(np.isnan(seconds), np.arange(len(SPEEDS)) == MISSING)
+
+
+def test_traces_equal_the_journals_and_are_padded_to_the_longest(results, folder, axis):
+    found = read_records(folder)
+    for case, length in SAMPLES.items():
+        kept = read_traces(folder, found[f"d{case}"]["traces"])
+        if axis == "time":
+            assert np.array_equal(results["time"][:length], kept.pop("time"))
+        for name, values in kept.items():
+            stored = results[name][case]
+            assert len(stored) == max(SAMPLES.values())
+            part = tuple(map(slice, values.shape))
+            assert stored[part].tobytes() == values.tobytes()
+            stored[part] = np.nan
+            assert np.isnan(stored).all()
+
+
+def test_open_results_reads_it(folder, axis):
+    data = hpcwhirl.open_results(folder)
+    assert {*ROW, *STATUS, *PERFORMANCE, *TRACES} <= {*data.variables}
+    assert {"speed", "gap", "friction", "nodal_diameter"} <= {*data.coords}
+    assert data["tips"].dims == ("case", axis, "blade", "component")
+    assert words(data["status"]).tolist()[3:] == ["missing", "ok"]
+
+
+def test_h5netcdf_reads_it(folder, axis):
+    with h5netcdf.File(folder / "results.h5", "r") as file:
+        assert file["centre"].dimensions == ("case", axis, "xy")
+        assert file["scheme"][0] == b"modal"
+        assert file["message"][MISSING] == b"not computed yet"
+        assert file["performance"]["host"].dimensions == ("case",)
+
+
+def test_netcdf4_reads_every_variable_and_all_text(folder, axis):
+    # of its own: it brings another HDF5, and has crashed on what h5py reads
+    call = [sys.executable, "-c", NETCDF4, str(folder / "results.h5")]
+    done = subprocess.run(
+        call,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        env=ENVIRONMENT,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found, facts = json.loads(done.stdout)
+    assert {*ROW, *STATUS, *PERFORMANCE, *TRACES} <= found.keys()
+    assert found["impulse"][0] == ["case", axis]
+    assert found["speed"][1:] == [
+        {"units": "rad/s", "long_name": ROW["speed"].meaning},
+        SPEEDS,
+    ]
+    assert found["scheme"][2] == ["modal"] * len(SPEEDS)
+    assert found["message"][2][MISSING] == "not computed yet"
+    assert found["message"][2][FAILED] == "x" * (TEXT["message"] - 1)
+    assert found["host"][2][0] == "node-ä"
+    assert facts["swept"] == "speed direction"
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("one_interval", [True, False])
+def test_both_writers_give_the_same_bits(tmp_path, one_interval):
+    begin(tmp_path, one_interval=one_interval)
+    write("mpi-io", tmp_path)
+    parallel = root_variables(tmp_path)
+    write("serial", tmp_path)
+    assert root_variables(tmp_path) == parallel
+
+
+def damage(folder):
+    path = folder / "traces/0001-00000.bin"
+    path.write_bytes(b"\xff" + path.read_bytes()[1:])
+
+
+def occupy(folder):
+    (folder / "results.h5.part").mkdir()
+
+
+@pytest.mark.parametrize("spoil", [damage, occupy])
+@pytest.mark.parametrize("writer", WRITERS)
+def test_where_gathering_fails_one_line_says_so_and_the_old_file_stays(
+    tmp_path, writer, spoil
+):
+    begin(tmp_path, one_interval=True)
+    (tmp_path / "results.h5").write_text("old")
+    spoil(tmp_path)
+    code, told = write(writer, tmp_path)
+    assert code == 2
+    assert told.count("hpcwhirl: error: ") == 1
+    assert (tmp_path / "results.h5").read_text() == "old"
+    assert not (tmp_path / "results.h5.part").is_file()
+
+
+@pytest.mark.mpi
+def test_ranks_do_not_wait_for_one_that_cannot_write(tmp_path):
+    begin(tmp_path, one_interval=True)
+    (tmp_path / "results.h5").mkdir()
+    done = launch("gather", tmp_path, ranks=2)
+    assert done.returncode == 2
+    assert done.err.count("hpcwhirl: error: cannot write") == 1
+    assert not (tmp_path / "results.h5.part").exists()
+
+
+def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
+    begin(tmp_path, one_interval=True)
+    (tmp_path / "results.h5").write_text("old")
+    limit = (30_000, 30_000)  # bytes of any file
+    done = launch(
+        "gather", tmp_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit),
+    )  # fmt: skip
+    assert done.returncode != 0  # HDF5 itself may crash on the way out
+    assert "\nhpcwhirl: error: cannot write" in "\n" + done.err
+    assert (tmp_path / "results.h5").read_text() == "old"
+    assert not (tmp_path / "results.h5.part").exists()
