@@ -103,7 +103,9 @@ BUGS = (
         "if right[s] < -1e30:",
         MARCH,
     ),
-    Bug("5 first guess", CONTACT, "return lowest == 0.0", "return True", MARCH),
+    Bug(
+        "5 first guess", CONTACT, "return size if solved else -1", "return size", MARCH
+    ),
     Bug(
         "6 sign of friction",
         "dynamics/operators.py",

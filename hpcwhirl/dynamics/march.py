@@ -129,16 +129,6 @@ class March:
                 between_slices()
         return self.history()
 
-    def _ledger(self, energy: float, lost: float) -> dict[str, float]:
-        entries = self.state[-2]
-        impact = float(entries[contact.IMPACT])
-        pulse = float(entries[contact.PULSE])
-        friction = float(entries[contact.FRICTION])
-        rotation = float(entries[contact.ROTATION])
-        residual = energy + lost - pulse - friction - rotation
-        values = (energy, lost - impact, pulse, impact, friction, rotation, residual)
-        return dict(zip(LEDGER_TERMS, values, strict=True))
-
     def history(self) -> History:
         """Return what has been sampled so far; the ledger is that of the last sample.
 
@@ -170,5 +160,10 @@ class March:
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger at the present step, energies computed afresh."""
-        energy, damping = self.scheme.balance(self.state)
-        return self._ledger(energy, damping + float(self.state[-2][contact.IMPACT]))
+        now, entries = self.scheme.balance(self.state), self.state[-2]
+        pulse, impact = float(entries[contact.PULSE]), float(entries[contact.IMPACT])
+        friction = float(entries[contact.FRICTION]) + now.friction
+        rotation = float(entries[contact.ROTATION]) + now.rotation
+        residual = now.energy + now.damping + impact - pulse - friction - rotation
+        values = (now.energy, now.damping, pulse, impact, friction, rotation, residual)
+        return dict(zip(LEDGER_TERMS, values, strict=True))

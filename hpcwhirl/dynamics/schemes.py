@@ -8,18 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
 State = tuple[Any, ...]
+
+
+class Balance(NamedTuple):
+    """Energy of both bodies and loss in modal damping, J; works not yet entered, J."""
+
+    energy: float
+    damping: float
+    rotation: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -31,7 +41,7 @@ class Scheme:
     kernel : march `steps` steps; see `general.march_general` for its arguments
     arrays : (load, rotor, casing, contact) of the kernel
     state : at rest
-    balance : state -> (energy of both bodies, loss in modal damping), J
+    balance : state -> what the ledger needs beside its own entries
     displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
         the model's matrices, m
     """
@@ -39,7 +49,7 @@ class Scheme:
     kernel: Callable[..., Any]
     arrays: tuple[Any, ...]
     state: State
-    balance: Callable[[State], tuple[float, float]]
+    balance: Callable[[State], Balance]
     displacements: Callable[[State, int], tuple[Floats, Floats]]
 
 
@@ -73,10 +83,10 @@ def _general(model: Model, scene: Scene) -> Scheme:
     rotor, casing, load = modal_arrays(model, scene)
     step = scene.solver.time_step
 
-    def balance(state: State) -> tuple[float, float]:
+    def balance(state: State) -> Balance:
         energy = modal_energy(state[0], state[1], rotor[4], step)
         energy += modal_energy(state[2], state[3], casing[4], step)
-        return energy, float(state[4].sum() + state[5].sum())
+        return Balance(energy, float(state[4].sum() + state[5].sum()))
 
     state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
     arrays = (load, rotor, casing, contact_operators(model, scene))
@@ -92,10 +102,10 @@ def _paper(model: Model, scene: Scene) -> Scheme:
     rotor, casing, load = dense_arrays(model, scene)
     step = scene.solver.time_step
 
-    def balance(state: State) -> tuple[float, float]:
+    def balance(state: State) -> Balance:
         energy = dense_energy(state[0], state[1], rotor[3], rotor[4], step)
         energy += dense_energy(state[2], state[3], casing[3], casing[4], step)
-        return energy, float(state[4].sum() + state[5].sum())
+        return Balance(energy, float(state[4].sum() + state[5].sum()))
 
     state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
     arrays = (load, rotor, casing, contact_operators(model, scene))
@@ -111,14 +121,17 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
     load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene)
     (k, k_ring, _), step = cyclic.widths(model.blades), scene.solver.time_step
 
-    def balance(state: State) -> tuple[float, float]:
+    def balance(state: State) -> Balance:
         energy = cyclic.total_energy(state[0], rotor[0], state[1], casing[0], step)
-        return energy, float(state[4][0])
+        normal, drag, loss = cyclic.column_sums(state[4], state[5])
+        friction = 0.5 * friction_with_sign(scene) * drag
+        return Balance(energy, loss, 0.5 * normal, friction)
 
     bodies = np.zeros(cyclic.ROTOR_STATE * rows * 2 * k)
     ring = np.zeros(cyclic.RING_STATE * ring_rows * k_ring)
     spectra = np.zeros(2 * k), np.zeros(2 * k)
-    state = (bodies, ring, *spectra, np.zeros(1), *_common(model.blades))
+    sums = np.zeros(3 * 2 * k), np.zeros(3 * k_ring)
+    state = (bodies, ring, *spectra, *sums, *_common(model.blades))
     kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows)
     return Scheme(
         kernel,

@@ -196,38 +196,43 @@ def solve_in_order(matrix, right, size):
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def penetrating_alone(gaps, lam, opened, space):
-    """Solve with the penetrating blades active; return whether that is the solution.
-
-    As `complementarity`, whose first guess this is, for a W that is all there. It is
-    nearly always right, and then cheap.
-    """
-    _, w, _, small, right, _, where = space
-    n, size = len(gaps), 0
-    for i in range(n):
-        lam[i] = 0.0
-        opened[i] = gaps[i]
-        if gaps[i] < 0.0:
-            where[size] = i
-            size += 1
+def try_active(gaps, w, where, size, lam, opened, small, right):
+    """Solve with where[:size] active; return whether that is the solution."""
     for r in range(size):
         right[r] = -gaps[where[r]]
         for s in range(size):
             small[r, s] = w[where[s], where[r]]
-    if not solve_in_order(small, right, size):
-        return False
+    positive = solve_in_order(small, right, size)
     lowest = 0.0
     for s in range(size):
         column, factor = w[where[s]], right[s]
         lowest = min(lowest, factor)
-        for i in range(n):
+        for i in range(len(gaps)):
             opened[i] += column[i] * factor
     for s in range(size):
         lam[where[s]] = right[s]
         opened[where[s]] = 0.0
-    for i in range(n):
+    for i in range(len(gaps)):
         lowest = min(lowest, opened[i])
-    return lowest == 0.0
+    return positive and lowest == 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def penetrating_alone(gaps, lam, opened, space):
+    """Solve with the penetrating blades active; return their number, or -1.
+
+    -1 says that it is not the solution. As `complementarity`, whose first guess this
+    is, for a W that is all there. It is nearly always right, and then cheap.
+    """
+    _, w, _, small, right, _, where = space
+    size = 0
+    for i in range(len(gaps)):
+        lam[i] = 0.0
+        opened[i] = gaps[i]
+        where[size] = i
+        size += gaps[i] < 0.0
+    solved = try_active(gaps, w, where, size, lam, opened, small, right)
+    return size if solved else -1
 
 
 @njit(error_model="numpy", cache=True)
@@ -256,10 +261,12 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @njit(error_model="numpy", cache=True)
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
-    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0; return success.
+    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
-    Block principal pivoting from the penetrating set; after 3 N exchanges, one
-    index at a time from the last (Murty), which ends for any P-matrix.
+    Return the number of active blades, the first of `where` in `space`, or -1 where
+    no solution was found. Block principal pivoting from the penetrating set; after
+    3 N exchanges, one index at a time from the last (Murty), which ends for any
+    P-matrix.
 
     Parameters
     ----------
@@ -285,18 +292,21 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
                     delassus_row(i, w_rotor, compliance, index, shape, response, w)
                     have[i] = 1
         if not solve_active(gaps, w, where, size, opened, small, right):
-            return False
+            return -1
         limit, whole = 1e-13 * largest, attempt < 3 * n
         if exchange(active, size, where, right, opened, limit, whole) == 0:
             for s in range(size):
                 lam[where[s]] = right[s]
-            return True
-    return False
+            return size
+    return -1
 
 
 @njit(error_model="numpy", cache=True)
 def contact_space(blades, coordinates):
-    """Return the work space of `complementarity`: W (N, N) transposed is its second."""
+    """Return the work space of `complementarity`.
+
+    response, W transposed (N, N), have, small, right, active, where (N + 1,)
+    """
     return (
         np.zeros(coordinates),
         np.zeros((blades, blades)),
@@ -304,30 +314,32 @@ def contact_space(blades, coordinates):
         np.zeros((blades, blades)),
         np.zeros(blades),
         np.zeros(blades, np.int64),
-        np.zeros(blades, np.int64),
+        np.zeros(blades + 1, np.int64),
     )
 
 
 @njit(error_model="numpy", cache=True)
-def book_contacts(lam, opened, before, touching, counter, ledger, impulse, step):
-    """Enter multipliers in counters, impulses and ledger after a solved contact.
+def book_contacts(
+    lam, where, active, opened, before, touching, counter, ledger, impulse, step
+):
+    """Enter the multipliers of where[:active] in counters, impulses and ledger.
 
     The normal work of both bodies is already in ledger[ROTATION]; its part
     lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves to its own slot.
     """
+    work, total = 0.0, 0.0
+    for s in range(active):
+        j = where[s]
+        work += 0.5 * lam[j] * (opened[j] - before[j])
+        total += lam[j] * step
+        impulse[j] += lam[j] * step
+        counter[TOUCHDOWNS] += 1 - touching[j]
+    ledger[IMPACT] -= work
+    ledger[ROTATION] -= work
+    ledger[IMPULSE] += total
     for j in range(len(lam)):
-        if lam[j] > 0.0:
-            own = 0.5 * lam[j] * (opened[j] - before[j])
-            ledger[IMPACT] -= own
-            ledger[ROTATION] -= own
-            ledger[IMPULSE] += lam[j] * step
-            impulse[j] += lam[j] * step
-            counter[LAST] = counter[STEP]
-            if touching[j] == 0:
-                counter[TOUCHDOWNS] += 1
-            touching[j] = 1
-        else:
-            touching[j] = 0
+        touching[j] = 1 if lam[j] > 0.0 else 0
+    counter[LAST] = counter[STEP]
     counter[TOUCHED] += 1
 
 

@@ -56,10 +56,11 @@ RING_STATE, RING_ITEMS = 6, 10
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def step_rotor(s, c, rows, width, out):
-    """March the rotor's modes; set out (2 width,): sum of gamma q, damping loss.
+def step_rotor(s, c, rows, width, out, sums):
+    """March the rotor's modes; set out (width,): sum of gamma q; add damping loss.
 
-    s : (3 size,): q, d, d' + d; c : keep, pull, rate, gamma, ...
+    s : (3 size,): q, d, d' + d; c : keep, pull, rate, gamma, ...; sums : (3 width,):
+    work of normal forces and of drag, damping loss, by column
     """
     size = rows * width
     for col in range(width):
@@ -75,12 +76,12 @@ def step_rotor(s, c, rows, width, out):
             loss += c[2 * size + m] * both * both
             spectrum += c[3 * size + m] * value
         out[col] = spectrum
-        out[width + col] = loss
+        sums[2 * width + col] += loss
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def step_ring(s, c, rows, k, out):
-    """March the ring's modes; set out (3 k,): re and im of sum psi y, damping loss.
+def step_ring(s, c, rows, k, out, sums):
+    """March the ring's modes; set out (2 k,): re and im of sum psi y; add to sums.
 
     s : (6 size,): re and im of y, D, D' + E D; c : keep, pull, rate, re and im of E,
     psi, ...
@@ -109,7 +110,7 @@ def step_ring(s, c, rows, k, out):
             imag += c[5 * size + m] * yi
         out[col] = real
         out[k + col] = imag
-        out[2 * k + col] = loss
+        sums[2 * k + col] += loss
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -146,11 +147,10 @@ def at_blade(spectrum, turns, j, width):
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def push_rotor(s, c, lam, mu, rows, width, out):
-    """Correct the rotor by contact; set out (2 width,): normal work, drag; add loss.
+def push_rotor(s, c, lam, mu, rows, width, sums):
+    """Correct the rotor by contact; add the works and what the loss changes by.
 
-    lam : (2 width,): the spectrum of the multipliers, then (im, -re) of it; the loss
-    that is added to out[2 width :] is what the correction changes
+    lam : (2 width,): the spectrum of the multipliers, then (im, -re) of it
     """
     size = rows * width
     for col in range(width):
@@ -168,14 +168,14 @@ def push_rotor(s, c, lam, mu, rows, width, out):
             loss += c[2 * size + m] * change * (old + both)
             normal += push * both
             drag += along * both
-        out[col] = normal
-        out[width + col] = drag
-        out[2 * width + col] = loss
+        sums[col] += normal
+        sums[width + col] += drag
+        sums[2 * width + col] += loss
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def push_ring(s, c, lam, mu, rows, k, out):
-    """Correct the ring by contact; set out (3 k,): normal work, drag, loss.
+def push_ring(s, c, lam, mu, rows, k, sums):
+    """Correct the ring by contact; add the works and what the loss changes by.
 
     lam : (2 k,): re and im of the spectrum of the multipliers
     """
@@ -200,29 +200,17 @@ def push_ring(s, c, lam, mu, rows, k, out):
             loss += c[2 * size + m] * (cr * (br + nr) + ci * (bi + ni))
             normal += psi * (lr * nr + li * ni)
             drag += along_r * nr + along_i * ni
-        out[col] = normal
-        out[k + col] = drag
-        out[2 * k + col] = loss
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def total_of(values, start, count):
-    """Return the sum of values[start : start + count]; count is a multiple of 4."""
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for i in range(start, start + count, 4):
-        a += values[i]
-        b += values[i + 1]
-        c += values[i + 2]
-        d += values[i + 3]
-    return (a + b) + (c + d)
+        sums[col] += normal
+        sums[k + col] += drag
+        sums[2 * k + col] += loss
 
 
 @njit(error_model="numpy", cache=True)
-def push_pulse(s, c, size, push, lobe, sign, angle, out, k):
+def push_pulse(s, c, size, push, lobe, sign, angle, out, sums, k):
     """Add the loading's increments to the ring, its place turned by `angle`.
 
     lobe : (size,) modal load of the static frame; sign : -1 on conjugated slots;
-    out : of `step_ring`, corrected too
+    out, sums : of `step_ring`, corrected too
     """
     for m in range(size):
         if lobe[m] != 0.0:
@@ -238,7 +226,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, out, k):
             gained = re * (2.0 * br + re) + im * (2.0 * bi + im)
             out[m % k] += c[5 * size + m] * re
             out[k + m % k] += c[5 * size + m] * im
-            out[2 * k + m % k] += c[2 * size + m] * gained
+            sums[2 * k + m % k] += c[2 * size + m] * gained
 
 
 @njit(error_model="numpy", cache=True)
@@ -272,6 +260,15 @@ def total_energy(s_b, c_b, s_c, c_c, step):
     omega = c_c[9 * n : 10 * n]
     energy += oscillator_energy(s_c[:n], s_c[2 * n : 3 * n], omega, step)
     return energy + oscillator_energy(s_c[n : 2 * n], s_c[3 * n : 4 * n], omega, step)
+
+
+@njit(error_model="numpy", cache=True)
+def column_sums(sums_b, sums_c):
+    """Return works of normal forces and of drag (twice, and over mu), damping loss."""
+    m, n = len(sums_b) // 3, len(sums_c) // 3
+    normal = sums_b[:m].sum() + sums_c[:n].sum()
+    drag = sums_b[m : 2 * m].sum() + sums_c[n : 2 * n].sum()
+    return normal, drag, sums_b[2 * m :].sum() + sums_c[2 * n :].sum()
 
 
 @njit(error_model="numpy", cache=True)
@@ -344,21 +341,22 @@ def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         casing : (items (10 ring_size,): keep, pull, rate, E re, im, psi, give,
             sigma re, im, omega; slot and sign of the loading)
         contact : (W^T (N, N), its spectrum (width,), turns (N, width), wave)
-        state : rotor, ring, spectra of the gaps n and n - 1, damping losses (1,),
-            touching, counter, ledger, impulse
+        state : rotor, ring, spectra of the gaps n and n - 1, sums by column (3 width,)
+            and (3 kr,), touching, counter, ledger, impulse
         """
         force, pulse, lobe = load
         c_b, hub = rotor
         c_c, slot, sign = casing
         w_transposed, symbol, turns, wave = contact
-        s_b, s_c, last, older, lost, touching, counter, ledger, impulse = state
+        s_b, s_c, last, older, sums_b, sums_c, touching, counter, ledger, impulse = (
+            state
+        )
         spectrum, lam_b, lam_c = np.zeros(width), np.zeros(2 * width), np.zeros(2 * kr)
-        out_b, out_c = np.zeros(2 * width), np.zeros(3 * kr)
-        work_b, work_c = np.zeros(3 * width), np.zeros(3 * kr)
+        out_b, out_c = np.zeros(width), np.zeros(2 * kr)
         even, odd = np.zeros(wide), np.zeros(wide)
         gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
         before, tips = np.zeros(blades), np.zeros((blades + 1, 2))
-        columns = np.zeros(width)
+        columns, whole = np.zeros(width), np.zeros(len(ledger))
         nothing, no_index = np.zeros((0, 0)), np.zeros((blades, 0), np.int64)
         space, touched = contact_space(blades, 0), True
         space[1][:] = w_transposed
@@ -366,14 +364,16 @@ def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         for _ in range(steps):
             now = counter[STEP] * step
             following = (counter[STEP] + 1) * step
-            step_rotor(s_b, c_b, rows, width, out_b)
-            step_ring(s_c, c_c, ring_rows, kr, out_c)
+            step_rotor(s_b, c_b, rows, width, out_b, sums_b)
+            step_ring(s_c, c_c, ring_rows, kr, out_c, sums_c)
             push = pulse_of(now, force, pulse)
             angle = 0.0
             if push != 0.0 or (ring_size == 0 and scene[2] != 0.0):
                 angle = scene[1] * ((speed * following) % (2.0 * math.pi))
             if push != 0.0:
-                push_pulse(s_c, c_c, ring_size, push, lobe, sign, angle, out_c, kr)
+                push_pulse(
+                    s_c, c_c, ring_size, push, lobe, sign, angle, out_c, sums_c, kr
+                )
             for c in range(half):
                 spectrum[c] = out_b[c] + out_c[c]
                 spectrum[k + c] = out_b[k + c] + out_c[kr + c]
@@ -381,7 +381,6 @@ def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 wall = rigid_amplitude(scene, following)
                 spectrum[slot] -= wall * math.cos(angle)
                 spectrum[k + slot] -= sign * wall * math.sin(angle)
-            loss = total_of(out_b, width, width) + total_of(out_c, 2 * kr, kr)
             lowest = scene[0] + to_gaps(spectrum, wave, k, wide, even, odd)
             counter[STEP] += 1
             if lowest < 0.0:
@@ -389,40 +388,36 @@ def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 for j in range(1, half):
                     gaps[j] = scene[0] + (even[j] - odd[j])
                     gaps[blades - j] = scene[0] + (even[j] + odd[j])
-                solved = penetrating_alone(gaps, lam, opened, space)
-                if not solved and not complementarity(
-                    gaps, nothing, nothing, no_index, nothing, lam, opened, space
-                ):
+                active = penetrating_alone(gaps, lam, opened, space)
+                if active < 0:
+                    active = complementarity(
+                        gaps, nothing, nothing, no_index, nothing, lam, opened, space
+                    )
+                if active < 0:
                     counter[STOP] = COMPLEMENTARITY
                     return
                 lam_b[:] = 0.0
-                for j in range(blades):
-                    if lam[j] > 0.0:
-                        before[j] = scene[0] + at_blade(older, turns, j, width)
-                        for c in range(width):
-                            lam_b[c] += lam[j] * turns[j, c]
+                for s in range(active):
+                    j = space[6][s]
+                    before[j] = scene[0] + at_blade(older, turns, j, width)
+                    for c in range(width):
+                        lam_b[c] += lam[j] * turns[j, c]
                 for c in range(half):
                     lr, li = lam_b[c], lam_b[k + c]
                     lam_b[width + c], lam_b[width + k + c] = li, -lr
                     lam_c[c], lam_c[kr + c] = lr, li
                     spectrum[c] += symbol[c] * lr - symbol[k + c] * li
                     spectrum[k + c] += symbol[c] * li + symbol[k + c] * lr
-                push_rotor(s_b, c_b, lam_b, mu, rows, width, work_b)
-                push_ring(s_c, c_c, lam_c, mu, ring_rows, kr, work_c)
-                normal = total_of(work_b, 0, width) + total_of(work_c, 0, kr)
-                drag = total_of(work_b, width, width) + total_of(work_c, kr, kr)
-                loss += total_of(work_b, 2 * width, width)
-                loss += total_of(work_c, 2 * kr, kr)
-                ledger[ROTATION] += 0.5 * normal
-                ledger[FRICTION] += 0.5 * mu * drag
+                push_rotor(s_b, c_b, lam_b, mu, rows, width, sums_b)
+                push_ring(s_c, c_c, lam_c, mu, ring_rows, kr, sums_c)
                 book_contacts(
-                    lam, opened, before, touching, counter, ledger, impulse, step
-                )
+                    lam, space[6], active, opened, before, touching, counter, ledger,
+                    impulse, step,
+                )  # fmt: skip
                 touched = True
             elif touched:
                 touching[:] = 0
                 touched = False
-            lost[0] += loss
             if push != 0.0:
                 ledger[PULSE] += pulse_work(s_c, ring_size, push, lobe, sign, angle)
             for c in range(width):
@@ -434,9 +429,11 @@ def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
             if counter[STEP] % stride == 0:
                 energy = total_energy(s_b, c_b, s_c, c_c, step)
                 read_tips(s_b, c_b, hub, turns, width, columns, tips)
-                write_sample(
-                    counter, ledger, impulse, tips, energy, lost[0], limit, tracks
-                )
+                normal, drag, loss = column_sums(sums_b, sums_c)
+                whole[:] = ledger
+                whole[ROTATION] += 0.5 * normal
+                whole[FRICTION] += 0.5 * mu * drag
+                write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
                 if counter[STOP] != RUNNING:
                     return
 

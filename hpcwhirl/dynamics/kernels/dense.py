@@ -157,9 +157,10 @@ def march_paper(
         counter[STEP] += 1
         if lowest < 0.0:
             space[2][:] = 0  # W changes as the blades pass
-            if not complementarity(
+            active = complementarity(
                 gaps, w_rotor, compliance, index, shape, lam, opened, space
-            ):
+            )
+            if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
             for j in range(blades):
@@ -167,7 +168,10 @@ def march_paper(
             spread(lam, index, shape, radial, tangential, normal_c, drag_c)
             push_dense(normal_b, drag_b, mu, inverse_b, ahead_b, d_b, ledger)
             push_dense(normal_c, drag_c, mu, inverse_c, ahead_c, d_c, ledger)
-            book_contacts(lam, opened, older, touching, counter, ledger, impulse, step)
+            book_contacts(
+                lam, space[6], active, opened, older, touching, counter, ledger,
+                impulse, step,
+            )  # fmt: skip
         else:
             opened[:] = gaps
             touching[:] = 0

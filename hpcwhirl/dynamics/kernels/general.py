@@ -231,9 +231,10 @@ def march_general(
         counter[STEP] += 1
         if lowest < 0.0:
             space[2][:] = 0  # W changes as the blades pass
-            if not complementarity(
+            active = complementarity(
                 gaps, w_rotor, compliance, index, shape, lam, opened, space
-            ):
+            )
+            if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
             collect(lam, radial, -1.0, normal_b)
@@ -242,7 +243,10 @@ def march_general(
             collect_on_ring(lam, index, shape, along_c, drag_c)
             push_modes(normal_b, drag_b, mu, give_b, ahead_b, d_b, ledger)
             push_modes(normal_c, drag_c, mu, give_c, ahead_c, d_c, ledger)
-            book_contacts(lam, opened, older, touching, counter, ledger, impulse, step)
+            book_contacts(
+                lam, space[6], active, opened, older, touching, counter, ledger,
+                impulse, step,
+            )  # fmt: skip
         else:
             opened[:] = gaps
             touching[:] = 0
