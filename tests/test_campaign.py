@@ -169,6 +169,7 @@ def test_a_directory_begun_with_other_inputs_is_refused(alone, tmp_path, ranks):
     assert done.returncode == 2
     (line,) = [li for li in done.err.splitlines() if li.startswith("hpcwhirl")]
     assert line.startswith("hpcwhirl: error: ")
+    assert done.err.count("hpcwhirl: error: ") == 1
     assert "friction = 0.1, got 0.2" in line
     assert "Traceback" not in done.err
     assert {p: p.read_bytes() for p in alone.rglob("*") if p.is_file()} == before

@@ -242,3 +242,15 @@ def test_classify_without_json_says_what_there_is(copy, capsys):
     assert main(["classify", str(copy)]) == 0
     out = capsys.readouterr().out
     assert all(f"{name}: " in out for name in ("cases", "regimes", "thresholds"))
+
+
+def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
+    found = facts("bench", "--json", "--repeats", "1")
+    rows = [(r["scheme"], r["contact"] > 0) for r in found["rows"]]
+    assert rows == [
+        (s, c) for s in ("paper", "general", "modal") for c in (False, True)
+    ]
+    for row in found["rows"]:
+        assert row.keys() >= {"lanes", "microseconds_per_step", "spread"}
+        assert row["microseconds_per_step"] > 0
+    assert 0 < found["modal_gflops_in_flight"] < found["fma_peak_gflops"]

@@ -1,6 +1,9 @@
 """Truths 4, 5 and 6, for every scheme by one battery."""
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -349,3 +352,21 @@ def test_delassus_rows_of_the_ring_of_elements():
     _, _, give = recursion(model.casing.omega, model.casing.damping, step)
     want = w_rotor + (radial * give) @ (radial + 0.3 * tangential).T
     assert np.abs(found.T - want).max() < 1e-9 * np.abs(want).max()
+
+
+@pytest.mark.slow
+@pytest.mark.oracle
+def test_what_a_user_would_write_finds_the_same_impulse():
+    script = Path(__file__).parent.parent / "scripts" / "baselines.py"
+    done = subprocess.run(
+        [sys.executable, script, "2"], capture_output=True, text=True, timeout=200,
+        check=True,
+    )  # fmt: skip
+    found = {
+        line[:24].strip(): float(line.split()[-3])
+        for line in done.stdout.splitlines()[1:]
+    }
+    assert found["modal"] > 0
+    for name in ("NumPy, dense", "Numba with BLAS, dense"):
+        assert found[name] == pytest.approx(found["modal"], rel=1e-5)
+    assert found["solve_ivp, penalty"] == pytest.approx(found["modal"], rel=0.2)

@@ -1,44 +1,113 @@
-"""`hpcwhirl bench`: what a step costs on this core."""
+"""`hpcwhirl bench`: what a step, and a case, cost on this core."""
 
 from __future__ import annotations
 
 import argparse
+import resource
+import sys
 from dataclasses import asdict
+from typing import Any
 
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings
+
+CASES = (520.0, 460.0, 280.0)  # rad/s: damped, sustained, divergent on Table 2
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_scene(parser)
     parser.add_argument("--repeats", type=int, default=9, help="timed runs (default 9)")
+    parser.add_argument(
+        "--cases", action="store_true", help="also whole cases at 520, 460, 280 rad/s"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Time the schemes one after the other in this process and print a table."""
-    from hpcwhirl.dynamics.bench import time_schemes
-
     if args.repeats < 1:
         msg = f"--repeats must be >= 1, got {args.repeats}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
-    rows = [asdict(timing) for timing in time_schemes(scene, args.repeats)]
+    facts = facts_of(scene, args.repeats)
+    if args.cases:
+        facts["cases"] = whole_cases(scene)
+    facts["peak_memory_mb"] = _peak_memory()
     if args.json:
-        print_json({"rows": rows})
-        return 0
-    _show(rows)
+        print_json(facts)
+    else:
+        _show(facts)
     return 0
 
 
-def _show(rows: list[dict[str, float]]) -> None:
+def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
+    """Return the timings, the core's peak and what `modal` reaches of it in flight."""
+    from hpcwhirl.dynamics import bench
+    from hpcwhirl.dynamics.march import March
+
+    peak = bench.fma_peak(repeats)
+    rows = [asdict(timing) for timing in bench.time_schemes(scene, repeats)]
+    facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
+    march = March(apply_settings(scene, {"scheme": "modal", "duration": 1e-3}))
+    facts["modal_bytes"] = bench.bytes_of(march)
+    operations = bench.flight_operations(scene)
+    flight = rows[-2]["microseconds_per_step"]
+    facts["modal_operations_in_flight"] = operations
+    facts["modal_gflops_in_flight"] = 1e-3 * operations / flight
+    return facts
+
+
+def whole_cases(scene: Scene) -> list[dict[str, Any]]:
+    """Return regime and seconds of whole cases, integrated one after the other."""
+    from hpcwhirl.campaign.case import simulate
+
+    out = []
+    for speed in CASES:
+        result = simulate(apply_settings(scene, {"speed": speed, "revolutions": 0.0}))
+        row, spent = result.row, result.performance
+        out.append(
+            {
+                "speed": speed,
+                "regime": row["regime"],
+                "whirl": row["whirl"],
+                "end_time": row["end_time"],
+                "steps": row["steps"],
+                "seconds": spent["seconds"],
+                "microseconds_per_step": spent["microseconds_per_step"],
+            }
+        )
+    return out
+
+
+def _peak_memory() -> float:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2
+
+
+def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    console = Console()
     table = Table("scheme", "lanes", "steps in contact", "us a step", "spread")
-    for row in rows:
+    for row in facts["rows"]:
         table.add_row(
             str(row["scheme"]), str(row["lanes"]), f"{row['contact']:.1%}",
-            f"{row['microseconds_per_step']:.2f}", f"{row['spread']:.0%}",
+            f"{row['microseconds_per_step']:.3f}", f"{row['spread']:.0%}",
         )  # fmt: skip
-    Console().print(table)
+    console.print(table)
+    share = facts["modal_gflops_in_flight"] / facts["fma_peak_gflops"]
+    console.print(
+        f"modal in flight: {facts['modal_operations_in_flight']} operations a step, "
+        f"{facts['modal_gflops_in_flight']:.1f} GFLOP/s, {share:.0%} of the measured "
+        f"peak of {facts['fma_peak_gflops']:.1f}; {facts['modal_bytes']} bytes of "
+        f"state and operators; peak memory of the process "
+        f"{facts['peak_memory_mb']:.0f} MB"
+    )
+    for case in facts.get("cases", []):
+        console.print(
+            f"{case['speed']:g} rad/s: {case['regime']}, {case['whirl']}, "
+            f"{case['steps']} steps ({case['end_time']:.2f} s of engine time) in "
+            f"{case['seconds']:.2f} s"
+        )

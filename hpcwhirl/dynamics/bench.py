@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import statistics
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from hpcwhirl.dynamics.kernels import cyclic
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
+from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 
@@ -14,6 +19,8 @@ SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAR = 1.0  # m, a gap that no blade crosses
 SCHEMES = ("paper", "general", "modal")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
+CYCLIC_STATE = 10  # arrays in the state of the cyclic kernel
+ROUNDS = 200_000  # of the peak; some 10 ms
 
 
 @dataclass(frozen=True)
@@ -44,13 +51,14 @@ def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     return march
 
 
-def _state(march: March) -> list[object]:
-    return [array.copy() for array in march.state]
-
-
 def _restore(march: March, saved: list[object]) -> None:
     for array, value in zip(march.state, saved, strict=True):
         array[...] = value
+
+
+def _timing(scheme: str, contact: float, spent: list[float]) -> Timing:
+    middle = statistics.median(spent)
+    return Timing(scheme, 1, contact, middle, (max(spent) - min(spent)) / middle)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -64,19 +72,18 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
     contact : whether blades touch; if not, the gap is `FAR`
     """
     march = _settled(scene, scheme, contact=contact)
-    saved, steps = _state(march), STEPS
-    march.total += steps
+    saved: list[object] = [array.copy() for array in march.state]
+    march.total += STEPS
     march.stride = march.total + 1  # no samples
     spent, share = [], 0.0
     for _ in range(repeats):
         _restore(march, saved)
         march.seconds = 0.0
         before = march.counter[TOUCHED]
-        march.advance(steps)
-        share = float(march.counter[TOUCHED] - before) / steps
-        spent.append(1e6 * march.seconds / steps)
-    middle = statistics.median(spent)
-    return Timing(scheme, 1, share, middle, (max(spent) - min(spent)) / middle)
+        march.advance(STEPS)
+        share = float(march.counter[TOUCHED] - before) / STEPS
+        spent.append(1e6 * march.seconds / STEPS)
+    return _timing(scheme, share, spent)
 
 
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
@@ -84,3 +91,47 @@ def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
     for scheme in SCHEMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
+
+
+def fma_peak(repeats: int) -> float:
+    """Return the core's measured peak of fused multiply-adds, GFLOP/s, both counted."""
+    values = np.linspace(0.0, 1.0, CHAINS)
+    multiply_add(1, values, 0.5, 0.5)
+    spent = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        multiply_add(ROUNDS, values, 0.5, 0.5)
+        spent.append(time.perf_counter() - start)
+    return 2e-9 * CHAINS * ROUNDS / min(spent)
+
+
+def flight_operations(scene: Scene) -> int:
+    """Return the floating-point operations of a contact-free step of `modal`.
+
+    Counted from `kernels.cyclic`, padding included: 10 a real amplitude of the rotor,
+    31 a complex one of the ring, 2 an entry of the transform.
+
+    Raises
+    ------
+    ValueError
+        where the cyclic kernel does not march the scene
+    """
+    march = March(apply_settings(scene, {"scheme": "modal"}))
+    k, kr, wide = cyclic.widths(march.model.blades)
+    rotor, ring = march.state[0], march.state[1]
+    if len(march.state) != CYCLIC_STATE:
+        msg = "the operations are counted for the cyclic kernel only"
+        raise ValueError(msg)
+    step = 10 * len(rotor) // cyclic.ROTOR_STATE + 31 * len(ring) // cyclic.RING_STATE
+    return step + 2 * (2 * k * wide) + 4 * kr
+
+
+def bytes_of(march: March) -> int:
+    """Return the bytes that a step of a march reads or writes: state and operators."""
+
+    def size(item: object) -> int:
+        if isinstance(item, tuple):
+            return sum(size(part) for part in item)
+        return item.nbytes if isinstance(item, np.ndarray) else 8
+
+    return size(march.state) + size(march.scheme.arrays)
