@@ -132,3 +132,12 @@ def test_other_thresholds_give_other_words_from_the_same_numbers():
 def test_gap_of_zero_still_has_a_floor_for_whirl():
     scene = apply_settings(named_scene("table2"), {"gap": 0.0})
     assert evidence(scene, made(-2.0))["gap_scale"] > 0
+
+
+def test_growth_under_the_pulse_is_no_divergence():
+    growing = made(2.0, fed=30.0)
+    assert words(growing)[1] == "divergent"
+    loaded = apply_settings(Scene(), {"pulse": 10.0})
+    assert words(growing, loaded)[1] == "undecided"
+    rigid = apply_settings(Scene(), {"pulse": 10.0, "kind": "rigid"})
+    assert words(growing, rigid)[1] == "divergent"

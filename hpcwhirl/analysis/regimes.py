@@ -83,7 +83,8 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     -------
     growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
     whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost,
-    late_energy (J), late_contacts (1 if the window has contact), ledger_error (-),
+    late_energy (J), late_contacts (1 if the window has contact), load_end (s; 0 where
+    there is no loading), ledger_error (-),
     gap_scale (m)
     """
     time = history.time
@@ -108,10 +109,16 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "late_fed": _number(fed[-1] - fed[0]) if len(fed) else 0.0,
         "late_lost": _number(lost[-1] - lost[0]) if len(lost) else 0.0,
         "late_energy": _number(history.energy[late].mean()) if len(fed) else 0.0,
+        "load_end": _load_end(scene),
         "late_contacts": int(history.last_contact > start),
         "ledger_error": ledger_error(history),
         "gap_scale": max(scene.gap, 1e-6 * radius),
     }
+
+
+def _load_end(scene: Scene) -> float:
+    loaded = scene.engine.casing.kind == "ring" and scene.force > 0.0
+    return scene.pulse if loaded else 0.0
 
 
 def _number(value: float) -> float:
@@ -142,7 +149,8 @@ def name_regime(
       amplitude limit, and fed by rotation and friction meanwhile.
     - `sustained`: contact that replaces at least `replaced` of what is lost, the
       energy turned over `turnover` times, and no significant change beyond `drift`.
-    - `undecided`: anything else, such as falling while still touching.
+    - `undecided`: anything else, such as falling while still touching; and whatever
+      is loaded by the pulse within the window.
 
     Parameters
     ----------
@@ -158,6 +166,10 @@ def name_regime(
 
 
 def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
+    if float(numbers["end_time"]) - float(numbers["window"]) < float(
+        numbers["load_end"]
+    ):
+        return "undecided"
     rate, error = float(numbers["growth_rate"]), float(numbers["growth_error"])
     fed, lost = float(numbers["late_fed"]), float(numbers["late_lost"])
     change = rate * float(numbers["window"])

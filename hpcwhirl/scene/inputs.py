@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+MOST_STEPS = 1e13
+MOST_GAP = 10.0  # tip radii
 
 
 class Inputs(BaseModel):
@@ -144,6 +146,25 @@ class Scene(Inputs):
     def _revolutions_need_a_speed(self) -> Self:
         if self.revolutions > 0 and self.speed == 0:
             msg = "revolutions must be 0 where speed is 0, got revolutions > 0"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _countable_steps(self) -> Self:
+        step = self.solver.time_step
+        if self.end_time > MOST_STEPS * step:
+            msg = (
+                f"time_step must be >= {self.end_time / MOST_STEPS:.3g} s "
+                f"({MOST_STEPS:g} steps), got {step}"
+            )
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _gap_of_a_ring(self) -> Self:
+        radius = self.engine.rotor.radius
+        if self.gap > MOST_GAP * radius:
+            msg = f"gap must be <= {MOST_GAP * radius:g} m, got {self.gap}"
             raise ValueError(msg)
         return self
 

@@ -63,6 +63,7 @@ ROW: dict[str, Variable] = {
     **_table("f8", "J", late_fed="work of rotation and friction in the window"),
     **_table("f8", "J", late_lost="damping and impact loss in the window"),
     **_table("f8", "J", late_energy="mean energy in the window"),
+    **_table("f8", "s", load_end="end of the loading, 0 for none"),
     **_table("i8", "1", late_contacts="1 if the window has contact"),
     **_table("f8", "1", ledger_error="ledger residual over throughput"),
     **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
