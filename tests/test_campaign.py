@@ -17,7 +17,7 @@ output = {interval = 5e-5}
 sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 """
 LONG = """
-scene = {duration = 0.15}
+scene = {duration = 0.6}
 solver = {time_step = 2e-6}
 output = {interval = 1e-3}
 sweep = {speed = [300, 340, 380, 420, 460, 500]}
