@@ -104,7 +104,11 @@ BUGS = (
         MARCH,
     ),
     Bug(
-        "5 first guess", CONTACT, "return size if solved else -1", "return size", MARCH
+        "5 first guess",
+        CONTACT,
+        "return size if positive and lowest == 0.0 else -1",
+        "return size",
+        MARCH,
     ),
     Bug(
         "6 sign of friction",

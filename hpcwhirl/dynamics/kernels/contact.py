@@ -119,21 +119,27 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
         w[j, i] += read_ring(response, index, shape, i)
 
 
-@njit(error_model="numpy", cache=True)
-def solve_dense(matrix, right, size):
-    """Solve in place by Gauss with partial pivoting; return whether it could."""
+@njit(error_model="numpy", cache=True, inline="always")
+def solve_dense(matrix, right, size, exchanging):
+    """Solve in place by Gauss, with partial pivoting or in order.
+
+    Return whether no pivot is zero; in order, whether all are positive, as those of a
+    P-matrix are.
+    """
+    sound = True
     for c in range(size):
-        p = c
-        for r in range(c + 1, size):
-            if abs(matrix[r, c]) > abs(matrix[p, c]):
-                p = r
-        if not abs(matrix[p, c]) > 0.0:
-            return False
-        if p != c:
-            for s in range(c, size):
-                matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
-            right[c], right[p] = right[p], right[c]
-        inverse = 1.0 / matrix[c, c]
+        if exchanging:
+            p = c
+            for r in range(c + 1, size):
+                if abs(matrix[r, c]) > abs(matrix[p, c]):
+                    p = r
+            if p != c:
+                for s in range(c, size):
+                    matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
+                right[c], right[p] = right[p], right[c]
+        pivot = matrix[c, c]
+        sound = sound and (pivot > 0.0 or (exchanging and pivot < 0.0))
+        inverse = 1.0 / pivot
         matrix[c, c] = inverse
         for r in range(c + 1, size):
             factor = matrix[r, c] * inverse
@@ -145,7 +151,7 @@ def solve_dense(matrix, right, size):
         for s in range(c + 1, size):
             total -= matrix[c, s] * right[s]
         right[c] = total * matrix[c, c]
-    return True
+    return sound
 
 
 @njit(error_model="numpy", cache=True)
@@ -158,7 +164,7 @@ def solve_active(gaps, w, where, size, opened, small, right):
         right[r] = -gaps[where[r]]
         for s in range(size):
             small[r, s] = w[where[s], where[r]]
-    if not solve_dense(small, right, size):
+    if not solve_dense(small, right, size, True):
         return False
     for i in range(len(gaps)):
         opened[i] = gaps[i]
@@ -169,52 +175,6 @@ def solve_active(gaps, w, where, size, opened, small, right):
     for s in range(size):
         opened[where[s]] = 0.0
     return True
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def solve_in_order(matrix, right, size):
-    """Solve in place by Gauss without exchanges; return whether all pivots are > 0.
-
-    They are for a P-matrix, whose leading minors are positive.
-    """
-    positive = True
-    for c in range(size):
-        positive = positive and matrix[c, c] > 0.0
-        inverse = 1.0 / matrix[c, c]
-        matrix[c, c] = inverse
-        for r in range(c + 1, size):
-            factor = matrix[r, c] * inverse
-            for s in range(c + 1, size):
-                matrix[r, s] -= factor * matrix[c, s]
-            right[r] -= factor * right[c]
-    for c in range(size - 1, -1, -1):
-        total = right[c]
-        for s in range(c + 1, size):
-            total -= matrix[c, s] * right[s]
-        right[c] = total * matrix[c, c]
-    return positive
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def try_active(gaps, w, where, size, lam, opened, small, right):
-    """Solve with where[:size] active; return whether that is the solution."""
-    for r in range(size):
-        right[r] = -gaps[where[r]]
-        for s in range(size):
-            small[r, s] = w[where[s], where[r]]
-    positive = solve_in_order(small, right, size)
-    lowest = 0.0
-    for s in range(size):
-        column, factor = w[where[s]], right[s]
-        lowest = min(lowest, factor)
-        for i in range(len(gaps)):
-            opened[i] += column[i] * factor
-    for s in range(size):
-        lam[where[s]] = right[s]
-        opened[where[s]] = 0.0
-    for i in range(len(gaps)):
-        lowest = min(lowest, opened[i])
-    return positive and lowest == 0.0
 
 
 @njit(error_model="numpy", cache=True)
@@ -231,8 +191,23 @@ def penetrating_alone(gaps, lam, opened, space):
         opened[i] = gaps[i]
         where[size] = i
         size += gaps[i] < 0.0
-    solved = try_active(gaps, w, where, size, lam, opened, small, right)
-    return size if solved else -1
+    for r in range(size):
+        right[r] = -gaps[where[r]]
+        for s in range(size):
+            small[r, s] = w[where[s], where[r]]
+    positive = solve_dense(small, right, size, False)
+    lowest = 0.0
+    for s in range(size):
+        column, factor = w[where[s]], right[s]
+        lowest = min(lowest, factor)
+        for i in range(len(gaps)):
+            opened[i] += column[i] * factor
+    for s in range(size):
+        lam[where[s]] = right[s]
+        opened[where[s]] = 0.0
+    for i in range(len(gaps)):
+        lowest = min(lowest, opened[i])
+    return size if positive and lowest == 0.0 else -1
 
 
 @njit(error_model="numpy", cache=True)

@@ -48,9 +48,8 @@ from hpcwhirl.dynamics.kernels.contact import (
     rigid_amplitude,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY, modal_energy
 
-FLUSH_EVERY = 256  # steps; see `general.flush`
-TINY = 1e-150
 ROTOR_STATE, ROTOR_ITEMS = 3, 8
 RING_STATE, RING_ITEMS = 6, 10
 
@@ -242,24 +241,13 @@ def pulse_work(s, size, push, lobe, sign, angle):
 
 
 @njit(error_model="numpy", cache=True)
-def oscillator_energy(y, d, omega, step):
-    """Return 1/2 v^2 + 1/2 w^2 y_n y_{n+1} over all amplitudes, J."""
-    total = 0.0
-    for m in range(len(y)):
-        speed = d[m] / step
-        total += 0.5 * speed * speed
-        total += 0.5 * omega[m] * omega[m] * y[m] * (y[m] - d[m])
-    return total
-
-
-@njit(error_model="numpy", cache=True)
 def total_energy(s_b, c_b, s_c, c_c, step):
     """Return the energy of both bodies at n + 1/2, J."""
     m, n = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
-    energy = oscillator_energy(s_b[:m], s_b[m : 2 * m], c_b[7 * m : 8 * m], step)
+    energy = modal_energy(s_b[:m], s_b[m : 2 * m], c_b[7 * m : 8 * m], step)
     omega = c_c[9 * n : 10 * n]
-    energy += oscillator_energy(s_c[:n], s_c[2 * n : 3 * n], omega, step)
-    return energy + oscillator_energy(s_c[n : 2 * n], s_c[3 * n : 4 * n], omega, step)
+    energy += modal_energy(s_c[:n], s_c[2 * n : 3 * n], omega, step)
+    return energy + modal_energy(s_c[n : 2 * n], s_c[3 * n : 4 * n], omega, step)
 
 
 @njit(error_model="numpy", cache=True)
