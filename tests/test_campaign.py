@@ -212,3 +212,21 @@ def test_status_reads_no_results_file(alone, tmp_path):
     found = status(tmp_path / "out")
     assert (found["cases"], found["done"], found["left"]) == (6, 6, 0)
     assert sum(found["regimes"].values()) == 6
+
+
+@pytest.mark.slow
+def test_damaged_traces_are_computed_again_on_retry(alone, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(alone, out)
+    (out / "results.h5").unlink()
+    (traces,) = (out / "traces").iterdir()
+    spoilt = bytearray(traces.read_bytes())
+    spoilt[100] ^= 1
+    traces.write_bytes(spoilt)
+    words = ["campaign", inputs(tmp_path, SHORT), "--out", out]
+    refused = launch(*words)
+    assert refused.returncode == 2
+    assert "--retry failed" in refused.err
+    assert launch(*words, "--retry", "failed").returncode == 0
+    assert len(records(out)) == 7
+    assert root_variables(out) == root_variables(alone)

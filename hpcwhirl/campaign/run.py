@@ -30,7 +30,13 @@ from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
 from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal, Record, next_run, read_records
+from hpcwhirl.store.journal import (
+    Journal,
+    Record,
+    is_whole,
+    next_run,
+    read_records,
+)
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 
 PROGRESS_EVERY = 5.0  # s
@@ -120,7 +126,7 @@ def to_do(design: Design, folder: Path, *, retry: bool) -> list[int]:
     kept = {
         name
         for name, record in read_records(folder).items()
-        if record["status"] == "ok" or not retry
+        if not retry or (record["status"] == "ok" and is_whole(folder, record))
     }
     left = [i for i, s in enumerate(design.cases) if digest(s) not in kept]
     return sorted(left, key=lambda i: (-predicted_steps(design.cases[i]), i))
@@ -152,7 +158,7 @@ def run_campaign(
     design : the campaign
     folder : its directory
     comm : MPI communicator; None for one process
-    retry : integrate failed cases again
+    retry : integrate failed cases again, and those whose traces are damaged
     """
     rank = comm.rank if comm is not None else 0
     stopping = StopFlag()

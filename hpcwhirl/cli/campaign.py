@@ -32,7 +32,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--dry-run", action="store_true", help="cases and predicted core-hours only"
     )
     parser.add_argument(
-        "--retry", choices=["failed"], help="integrate failed cases again"
+        "--retry",
+        choices=["failed"],
+        help="integrate failed cases again, and those whose traces are damaged",
     )
     add_json(parser)
 

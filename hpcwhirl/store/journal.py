@@ -141,7 +141,10 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
         msg = f"cannot read traces in {path}: {failed.strerror}"
         raise MissingFileError(msg) from None
     if len(data) != block["bytes"] or zlib.crc32(data) != block["crc"]:
-        msg = f"traces in {path} at byte {block['offset']} are damaged"
+        msg = (
+            f"traces in {path} at byte {block['offset']} are damaged; the campaign's "
+            "command with --retry failed computes them again"
+        )
         raise StoreError(msg)
     out, start = {}, 0
     values = np.frombuffer(data, dtype="<f8")
@@ -150,3 +153,14 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
         out[name] = values[start : start + count].reshape(shape)
         start += count
     return out
+
+
+def is_whole(folder: Path, record: Record) -> bool:
+    """Return whether the traces of a record, if any, are as they were written."""
+    if not record.get("traces"):
+        return True
+    try:
+        read_traces(folder, record["traces"])
+    except (MissingFileError, StoreError):
+        return False
+    return True
