@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
@@ -297,24 +297,28 @@ def test_a_step_above_the_limit_is_refused_with_the_limit(scheme):
 
 
 def random_contacts(friction, trials=200):
-    """Yield a Delassus matrix and gaps of which some are closed."""
-    w = March(scene(friction=friction)).scheme.arrays[3][0].T
+    """Yield a Delassus matrix, its first column, and gaps of which some are closed."""
+    column = March(scene(friction=friction)).scheme.arrays[3][0]
+    places = np.subtract.outer(np.arange(22), np.arange(22)) % 22
     rng = np.random.default_rng(5)
     for trial in range(trials):
-        yield w, rng.normal(size=22) * 1e-6 + trial * 1e-8
+        yield column[places], column, rng.normal(size=22) * 1e-6 + trial * 1e-8
+
+
+def pivoted(w, gaps):
+    """Return (lam, opened, active) of `complementarity`."""
+    none, index = np.zeros((0, 0)), np.zeros((22, 0), np.int64)
+    lam, opened, space = np.zeros(22), np.zeros(22), contact.contact_space(22, 0)
+    space[1][:], space[2][:] = w.T, 1
+    active = contact.complementarity(gaps, none, none, index, none, lam, opened, space)
+    return lam, opened, active
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_complementarity_of_random_contacts(friction):
     # 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0 on random gaps
-    none, index = np.zeros((0, 0)), np.zeros((22, 0), np.int64)
-    for w, gaps in random_contacts(friction):
-        lam, opened = np.zeros(22), np.zeros(22)
-        space = contact.contact_space(22, 0)
-        space[1][:], space[2][:] = w.T, 1
-        active = contact.complementarity(
-            gaps, none, none, index, none, lam, opened, space
-        )
+    for w, _, gaps in random_contacts(friction):
+        lam, _, active = pivoted(w, gaps)
         assert active == np.count_nonzero(lam)
         after = gaps + w @ lam
         assert lam.min() >= 0
@@ -322,16 +326,28 @@ def test_complementarity_of_random_contacts(friction):
         assert np.abs(lam * after).max() < 1e-15 * max(lam.max(), 1.0)
 
 
-def test_the_first_guess_is_the_solution_or_says_no():
-    none, index, right = np.zeros((0, 0)), np.zeros((22, 0), np.int64), 0
-    for w, gaps in random_contacts(0.3):
-        pair = [(np.zeros(22), np.zeros(22)) for _ in range(2)]
-        space = contact.contact_space(22, 0)
-        space[1][:], space[2][:] = w.T, 1
-        if contact.penetrating_alone(gaps, *pair[0], space) >= 0:
+def test_the_guess_is_the_solution_or_says_no():
+    # from the last solution's set, from the penetrating set, else by pivoting
+    wide, right, known = 12, 0, np.zeros(24, np.int64)
+    fold = np.r_[np.arange(12), (22 - np.arange(12)) % 22]
+    places = [circulant.place_of(j, 22, wide) for j in range(22)]
+    for w, column, gaps in random_contacts(0.3):
+        if gaps.min() >= 0:
+            continue
+        space = circulant.circulant_space(22, wide, column, known)
+        row = gaps[fold].copy()
+        active = circulant.guess(row, 0, gaps.min(), 22, wide, 24, space)
+        if active >= 0:
             right += 1
-            contact.complementarity(gaps, none, none, index, none, *pair[1], space)
-            assert pair[0][0] == pytest.approx(pair[1][0], rel=1e-12)
+        else:
+            active = circulant.solve_any(row, 0, 22, wide, space)
+        lam, opened, _ = pivoted(w, gaps)
+        found = np.zeros(22)
+        found[space[4][:active]] = space[0][:active]
+        assert found == pytest.approx(lam, rel=1e-11)
+        assert row[places] == pytest.approx(opened, rel=1e-9, abs=1e-19)
+        again = circulant.guess(gaps[fold], 0, gaps.min(), 22, wide, 24, space)
+        assert again == active  # the set that is kept is the solution's
     assert 0 < right < 200
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hpcwhirl.dynamics.kernels import cyclic
+from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
@@ -19,7 +19,7 @@ SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAR = 1.0  # m, a gap that no blade crosses
 SCHEMES = ("paper", "general", "modal")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
-CYCLIC_STATE = 10  # arrays in the state of the cyclic kernel
+CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
 
 
@@ -108,8 +108,8 @@ def fma_peak(repeats: int) -> float:
 def flight_operations(scene: Scene) -> int:
     """Return the floating-point operations of a contact-free step of `modal`.
 
-    Counted from `kernels.cyclic`, padding included: 10 a real amplitude of the rotor,
-    31 a complex one of the ring, 2 an entry of the transform.
+    Counted from `kernels.passes`, padding included: 11 a real amplitude of the rotor,
+    36 a complex one of the ring, 2 an entry of the transform, 4 a gap.
 
     Raises
     ------
@@ -117,13 +117,13 @@ def flight_operations(scene: Scene) -> int:
         where the cyclic kernel does not march the scene
     """
     march = March(apply_settings(scene, {"scheme": "modal"}))
-    k, kr, wide = cyclic.widths(march.model.blades)
+    k, wide = cyclic.widths(march.model.blades)
     rotor, ring = march.state[0], march.state[1]
     if len(march.state) != CYCLIC_STATE:
         msg = "the operations are counted for the cyclic kernel only"
         raise ValueError(msg)
-    step = 10 * len(rotor) // cyclic.ROTOR_STATE + 31 * len(ring) // cyclic.RING_STATE
-    return step + 2 * (2 * k * wide) + 4 * kr
+    step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
+    return step + 2 * (2 * k * wide) + 4 * wide + 2 * k
 
 
 def bytes_of(march: March) -> int:

@@ -1,7 +1,7 @@
 """Schemes: which kernel marches a scene, with which arrays, from which state.
 
-A state is a tuple of arrays, all that a resume needs; it ends with touching (N,),
-counter, ledger and impulse (N,) for every scheme.
+A state is a tuple of arrays, all that a resume needs; for every scheme it ends with
+the steps of last contacts (N,), counter, ledger and impulse (N,).
 """
 
 from __future__ import annotations
@@ -54,10 +54,11 @@ class Scheme:
 
 
 def _common(blades: int) -> State:
-    """Return touching, counter, ledger, impulse at rest."""
+    """Return last contacts, counter, ledger, impulse at rest."""
     counter = np.zeros(contact.COUNTERS, dtype=np.int64)
     counter[contact.LAST] = -1
-    return np.zeros(blades, dtype=np.int64), counter, np.zeros(5), np.zeros(blades)
+    never = np.full(blades, -1, dtype=np.int64)
+    return never, counter, np.zeros(5), np.zeros(blades)
 
 
 def _two_bodies(model: Model, scene: Scene, rotor: int, casing: int) -> State:
@@ -115,31 +116,40 @@ def _paper(model: Model, scene: Scene) -> Scheme:
 
 
 def _cyclic(model: Model, scene: Scene) -> Scheme:
-    from hpcwhirl.dynamics.kernels import cyclic
+    from hpcwhirl.dynamics.kernels import cyclic, passes
     from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
 
     load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene)
-    (k, k_ring, _), step = cyclic.widths(model.blades), scene.solver.time_step
+    (k, wide), step = cyclic.widths(model.blades), scene.solver.time_step
+    exact = scene.solver.scheme == "exact"
+    kernel, settle = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
+
+    def ended(state: State) -> State:
+        out = tuple(np.zeros_like(state[i]) for i in (0, 1, 4, 5))
+        settle(rotor, casing, state, out)
+        return out
 
     def balance(state: State) -> Balance:
-        energy = cyclic.total_energy(state[0], rotor[0], state[1], casing[0], step)
-        normal, drag, loss = cyclic.column_sums(state[4], state[5])
+        s_b, s_c, sums_b, sums_c = ended(state)
+        odd = int(state[-3][contact.STEP] & 1)
+        energy = cyclic.total_energy(s_b, rotor[0], s_c, casing[0], odd, step, exact)
+        normal, drag, loss = cyclic.column_sums(sums_b, sums_c)
         friction = 0.5 * friction_with_sign(scene) * drag
         return Balance(energy, loss, 0.5 * normal, friction)
 
-    bodies = np.zeros(cyclic.ROTOR_STATE * rows * 2 * k)
-    ring = np.zeros(cyclic.RING_STATE * ring_rows * k_ring)
-    spectra = np.zeros(2 * k), np.zeros(2 * k)
-    sums = np.zeros(3 * 2 * k), np.zeros(3 * k_ring)
-    state = (bodies, ring, *spectra, *sums, *_common(model.blades))
-    kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows)
-    return Scheme(
-        kernel,
-        (load, rotor, casing, touch),
-        state,
-        balance,
-        lambda s, n: _unfold(model, *modal_amplitudes(model, scene, s, n)),
-    )
+    def displacements(state: State, steps: int) -> tuple[Floats, Floats]:
+        q_b, q_c = modal_amplitudes(model, scene, ended(state)[:2], steps)
+        return _unfold(model, q_b, q_c)
+
+    bodies = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
+    ring = np.zeros(passes.RING_STATE * ring_rows * k)
+    gaps = np.full(3 * 2 * wide, scene.gap)
+    sums = np.zeros(3 * 2 * k), np.zeros(3 * k)
+    known = np.zeros(model.blades + 2, dtype=np.int64)
+    lam = np.zeros(4 * k)
+    state = (bodies, ring, lam, gaps, *sums, known, *_common(model.blades))
+    arrays = (load, rotor, casing, touch)
+    return Scheme(kernel, arrays, state, balance, displacements)
 
 
 def scheme_of(model: Model, scene: Scene) -> Scheme:

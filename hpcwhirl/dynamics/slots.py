@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.cyclic import (
-    RING_ITEMS,
-    RING_STATE,
-    ROTOR_ITEMS,
-    ROTOR_STATE,
-    widths,
-)
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
-from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
@@ -45,21 +41,22 @@ def blade_waves(blades: int) -> Complexes:
 
 
 def transforms(blades: int) -> tuple[Floats, Floats]:
-    """Return turns (N, width): cos, -sin at each blade; wave (width, wide), flat.
+    """Return turns (N, width): cos, -sin at each blade; wave (width, wide), both flat.
 
     The columns of `wave` give the even and the odd part at blades 0 .. N // 2; what
     pads them repeats blade 0.
     """
     waves, half = blade_waves(blades), blades // 2 + 1
-    k, _, wide = widths(blades)
+    k, wide = widths(blades)
     turns = np.zeros((blades, 2 * k))
     turns[:, :half], turns[:, k : k + half] = waves.real, -waves.imag
     simple = [0] + ([blades // 2] if blades % 2 == 0 else [])
     turns[:, [k + s for s in simple]] = 0.0
+    turns[simple, k:] = 0.0  # sin(pi kappa): what is folded must be the same twice
     columns = np.zeros(wide, dtype=int)
     columns[:half] = np.arange(half)
     wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
-    return np.ascontiguousarray(turns), np.ascontiguousarray(wave).ravel()
+    return turns.ravel(), np.ascontiguousarray(wave).ravel()
 
 
 @dataclass(frozen=True)
@@ -107,21 +104,36 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
     return out
 
 
+def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
+    """Return the items (ITEMS,) of one mode, see `kernels.passes`; its turn is 1."""
+    out = np.zeros(passes.ITEMS)
+    give, push = flow.give, flow.give * (gamma + mu * sigma.conjugate())
+    out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, give
+    out[[passes.RADIAL, passes.SR, passes.SI]] = gamma, sigma.real, sigma.imag
+    out[[passes.NORMAL, passes.ALONG]] = push.real, -push.imag
+    out[[passes.OMEGA, passes.RATE, passes.TURN_RE]] = flow.omega, flow.rate, 1.0
+    out[passes.MEAN_OLD : passes.MEAN_PLACE + 1] = flow.mean
+    out[passes.LOSS_DD : passes.LOSS_QQ + 1] = flow.loss
+    out[passes.SPEED_D : passes.SPEED_Q + 1] = flow.speed
+    return out
+
+
+def _flow(scene: Scene) -> Callable[[float, float, float], Recursion]:
+    return exact_flow if scene.solver.scheme == "exact" else central_differences
+
+
 def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (8 size,), hub (2, size), rows)."""
-    modes = _rotor_modes(model)
-    slots, _, _ = widths(model.blades)
+    """Return (items (ITEMS size,), hub (2, size), rows)."""
+    modes, mu = _rotor_modes(model), friction_with_sign(scene)
+    slots, _ = widths(model.blades)
     rows = 1 + max(mode.row for mode in modes)
-    items = np.zeros((ROTOR_ITEMS, rows, 2, slots))
+    items = np.zeros((passes.ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
     step, xi = scene.solver.time_step, model.rotor.damping
     for mode in modes:
-        keep, pull, give = recursion(np.array([mode.omega]), xi, step)
-        values = (keep[0], pull[0], 2 * xi * mode.omega / (4 * step), mode.gamma,
-                  give[0], mode.sigma.real, mode.sigma.imag, mode.omega)  # fmt: skip
-        parts = len(mode.members)
-        for item, value in enumerate(values):
-            items[item, mode.row, :parts, mode.slot] = value
+        flow = _flow(scene)(mode.omega, xi, step)
+        values, parts = _items(flow, mode.gamma, mode.sigma, mu), len(mode.members)
+        items[:, mode.row, :parts, mode.slot] = values[:, None]
         hub[:, mode.row, 0, mode.slot] = mode.centre.real
         if parts == 2:
             hub[:, mode.row, 1, mode.slot] = -mode.centre.imag
@@ -129,27 +141,26 @@ def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
 
 
 def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (10 size,), load (size,), rows)."""
+    """Return (items (ITEMS size,), load (size,), rows)."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
     blades, step = model.blades, scene.solver.time_step
-    _, slots, _ = widths(blades)
-    rows = ring_rows(operator.harmonics, blades)
-    items, load = np.zeros((RING_ITEMS, rows, slots)), np.zeros((rows, slots))
-    keep, pull, give = recursion(body.omega, body.damping, step)
+    slots, _ = widths(blades)
+    rows, mu = ring_rows(operator.harmonics, blades), friction_with_sign(scene)
+    items, load = np.zeros((passes.ITEMS, rows, slots)), np.zeros((rows, slots))
     force = pulse_load(model, scene) @ body.shapes
     for place in _ring_modes(model):
         h, m = place.harmonic, place.members[0]
         turn = np.exp(1j * place.sign * h * scene.speed * step)
         w_row = operator.radial[max(2 * h - 1, 0)]
         u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
-        psi, chi = body.shapes[w_row, m], body.shapes[u_row, m]
+        psi, chi = float(body.shapes[w_row, m]), body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
-        rate = 2 * body.damping * body.omega[m] / (4 * step)
-        values = (keep[m], pull[m], rate, turn.real, turn.imag, psi, give[m],
-                  sigma.real, sigma.imag, body.omega[m])  # fmt: skip
-        items[:, place.row, place.slot] = values
+        flow = _flow(scene)(float(body.omega[m]), body.damping, step)
+        items[:, place.row, place.slot] = _items(flow, psi, sigma, mu)
+        items[passes.TURN_RE, place.row, place.slot] = turn.real
+        items[passes.TURN_IM, place.row, place.slot] = turn.imag
         load[place.row, place.slot] = force[m]
     return items.ravel(), load.ravel(), rows
 
@@ -184,19 +195,18 @@ def _ring_modes(model: Model) -> list[_RingMode]:
 
 
 def modal_amplitudes(
-    model: Model, scene: Scene, state: tuple[Any, ...], steps: int
+    model: Model, scene: Scene, bodies: tuple[Floats, Floats], steps: int
 ) -> tuple[Floats, Floats]:
-    """Return q of rotor (m,) and ring (n,), static frame, from the kernel's state."""
-    blades = model.blades
-    slots, ring_slots, _ = widths(blades)
-    rotor = state[0].reshape(ROTOR_STATE, -1, 2, slots)[0]
+    """Return q of rotor (m,) and ring (n,), static frame, from ended states."""
+    slots, _ = widths(model.blades)
+    rotor = bodies[0].reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
     q_b = np.zeros(len(model.rotor.omega))
     for mode in _rotor_modes(model):
         value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
         q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
     if model.casing is None:
         return q_b, np.zeros(0)
-    ring = state[1].reshape(RING_STATE, -1, ring_slots)[:2]
+    ring = bodies[1].reshape(passes.RING_STATE, -1, slots)[:2]
     q_c = np.zeros(len(model.casing.omega))
     angle = scene.speed * steps * scene.solver.time_step
     for place in _ring_modes(model):
@@ -208,33 +218,22 @@ def modal_amplitudes(
 
 def cyclic_arrays(model: Model, scene: Scene) -> Arrays:
     """Return (load, rotor, casing, contact, rows of rotor, rows of ring)."""
-    blades, mu = model.blades, friction_with_sign(scene)
+    blades = model.blades
     rotor, hub, rows = _rotor(model, scene)
     ring, lobe, casing_rows = _ring(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
-    symbol = _symbol(rotor, ring, mu, blades)
+    symbol = _symbol(rotor.reshape(passes.ITEMS, rows, 2, -1)[:, :, 0])
+    if casing_rows:
+        symbol = symbol + _symbol(ring.reshape(passes.ITEMS, casing_rows, -1))
     half = blades // 2 + 1
-    column = (blade_waves(blades) @ symbol[:half]).real  # of blade j to blade 0
-    places = np.subtract.outer(np.arange(blades), np.arange(blades)) % blades
-    contact = (
-        np.ascontiguousarray(column[places].T),
-        np.r_[symbol.real, symbol.imag],
-        turns,
-        wave,
-    )
+    column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
     load = (scene.force, scene.pulse, lobe)
+    contact = (column, turns, wave)
     return load, (rotor, hub), (ring, slot, sign), contact, rows, casing_rows
 
 
-def _symbol(rotor: Floats, ring: Floats, mu: float, blades: int) -> Complexes:
-    """Return the spectrum (slots,) of the circulant Delassus matrix, m/N."""
-    k, kr, _ = widths(blades)
-    parts = rotor.reshape(ROTOR_ITEMS, -1, 2, k)[:, :, 0]
-    gamma, give, sigma = parts[3], parts[4], parts[5] + 1j * parts[6]
-    out = (gamma * give * (gamma + mu * sigma.conj())).sum(axis=0)
-    if len(ring):
-        items = ring.reshape(RING_ITEMS, -1, kr)
-        psi, give, sigma = items[5], items[6], items[7] + 1j * items[8]
-        out = out + (psi * give * (psi + mu * sigma.conj())).sum(axis=0)[:k]
-    return np.asarray(out)
+def _symbol(items: Floats) -> Complexes:
+    """Return a body's share of the spectrum (slots,) of the Delassus matrix, m/N."""
+    push = items[passes.NORMAL] - 1j * items[passes.ALONG]
+    return np.asarray((items[passes.RADIAL] * push).sum(axis=0))

@@ -8,6 +8,9 @@ d_{n+1} = keep d_n - pull q_n + give f_n,   q_{n+1} = q_n + d_{n+1}.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +32,90 @@ def recursion(omega: Floats, damping: float, step: float) -> tuple[Floats, ...]:
     give = 1.0 / (1.0 / step**2 + damping * omega / step)
     keep = give * (1.0 / step**2 - damping * omega / step)
     return keep, give * omega**2, give
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """One mode's step d' = keep d - pull q + give f, q' = q + d', d = q - q before.
+
+    Attributes
+    ----------
+    omega : rad/s
+    keep, pull, give : of the step; a force gives its impulse f dt at the step's start
+    rate : damping loss of a step of central differences, over (d + d')^2, J
+    mean : (3,), dt (v- + v+) at the step's start from d, d' and q, v before and after
+        the impulse: twice what an impulse over dt is multiplied with for its work
+    loss : (3,), damping loss of a step from d'^2, d' q and q^2, q at its start, J
+    speed : (2,), velocity at the end of a step from d and q, 1/s
+    """
+
+    omega: float
+    keep: float
+    pull: float
+    give: float
+    rate: float
+    mean: tuple[float, float, float]
+    loss: tuple[float, float, float]
+    speed: tuple[float, float]
+
+
+def central_differences(omega: float, damping: float, step: float) -> Recursion:
+    """Return the recursion of Algorithm 1; omega, rad/s, damping xi, step dt, s."""
+    keep, pull, give = (
+        float(v[0]) for v in recursion(np.array([omega]), damping, step)
+    )
+    rate = 2 * damping * omega / (4 * step)
+    no_loss, mean = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0)
+    return Recursion(omega, keep, pull, give, rate, mean, no_loss, (1.0 / step, 0.0))
+
+
+def exact_flow(omega: float, damping: float, step: float) -> Recursion:
+    """Return the recursion whose free motion is that of the damped mode itself.
+
+    With a = xi omega dt, b = omega_d dt and S = sin(b) / omega_d, a step from (q, v)
+    gives q' = e^-a ((cos b + xi omega S) q + S v). Written in (q, d) nothing cancels:
+    pull = (1 - e^-a)^2 + 4 e^-a sin^2(b / 2).
+
+    Parameters
+    ----------
+    omega, damping, step : rad/s, xi < 1, dt, s
+    """
+    a, omega_d = damping * omega * step, omega * math.sqrt(1.0 - damping**2)
+    b, xw = omega_d * step, damping * omega
+    sine = math.sin(b) / omega_d if omega_d > 0.0 else step
+    half = math.sin(b / 2) ** 2
+    decay, grown = math.exp(-a), math.exp(a)
+    pull = math.expm1(-a) ** 2 + 4 * decay * half
+    # d' = e^-a S v + forth q from the start of a step; d = e^a S (v + xw q) - back q
+    forth = math.expm1(-a) - 2 * decay * half + decay * xw * sine
+    back = math.expm1(a) - 2 * grown * half
+    after = 1.0 / (decay * sine), -forth / (decay * sine)  # v+ from d', q
+    before = 1.0 / (grown * sine), back / (grown * sine) - xw  # v- from d, q
+    mean = step * before[0], step * after[0], step * (before[1] + after[1])
+    loss = _loss(omega, damping, step, after)
+    give = step * decay * sine
+    return Recursion(omega, decay**2, pull, give, 0.0, mean, loss, before)
+
+
+def _loss(
+    omega: float, damping: float, step: float, after: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Return the integral of 2 xi omega v^2 over a step as a form in d'^2, d' q, q^2.
+
+    From v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ + omega^2 q) s(t)), by Gauss's
+    rule: steps are short against the period.
+    """
+    points, weights = np.polynomial.legendre.leggauss(12)
+    t = 0.5 * step * (points + 1.0)
+    omega_d = omega * math.sqrt(1.0 - damping**2)
+    sine = np.sin(omega_d * t) / omega_d if omega_d > 0.0 else t
+    decay = np.exp(-damping * omega * t)
+    of_v = decay * (np.cos(omega_d * t) - damping * omega * sine)
+    of_q = -decay * omega**2 * sine
+    of_d, of_q = after[0] * of_v, of_q + after[1] * of_v
+    scale = 2 * damping * omega * 0.5 * step * weights
+    terms = (scale * of_d**2).sum(), (2 * scale * of_d * of_q).sum()
+    return float(terms[0]), float(terms[1]), float((scale * of_q**2).sum())
 
 
 def check_step(model: Model, step: float) -> None:

@@ -91,7 +91,7 @@ class Engine(Inputs):
 class Solver(Inputs):
     """Reduction and time integration."""
 
-    scheme: Literal["modal", "general", "paper"] = Field(
+    scheme: Literal["modal", "exact", "general", "paper"] = Field(
         "modal", description="integrator"
     )
     time_step: Positive = Field(1e-6, description="step, s")

@@ -119,27 +119,21 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
         w[j, i] += read_ring(response, index, shape, i)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
-def solve_dense(matrix, right, size, exchanging):
-    """Solve in place by Gauss, with partial pivoting or in order.
-
-    Return whether no pivot is zero; in order, whether all are positive, as those of a
-    P-matrix are.
-    """
-    sound = True
+@njit(error_model="numpy", cache=True)
+def solve_dense(matrix, right, size):
+    """Solve in place by Gauss with partial pivoting; return whether it could."""
     for c in range(size):
-        if exchanging:
-            p = c
-            for r in range(c + 1, size):
-                if abs(matrix[r, c]) > abs(matrix[p, c]):
-                    p = r
-            if p != c:
-                for s in range(c, size):
-                    matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
-                right[c], right[p] = right[p], right[c]
-        pivot = matrix[c, c]
-        sound = sound and (pivot > 0.0 or (exchanging and pivot < 0.0))
-        inverse = 1.0 / pivot
+        p = c
+        for r in range(c + 1, size):
+            if abs(matrix[r, c]) > abs(matrix[p, c]):
+                p = r
+        if p != c:
+            for s in range(c, size):
+                matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
+            right[c], right[p] = right[p], right[c]
+        if matrix[c, c] == 0.0:
+            return False
+        inverse = 1.0 / matrix[c, c]
         matrix[c, c] = inverse
         for r in range(c + 1, size):
             factor = matrix[r, c] * inverse
@@ -151,7 +145,7 @@ def solve_dense(matrix, right, size, exchanging):
         for s in range(c + 1, size):
             total -= matrix[c, s] * right[s]
         right[c] = total * matrix[c, c]
-    return sound
+    return True
 
 
 @njit(error_model="numpy", cache=True)
@@ -164,7 +158,7 @@ def solve_active(gaps, w, where, size, opened, small, right):
         right[r] = -gaps[where[r]]
         for s in range(size):
             small[r, s] = w[where[s], where[r]]
-    if not solve_dense(small, right, size, True):
+    if not solve_dense(small, right, size):
         return False
     for i in range(len(gaps)):
         opened[i] = gaps[i]
@@ -175,39 +169,6 @@ def solve_active(gaps, w, where, size, opened, small, right):
     for s in range(size):
         opened[where[s]] = 0.0
     return True
-
-
-@njit(error_model="numpy", cache=True)
-def penetrating_alone(gaps, lam, opened, space):
-    """Solve with the penetrating blades active; return their number, or -1.
-
-    -1 says that it is not the solution. As `complementarity`, whose first guess this
-    is, for a W that is all there. It is nearly always right, and then cheap.
-    """
-    _, w, _, small, right, _, where = space
-    size = 0
-    for i in range(len(gaps)):
-        lam[i] = 0.0
-        opened[i] = gaps[i]
-        where[size] = i
-        size += gaps[i] < 0.0
-    for r in range(size):
-        right[r] = -gaps[where[r]]
-        for s in range(size):
-            small[r, s] = w[where[s], where[r]]
-    positive = solve_dense(small, right, size, False)
-    lowest = 0.0
-    for s in range(size):
-        column, factor = w[where[s]], right[s]
-        lowest = min(lowest, factor)
-        for i in range(len(gaps)):
-            opened[i] += column[i] * factor
-    for s in range(size):
-        lam[where[s]] = right[s]
-        opened[where[s]] = 0.0
-    for i in range(len(gaps)):
-        lowest = min(lowest, opened[i])
-    return size if positive and lowest == 0.0 else -1
 
 
 @njit(error_model="numpy", cache=True)
@@ -294,26 +255,25 @@ def contact_space(blades, coordinates):
 
 
 @njit(error_model="numpy", cache=True)
-def book_contacts(
-    lam, where, active, opened, before, touching, counter, ledger, impulse, step
-):
-    """Enter the multipliers of where[:active] in counters, impulses and ledger.
+def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
+    """Enter the multipliers `push` of blades where[:active].
 
-    The normal work of both bodies is already in ledger[ROTATION]; its part
-    lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves to its own slot.
+    before : (N,), gaps of step n - 1, those of n + 1 being closed; last : (N,), the
+    step of each blade's last contact. The normal work of both bodies is in
+    ledger[ROTATION]; its part lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves
+    to its own slot.
     """
     work, total = 0.0, 0.0
     for s in range(active):
         j = where[s]
-        work += 0.5 * lam[j] * (opened[j] - before[j])
-        total += lam[j] * step
-        impulse[j] += lam[j] * step
-        counter[TOUCHDOWNS] += 1 - touching[j]
+        work -= 0.5 * push[s] * before[j]
+        total += push[s] * step
+        impulse[j] += push[s] * step
+        counter[TOUCHDOWNS] += last[j] != counter[STEP] - 1
+        last[j] = counter[STEP]
     ledger[IMPACT] -= work
     ledger[ROTATION] -= work
     ledger[IMPULSE] += total
-    for j in range(len(lam)):
-        touching[j] = 1 if lam[j] > 0.0 else 0
     counter[LAST] = counter[STEP]
     counter[TOUCHED] += 1
 

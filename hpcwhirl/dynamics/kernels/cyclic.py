@@ -1,15 +1,10 @@
 """The cyclic modal kernel: nodal diameter by nodal diameter, in the rotating frame.
 
-The recursion is that of the general kernel. Amplitudes are complex, one for the two
-phases of a double mode, and sorted in rows: row f holds the f-th mode of every nodal
-diameter kappa = 0 .. K - 1, K = N // 2 + 1. Harmonic h of the ring rides in the slot
-kappa = h folded mod N (conjugated where N - h folds on it) and is marched in the
-rotating frame, y = C e^{i h Omega t}, where one step is
-
-D' = keep E D - pull E y + give f,   y' = E y + D',   E = e^{i h Omega dt},
-
-so that nothing depends on the blades' place: with gamma the radial amplitude of each
-mode (tips counted negative), sum over rows gamma y is a spectrum G of the gaps,
+Harmonic h of the ring rides in the slot kappa = h folded mod N (conjugated where N - h
+folds on it) beside the rotor's nodal diameter kappa = 0 .. K - 1, K = N // 2 + 1. In
+the rotating frame nothing depends on the blades' place: with gamma the radial
+amplitude of each mode (tips counted negative), sum over rows gamma y is a spectrum G
+of the gaps,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N},
 
@@ -18,8 +13,7 @@ Lambda_kappa = sum_j lambda_j e^{-2 pi i kappa j / N}, gives every modal force a
 (gamma + mu conj(sigma)) Lambda, sigma the tangential amplitude; and the Delassus
 matrix is constant and circulant.
 
-Sizes are literals of the compiled code (a kernel for each), which lets the compiler
-see that no two rows overlap.
+Sizes are literals of the compiled code (a kernel for each).
 """
 
 from __future__ import annotations
@@ -32,222 +26,120 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.circulant import (
+    circulant_space,
+    guess,
+    place_of,
+    solve_any,
+)
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     FRICTION,
+    LAST,
     PULSE,
     ROTATION,
     RUNNING,
     STEP,
     STOP,
     book_contacts,
-    complementarity,
-    contact_space,
-    penetrating_alone,
     pulse_of,
     rigid_amplitude,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY, modal_energy
-
-ROTOR_STATE, ROTOR_ITEMS = 3, 8
-RING_STATE, RING_ITEMS = 6, 10
+from hpcwhirl.dynamics.kernels.passes import (
+    OMEGA,
+    RADIAL,
+    RING_STATE,
+    ROTOR_STATE,
+    SI,
+    SPEED_D,
+    SPEED_Q,
+    SR,
+    pass_ring,
+    pass_rotor,
+    pulse_work,
+    push_pulse,
+)
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    element,
+    fma,
+    load,
+    lower_of,
+    spread,
+    store,
+)
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def step_rotor(s, c, rows, width, out, sums):
-    """March the rotor's modes; set out (width,): sum of gamma q; add damping loss.
+def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
+    """Transform; set gaps[row :][: 2 wide]: of blades j, then of N - j; return least.
 
-    s : (3 size,): q, d, d' + d; c : keep, pull, rate, gamma, ...; sums : (3 width,):
-    work of normal forces and of drag, damping loss, by column
+    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
     """
-    size = rows * width
-    for col in range(width):
-        spectrum, loss = 0.0, 0.0
-        for f in range(rows):
-            m = f * width + col
-            q, d = s[m], s[size + m]
-            ahead = c[m] * d - c[size + m] * q
-            both, value = ahead + d, q + ahead
-            s[m] = value
-            s[size + m] = ahead
-            s[2 * size + m] = both
-            loss += c[2 * size + m] * both * both
-            spectrum += c[3 * size + m] * value
-        out[col] = spectrum
-        sums[2 * width + col] += loss
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def step_ring(s, c, rows, k, out, sums):
-    """March the ring's modes; set out (2 k,): re and im of sum psi y; add to sums.
-
-    s : (6 size,): re and im of y, D, D' + E D; c : keep, pull, rate, re and im of E,
-    psi, ...
-    """
-    size = rows * k
-    for col in range(k):
-        real, imag, loss = 0.0, 0.0, 0.0
-        for r in range(rows):
-            m = r * k + col
-            er, ei = c[3 * size + m], c[4 * size + m]
-            yr, yi, dr, di = s[m], s[size + m], s[2 * size + m], s[3 * size + m]
-            keep, pull = c[m], c[size + m]
-            pr, pi = er * dr - ei * di, er * di + ei * dr
-            zr, zi = er * yr - ei * yi, er * yi + ei * yr
-            ar, ai = keep * pr - pull * zr, keep * pi - pull * zi
-            br, bi = ar + pr, ai + pi
-            yr, yi = zr + ar, zi + ai
-            s[m] = yr
-            s[size + m] = yi
-            s[2 * size + m] = ar
-            s[3 * size + m] = ai
-            s[4 * size + m] = br
-            s[5 * size + m] = bi
-            loss += c[2 * size + m] * (br * br + bi * bi)
-            real += c[5 * size + m] * yr
-            imag += c[5 * size + m] * yi
-        out[col] = real
-        out[k + col] = imag
-        sums[2 * k + col] += loss
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def to_gaps(spectrum, wave, k, wide, even, odd):
-    """Transform; return the lowest of even - |odd|, the gap of j or of N - j."""
-    for j in range(wide):
-        total = 0.0
+    least = spread(gap)
+    for j in range(0, wide, FOUR):
+        even, odd = spread(gap), spread(0.0)
         for c in range(k):
-            total += spectrum[c] * wave[c * wide + j]
-        even[j] = total
-    for j in range(wide):
-        total = 0.0
-        for c in range(k):
-            total += spectrum[k + c] * wave[(k + c) * wide + j]
-        odd[j] = total
-    lowest = even[0]
-    for j in range(wide):
-        value = even[j] - abs(odd[j])
-        lowest = value if value < lowest else lowest
+            even = fma(spread(spectrum[c]), load(wave, c * wide + j), even)
+            odd = fma(spread(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
+        here, there = even - odd, even + odd
+        store(gaps, row + j, here)
+        store(gaps, row + wide + j, there)
+        least = lower_of(least, lower_of(here, there))
+    lowest = gap
+    for i in range(FOUR):
+        lowest = min(lowest, element(least, i))
     return lowest
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def at_blade(spectrum, turns, j, width):
-    """Return Re sum_kappa spectrum e^{2 pi i kappa j / N}; width % 4 == 0."""
-    row = turns[j]
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for i in range(0, width, 4):
-        a += spectrum[i] * row[i]
-        b += spectrum[i + 1] * row[i + 1]
-        c += spectrum[i + 2] * row[i + 2]
-        d += spectrum[i + 3] * row[i + 3]
-    return (a + b) + (c + d)
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def push_rotor(s, c, lam, mu, rows, width, sums):
-    """Correct the rotor by contact; add the works and what the loss changes by.
-
-    lam : (2 width,): the spectrum of the multipliers, then (im, -re) of it
-    """
-    size = rows * width
-    for col in range(width):
-        straight, quarter = lam[col], lam[width + col]
-        normal, drag, loss = 0.0, 0.0, 0.0
-        for f in range(rows):
-            m = f * width + col
-            push = c[3 * size + m] * straight
-            along = c[5 * size + m] * straight + c[6 * size + m] * quarter
-            change = c[4 * size + m] * (push + mu * along)
-            old = s[2 * size + m]
-            both = old + change
-            s[m] += change
-            s[size + m] += change
-            loss += c[2 * size + m] * change * (old + both)
-            normal += push * both
-            drag += along * both
-        sums[col] += normal
-        sums[width + col] += drag
-        sums[2 * width + col] += loss
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def push_ring(s, c, lam, mu, rows, k, sums):
-    """Correct the ring by contact; add the works and what the loss changes by.
-
-    lam : (2 k,): re and im of the spectrum of the multipliers
-    """
-    size = rows * k
-    for col in range(k):
-        lr, li = lam[col], lam[k + col]
-        normal, drag, loss = 0.0, 0.0, 0.0
-        for r in range(rows):
-            m = r * k + col
-            psi, give = c[5 * size + m], c[6 * size + m]
-            sr, si = c[7 * size + m], c[8 * size + m]
-            along_r, along_i = sr * lr + si * li, sr * li - si * lr
-            cr, ci = give * (psi * lr + mu * along_r), give * (psi * li + mu * along_i)
-            br, bi = s[4 * size + m], s[5 * size + m]
-            nr, ni = br + cr, bi + ci
-            s[m] += cr
-            s[size + m] += ci
-            s[2 * size + m] += cr
-            s[3 * size + m] += ci
-            s[4 * size + m] = nr
-            s[5 * size + m] = ni
-            loss += c[2 * size + m] * (cr * (br + nr) + ci * (bi + ni))
-            normal += psi * (lr * nr + li * ni)
-            drag += along_r * nr + along_i * ni
-        sums[col] += normal
-        sums[k + col] += drag
-        sums[2 * k + col] += loss
+def to_spectrum(push, where, size, turns, width, lam):
+    """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then (im, -re) of it."""
+    half = width // 2
+    for v in range(0, width, FOUR):
+        store(lam, v, load(turns, where[0] * width + v) * spread(push[0]))
+    for s in range(1, size):
+        for v in range(0, width, FOUR):
+            row = load(turns, where[s] * width + v)
+            store(lam, v, fma(row, spread(push[s]), load(lam, v)))
+    for v in range(0, half, FOUR):
+        store(lam, width + v, load(lam, half + v))
+        store(lam, width + half + v, spread(0.0) - load(lam, v))
 
 
 @njit(error_model="numpy", cache=True)
-def push_pulse(s, c, size, push, lobe, sign, angle, out, sums, k):
-    """Add the loading's increments to the ring, its place turned by `angle`.
-
-    lobe : (size,) modal load of the static frame; sign : -1 on conjugated slots;
-    out, sums : of `step_ring`, corrected too
-    """
-    for m in range(size):
-        if lobe[m] != 0.0:
-            change = c[6 * size + m] * push * lobe[m]
-            re, im = change * math.cos(angle), sign * change * math.sin(angle)
-            br, bi = s[4 * size + m], s[5 * size + m]
-            s[m] += re
-            s[size + m] += im
-            s[2 * size + m] += re
-            s[3 * size + m] += im
-            s[4 * size + m] = br + re
-            s[5 * size + m] = bi + im
-            gained = re * (2.0 * br + re) + im * (2.0 * bi + im)
-            out[m % k] += c[5 * size + m] * re
-            out[k + m % k] += c[5 * size + m] * im
-            sums[2 * k + m % k] += c[2 * size + m] * gained
-
-
-@njit(error_model="numpy", cache=True)
-def pulse_work(s, size, push, lobe, sign, angle):
-    """Return the loading's work in a step, J."""
+def exact_energy(q, d, c, size, first):
+    """Return the energy of modes, the first of which has place `first`, J."""
     total = 0.0
-    for m in range(size):
-        if lobe[m] != 0.0:
-            both = s[4 * size + m] * math.cos(angle)
-            both += sign * s[5 * size + m] * math.sin(angle)
-            total += 0.5 * push * lobe[m] * both
+    for m in range(len(q)):
+        i = first + m
+        speed = c[SPEED_D * size + i] * d[m] + c[SPEED_Q * size + i] * q[m]
+        stretch = c[OMEGA * size + i] * q[m]
+        total += 0.5 * (speed * speed + stretch * stretch)
     return total
 
 
 @njit(error_model="numpy", cache=True)
-def total_energy(s_b, c_b, s_c, c_c, step):
-    """Return the energy of both bodies at n + 1/2, J."""
-    m, n = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
-    energy = modal_energy(s_b[:m], s_b[m : 2 * m], c_b[7 * m : 8 * m], step)
-    omega = c_c[9 * n : 10 * n]
-    energy += modal_energy(s_c[:n], s_c[2 * n : 3 * n], omega, step)
-    return energy + modal_energy(s_c[n : 2 * n], s_c[3 * n : 4 * n], omega, step)
+def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
+    """Return the energy of both bodies from ended states, J.
+
+    Central differences: at n + 1/2; exact flow: at n. now : 0 or 1, the place of d
+    """
+    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    q, d = t_b[:m], t_b[(1 + now) * m : (2 + now) * m]
+    re, im = t_c[:n], t_c[n : 2 * n]
+    at = 2 * n * (1 + now)
+    d_re, d_im = t_c[at : at + n], t_c[at + n : at + 2 * n]
+    if exact:
+        energy = exact_energy(q, d, c_b, m, 0)
+        energy += exact_energy(re, d_re, c_c, n, 0)
+        return energy + exact_energy(im, d_im, c_c, n, 0)
+    energy = modal_energy(q, d, c_b[OMEGA * m : OMEGA * m + m], step)
+    omega = c_c[OMEGA * n : OMEGA * n + n]
+    energy += modal_energy(re, d_re, omega, step)
+    return energy + modal_energy(im, d_im, omega, step)
 
 
 @njit(error_model="numpy", cache=True)
@@ -260,26 +152,35 @@ def column_sums(sums_b, sums_c):
 
 
 @njit(error_model="numpy", cache=True)
-def read_tips(s, c, hub, turns, width, work, tips):
+def at_blade(spectrum, turns, j, width):
+    """Return Re sum_kappa spectrum e^{2 pi i kappa j / N}."""
+    total = 0.0
+    for i in range(width):
+        total += spectrum[i] * turns[j * width + i]
+    return total
+
+
+@njit(error_model="numpy", cache=True)
+def read_tips(q, c, hub, turns, width, work, tips):
     """Set tips (N + 1, 2): radial and tangential of each blade, then x_o, y_o."""
-    size = len(s) // ROTOR_STATE
-    k, blades = width // 2, len(turns)
+    size = hub.shape[1]
+    k, blades = width // 2, len(tips) - 1
     for direction in range(2):
         work[:] = 0.0
         for m in range(size):
             col = m % width
             if direction == 0:
-                work[col] -= c[3 * size + m] * s[m]
+                work[col] -= c[RADIAL * size + m] * q[m]
             elif col < k:  # tangential: -(re sigma + i im sigma) (re q + i im q)
-                work[col] -= c[5 * size + m] * s[m] - c[6 * size + m] * s[m + k]
+                work[col] -= c[SR * size + m] * q[m] - c[SI * size + m] * q[m + k]
             else:
-                work[col] -= c[5 * size + m] * s[m] + c[6 * size + m] * s[m - k]
+                work[col] -= c[SR * size + m] * q[m] + c[SI * size + m] * q[m - k]
         for j in range(blades):
             tips[j, direction] = at_blade(work, turns, j, width)
     for axis in range(2):
         total = 0.0
         for m in range(size):
-            total += hub[axis, m] * s[m]
+            total += hub[axis, m] * q[m]
         tips[blades, axis] = total
 
 
@@ -291,138 +192,139 @@ def flush(s):
             s[m] = 0.0
 
 
-def widths(blades: int) -> tuple[int, int, int]:
-    """Return slots of the rotor, slots of the ring, columns of the transform.
-
-    Each is K = N // 2 + 1 padded to whole vectors.
-    """
-    k = blades // 2 + 1
-    rotor, ring, wide = (-(-k // n) * n for n in (4, 8, 16))
-    return rotor, ring, wide
+def widths(blades: int) -> tuple[int, int]:
+    """Return (slots, columns of the transform): K = N // 2 + 1, padded to vectors."""
+    slots = -(-(blades // 2 + 1) // FOUR) * FOUR
+    return slots, slots
 
 
 @lru_cache(maxsize=64)
-def cyclic_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
-    """Return the compiled kernel for N blades and these numbers of rows.
+def cyclic_kernel(
+    blades: int, rows: int, ring_rows: int, exact: bool
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the compiled kernel, and what ends its last step, for these sizes.
 
     Parameters
     ----------
     blades : N >= 3
     rows : rows of the rotor
     ring_rows : rows of the ring; 0 where the casing is rigid
+    exact : whether the coefficients are those of the exact flow
     """
-    half = blades // 2 + 1
-    k, kr, wide = widths(blades)
-    width = 2 * k
-    ring_size = ring_rows * kr
+    k, wide = widths(blades)
+    width, padded = 2 * k, -(-blades // FOUR) * FOUR
+    size, ring_size = rows * width, ring_rows * k
+
+    @njit(error_model="numpy", cache=True)
+    def settle(rotor, casing, state, ended):
+        """Set `ended`, copies of bodies and sums, to the state with its step ended."""
+        s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
+        t_b, t_c, end_b, end_c = ended
+        end_b[:] = sums_b
+        end_c[:] = sums_c
+        odd = counter[STEP] & 1
+        touched = counter[LAST] == counter[STEP]
+        pass_rotor(
+            s_b, t_b, rotor[0], lam, rows, width, (1 + odd) * size, (2 - odd) * size,
+            True, touched, False, exact, lam, end_b,
+        )  # fmt: skip
+        pass_ring(
+            s_c, t_c, casing[0], lam, ring_rows, k, (2 + 2 * odd) * ring_size,
+            (4 - 2 * odd) * ring_size, True, touched, False, exact, lam, end_c,
+        )  # fmt: skip
 
     @njit(error_model="numpy", cache=True)
     def march_cyclic(
-        steps, stride, limit, step, speed, mu, scene, load, rotor, casing, contact,
+        steps, stride, limit, step, speed, mu, scene, loading, rotor, casing, contact,
         state, tracks,
     ):  # fmt: skip
         """March `steps` steps; scalars, scene and tracks as in `march_general`.
 
-        load : (F, tau, modal load (ring_size,))
-        rotor : (items (8 size,): keep, pull, rate, gamma, give, sigma re, im, omega;
-            hub (2, size)); size = rows * width
-        casing : (items (10 ring_size,): keep, pull, rate, E re, im, psi, give,
-            sigma re, im, omega; slot and sign of the loading)
-        contact : (W^T (N, N), its spectrum (width,), turns (N, width), wave)
-        state : rotor, ring, spectra of the gaps n and n - 1, sums by column (3 width,)
-            and (3 kr,), touching, counter, ledger, impulse
+        loading : (F, tau, modal load (ring_size,))
+        rotor : (items (ITEMS size,), see `passes`; hub (2, size)); size = rows * width
+        casing : (items (ITEMS ring_size,); slot and sign of the loading)
+        contact : (W to blade 0 (N,), turns (N, width) flat, wave)
+        state : rotor, ring, spectrum of the multipliers of the last step, gaps of
+            three steps, sums by column (3 width,) and (3 k,), blades of the last
+            solution (N + 2,), steps of last contacts, counter, ledger, impulse
         """
-        force, pulse, lobe = load
+        force, pulse, lobe = loading
         c_b, hub = rotor
         c_c, slot, sign = casing
-        w_transposed, symbol, turns, wave = contact
-        s_b, s_c, last, older, sums_b, sums_c, touching, counter, ledger, impulse = (
+        column, turns, wave = contact
+        s_b, s_c, lam, gaps, sums_b, sums_c, known, last, counter, ledger, impulse = (
             state
         )
-        spectrum, lam_b, lam_c = np.zeros(width), np.zeros(2 * width), np.zeros(2 * kr)
-        out_b, out_c = np.zeros(width), np.zeros(2 * kr)
-        even, odd = np.zeros(wide), np.zeros(wide)
-        gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+        spectrum, out_b, out_c = np.zeros(width), np.zeros(width), np.zeros(2 * k)
+        ended = np.zeros_like(s_b), np.zeros_like(s_c), sums_b.copy(), sums_c.copy()
         before, tips = np.zeros(blades), np.zeros((blades + 1, 2))
         columns, whole = np.zeros(width), np.zeros(len(ledger))
-        nothing, no_index = np.zeros((0, 0)), np.zeros((blades, 0), np.int64)
-        space, touched = contact_space(blades, 0), True
-        space[1][:] = w_transposed
-        space[2][:] = 1  # W is constant
-        for _ in range(steps):
-            now = counter[STEP] * step
-            following = (counter[STEP] + 1) * step
-            step_rotor(s_b, c_b, rows, width, out_b, sums_b)
-            step_ring(s_c, c_c, ring_rows, kr, out_c, sums_c)
-            push = pulse_of(now, force, pulse)
-            angle = 0.0
-            if push != 0.0 or (ring_size == 0 and scene[2] != 0.0):
-                angle = scene[1] * ((speed * following) % (2.0 * math.pi))
-            if push != 0.0:
+        space = circulant_space(blades, wide, column, known)
+        push, where = space[0], space[4]
+        goal = counter[STEP] + steps
+        while counter[STEP] < goal and counter[STOP] == RUNNING:
+            odd = counter[STEP] & 1
+            now, then = (1 + odd) * size, (2 - odd) * size
+            ring_now, ring_then = (2 + 2 * odd) * ring_size, (4 - 2 * odd) * ring_size
+            touched = counter[LAST] == counter[STEP]
+            pass_rotor(
+                s_b, s_b, c_b, lam, rows, width, now, then, True, touched, True,
+                exact, out_b, sums_b,
+            )  # fmt: skip
+            pass_ring(
+                s_c, s_c, c_c, lam, ring_rows, k, ring_now, ring_then, True, touched,
+                True, exact, out_c, sums_c,
+            )  # fmt: skip
+            thrust = pulse_of(counter[STEP] * step, force, pulse)
+            counter[STEP] += 1
+            time, angle = counter[STEP] * step, 0.0
+            if thrust != 0.0 or (ring_size == 0 and scene[2] != 0.0):
+                angle = scene[1] * ((speed * time) % (2.0 * math.pi))
+            if thrust != 0.0:
                 push_pulse(
-                    s_c, c_c, ring_size, push, lobe, sign, angle, out_c, sums_c, kr
+                    s_c, c_c, ring_size, thrust, lobe, sign, angle, ring_then, out_c, k
                 )
-            for c in range(half):
-                spectrum[c] = out_b[c] + out_c[c]
-                spectrum[k + c] = out_b[k + c] + out_c[kr + c]
+            for c in range(0, width, FOUR):
+                store(spectrum, c, load(out_b, c) + load(out_c, c))
             if ring_size == 0 and scene[2] != 0.0:
-                wall = rigid_amplitude(scene, following)
+                wall = rigid_amplitude(scene, time)
                 spectrum[slot] -= wall * math.cos(angle)
                 spectrum[k + slot] -= sign * wall * math.sin(angle)
-            lowest = scene[0] + to_gaps(spectrum, wave, k, wide, even, odd)
-            counter[STEP] += 1
+            row = counter[STEP] % 3 * 2 * wide
+            lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
             if lowest < 0.0:
-                gaps[0] = scene[0] + even[0]
-                for j in range(1, half):
-                    gaps[j] = scene[0] + (even[j] - odd[j])
-                    gaps[blades - j] = scene[0] + (even[j] + odd[j])
-                active = penetrating_alone(gaps, lam, opened, space)
+                active = guess(gaps, row, lowest, blades, wide, padded, space)
                 if active < 0:
-                    active = complementarity(
-                        gaps, nothing, nothing, no_index, nothing, lam, opened, space
-                    )
+                    active = solve_any(gaps, row, blades, wide, space)
                 if active < 0:
                     counter[STOP] = COMPLEMENTARITY
                     return
-                lam_b[:] = 0.0
+                older = (counter[STEP] + 1) % 3 * 2 * wide
                 for s in range(active):
-                    j = space[6][s]
-                    before[j] = scene[0] + at_blade(older, turns, j, width)
-                    for c in range(width):
-                        lam_b[c] += lam[j] * turns[j, c]
-                for c in range(half):
-                    lr, li = lam_b[c], lam_b[k + c]
-                    lam_b[width + c], lam_b[width + k + c] = li, -lr
-                    lam_c[c], lam_c[kr + c] = lr, li
-                    spectrum[c] += symbol[c] * lr - symbol[k + c] * li
-                    spectrum[k + c] += symbol[c] * li + symbol[k + c] * lr
-                push_rotor(s_b, c_b, lam_b, mu, rows, width, sums_b)
-                push_ring(s_c, c_c, lam_c, mu, ring_rows, kr, sums_c)
+                    j = where[s]
+                    before[j] = gaps[older + place_of(j, blades, wide)]
+                to_spectrum(push, where, active, turns, width, lam)
                 book_contacts(
-                    lam, space[6], active, opened, before, touching, counter, ledger,
-                    impulse, step,
+                    push, where, active, before, last, counter, ledger, impulse, step
                 )  # fmt: skip
-                touched = True
-            elif touched:
-                touching[:] = 0
-                touched = False
-            if push != 0.0:
-                ledger[PULSE] += pulse_work(s_c, ring_size, push, lobe, sign, angle)
-            for c in range(width):
-                older[c] = last[c]
-                last[c] = spectrum[c]
+            if thrust != 0.0:
+                ledger[PULSE] += pulse_work(
+                    s_c, c_c, lam, ring_size, k, thrust, lobe, sign, angle, ring_then,
+                    ring_now, counter[LAST] == counter[STEP],
+                )  # fmt: skip
             if counter[STEP] % FLUSH_EVERY == 0:
                 flush(s_b)
                 flush(s_c)
             if counter[STEP] % stride == 0:
-                energy = total_energy(s_b, c_b, s_c, c_c, step)
-                read_tips(s_b, c_b, hub, turns, width, columns, tips)
-                normal, drag, loss = column_sums(sums_b, sums_c)
+                settle(rotor, casing, state, ended)
+                energy = total_energy(
+                    ended[0], c_b, ended[1], c_c, 1 - odd, step, exact
+                )
+                read_tips(ended[0], c_b, hub, turns, width, columns, tips)
+                normal, drag, loss = column_sums(ended[2], ended[3])
                 whole[:] = ledger
                 whole[ROTATION] += 0.5 * normal
                 whole[FRICTION] += 0.5 * mu * drag
                 write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
-                if counter[STOP] != RUNNING:
-                    return
 
-    return march_cyclic
+    return march_cyclic, settle

@@ -126,7 +126,7 @@ def march_paper(
     )
     w_rotor, compliance = contact
     (
-        x_b, d_b, x_c, d_c, loss_b, loss_c, last, older, touching, counter, ledger,
+        x_b, d_b, x_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
         impulse,
     ) = state  # fmt: skip
     blades, coordinates = len(last), len(compliance)
@@ -169,12 +169,11 @@ def march_paper(
             push_dense(normal_b, drag_b, mu, inverse_b, ahead_b, d_b, ledger)
             push_dense(normal_c, drag_c, mu, inverse_c, ahead_c, d_c, ledger)
             book_contacts(
-                lam, space[6], active, opened, older, touching, counter, ledger,
-                impulse, step,
+                space[4], space[6], active, older, touched, counter, ledger, impulse,
+                step,
             )  # fmt: skip
         else:
             opened[:] = gaps
-            touching[:] = 0
         if push != 0.0:
             ledger[PULSE] += pulse_work(push, lobes, ahead_c, d_c)
         loss_b[0] += accept_dense(x_b, d_b, ahead_b, damp_b, step, work_b)

@@ -193,7 +193,7 @@ def march_general(
     casing : (keep, pull, give, rate, omega, read (mc, R), radial (R, mc),
         tangential (R, mc), ring); ring is kind, size, element length
     contact : (W of the rotor (N, N), compliance (R, R))
-    state : q, d of rotor and casing, losses, gaps of the last two steps, touching,
+    state : q, d of rotor and casing, losses, gaps of the last two steps, touched,
         counter, ledger, impulse
     tracks : of `write_sample`
     """
@@ -202,7 +202,7 @@ def march_general(
     keep_c, pull_c, give_c, rate_c, omega_c, read_c, radial_c, along_c, ring = casing
     w_rotor, compliance = contact
     (
-        q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touching, counter, ledger,
+        q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
         impulse,
     ) = state  # fmt: skip
     blades, coordinates = len(last), len(compliance)
@@ -244,12 +244,11 @@ def march_general(
             push_modes(normal_b, drag_b, mu, give_b, ahead_b, d_b, ledger)
             push_modes(normal_c, drag_c, mu, give_c, ahead_c, d_c, ledger)
             book_contacts(
-                lam, space[6], active, opened, older, touching, counter, ledger,
-                impulse, step,
+                space[4], space[6], active, older, touched, counter, ledger, impulse,
+                step,
             )  # fmt: skip
         else:
             opened[:] = gaps
-            touching[:] = 0
         if push != 0.0:
             ledger[PULSE] += pulse_work(push, lobes, ahead_c, d_c)
         accept(q_b, d_b, ahead_b, rate_b, loss_b)

@@ -1,0 +1,176 @@
+"""The contact problem of equally spaced blades: W is constant and circulant.
+
+Nearly always the penetrating blades are the ones in contact, and the same as in the
+step before: the inverse of their part of W is kept until they change.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from hpcwhirl.dynamics.kernels.contact import complementarity, contact_space
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    element,
+    fma,
+    fnma,
+    load,
+    lower_of,
+    spread,
+    store,
+)
+
+
+@njit(error_model="numpy", cache=True)
+def invert(a, stride, size):
+    """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
+
+    Gauss-Jordan in order: sound where all pivots are positive, as a P-matrix's are.
+    """
+    sound = True
+    for c in range(size):
+        pivot = a[c * stride + c]
+        sound = sound and pivot > 0.0
+        inverse = 1.0 / pivot
+        a[c * stride + c] = 1.0
+        for s in range(size):
+            a[c * stride + s] *= inverse
+        for r in range(size):
+            if r != c:
+                factor = a[r * stride + c]
+                a[r * stride + c] = 0.0
+                for s in range(size):
+                    a[r * stride + s] -= factor * a[c * stride + s]
+    return sound
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def place_of(j, blades, wide):
+    """Return where a folded row, blades 0 .. N // 2 then N - j, has blade j."""
+    return j if 2 * j <= blades else wide + blades - j
+
+
+@njit(error_model="numpy", cache=True)
+def remember(where, size, blades, known, inverse, column, stride):
+    """Invert W of the blades where[:size] and keep it."""
+    for r in range(size):
+        known[r] = where[r]
+        for s in range(size):  # the transpose, to be read by columns
+            inverse[r * stride + s] = column[(where[s] - where[r]) % blades]
+    known[blades] = size
+    known[blades + 1] = 1 if invert(inverse, stride, size) else 0
+
+
+@njit(error_model="numpy", cache=True)
+def circulant_space(blades, wide, column, known):
+    """Return (push, known, inverse, rows, where, column, fallback).
+
+    known : (N + 2,), in the state: the blades of the last solution, their number and
+    whether their inverse is sound
+
+    push : (padded,), multipliers of the active blades, N
+    rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
+    where : (N + 1,), the active blades
+    column : (N,), W to blade 0, m/N
+    """
+    padded = -(-blades // FOUR) * FOUR
+    rows = np.zeros(blades * 2 * wide)
+    for j in range(blades):
+        for i in range(2 * wide):
+            blade = i if i < wide else blades - (i - wide)
+            if 2 * (i % wide) > blades:  # padding repeats blade 0
+                blade = 0
+            rows[j * 2 * wide + i] = column[(blade - j) % blades]
+    fallback = contact_space(blades, 0)
+    for j in range(blades):
+        for i in range(blades):
+            fallback[1][j, i] = column[(i - j) % blades]
+        fallback[2][j] = 1
+    push, inverse = np.zeros(padded), np.zeros(padded * padded)
+    if known[blades] > 0:
+        remember(known, known[blades], blades, known, inverse, column, padded)
+    return push, known, inverse, rows, fallback[6], column, fallback
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def penetrating(gaps, row, blades, wide, where):
+    """Set `where` to the penetrating blades of a folded row; return their number."""
+    size = 0
+    for j in range(blades // 2 + 1):
+        where[size] = j
+        size += gaps[row + j] < 0.0
+    for j in range(blades // 2 + 1, blades):
+        where[size] = j
+        size += gaps[row + wide + blades - j] < 0.0
+    return size
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def guess(gaps, row, lowest, blades, wide, padded, space):
+    """Open the gaps of a folded row with a likely set of active blades.
+
+    Returns their number, with their multipliers in `push`; or -1, and leaves the row
+    alone, where neither the set of the last solution nor the penetrating blades are
+    the solution, which is unique. lowest : the lowest of the gaps, < 0
+    """
+    push, known, inverse, rows, where, column, _ = space
+    sound = False
+    size = known[blades]
+    for attempt in range(2):
+        if attempt == 1:
+            size = penetrating(gaps, row, blades, wide, where)
+            remember(where, size, blades, known, inverse, column, padded)
+        sound = size > 0 and known[blades + 1] == 1
+        for v in range(0, size, FOUR):
+            total = spread(0.0)
+            for s in range(size):
+                gap = gaps[row + place_of(known[s], blades, wide)]
+                total = fnma(load(inverse, s * padded + v), spread(gap), total)
+            store(push, v, total)
+        for s in range(size):
+            sound = sound and push[s] >= 0.0
+        if sound:
+            least = spread(0.0)
+            for v in range(0, 2 * wide, FOUR):
+                total = load(gaps, row + v)
+                for s in range(size):
+                    opening = load(rows, known[s] * 2 * wide + v)
+                    total = fma(opening, spread(push[s]), total)
+                least = lower_of(least, total)
+            for i in range(FOUR):
+                sound = sound and element(least, i) >= 1e-13 * lowest
+        if sound:
+            break
+    if not sound:
+        return -1
+    for v in range(0, 2 * wide, FOUR):
+        total = load(gaps, row + v)
+        for s in range(size):
+            opening = load(rows, known[s] * 2 * wide + v)
+            total = fma(opening, spread(push[s]), total)
+        store(gaps, row + v, total)
+    for s in range(size):
+        where[s] = known[s]
+        gaps[row + place_of(known[s], blades, wide)] = 0.0
+    return size
+
+
+@njit(error_model="numpy", cache=True)
+def solve_any(gaps, row, blades, wide, space):
+    """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
+    push, known, inverse, _, where, column, fallback = space
+    nothing, no_index = np.zeros((0, 0)), np.zeros((blades, 0), np.int64)
+    near, lam, opened = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+    for j in range(blades):
+        near[j] = gaps[row + place_of(j, blades, wide)]
+    size = complementarity(
+        near, nothing, nothing, no_index, nothing, lam, opened, fallback
+    )
+    for j in range(blades):
+        gaps[row + place_of(j, blades, wide)] = opened[j]
+    for s in range(size):
+        push[s] = lam[where[s]]
+    if size > 0:
+        remember(where, size, blades, known, inverse, column, len(push))
+    return size

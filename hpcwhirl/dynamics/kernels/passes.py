@@ -1,0 +1,218 @@
+"""One pass over the amplitudes of a body: end the last step, predict the next.
+
+Amplitudes are complex, one for the two phases of a double mode, and sorted in rows:
+row f holds the f-th mode of every slot (nodal diameter). A step of any mode is
+
+d' = keep d - pull q + give f,   q' = q + d',
+
+with the coefficients of central differences or of the exact flow (`timestep`); the
+ring's are marched in the rotating frame, y = C e^{i h Omega t}, where d and q are first
+turned by E = e^{i h Omega dt}. What contact adds to a step is known once all blades
+have been predicted: it waits as the spectrum of the multipliers until the next pass,
+which adds it, books the step's works and losses, and goes on. So every amplitude is
+read and written once a step, and the two increments that a step needs take turns in
+two places of the state (even and odd steps).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from hpcwhirl.dynamics.kernels.vectors import FOUR, fma, fnma, load, spread, store
+
+ROTOR_STATE, RING_STATE = 3, 6
+# items of a mode
+KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, OMEGA = range(9)
+MEAN_OLD, MEAN_NEW, MEAN_PLACE = 9, 10, 11  # dt (v- + v+) = sum of these times d, d', q
+LOSS_DD, LOSS_DQ, LOSS_QQ = 12, 13, 14  # damping loss of a step, from d', q
+SPEED_D, SPEED_Q = 15, 16  # velocity from d, q
+TURN_RE, TURN_IM, GIVE = 17, 18, 19
+ITEMS = 20
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def pass_rotor(s, t, c, lam, rows, width, now, then, ended, touched, go, exact, out,
+               sums):  # fmt: skip
+    """End a step of the rotor and, if `go`, predict the next.
+
+    Parameters
+    ----------
+    s, t : (3 size,), state read and written: q, and d in two places
+    c : items of the modes
+    lam : (2 width,), spectrum of the multipliers, then (im, -re) of it
+    now, then : places of d and of the d before it; the next goes to `then`
+    ended : whether a step waits to be booked; touched : whether with contact
+    out : (width,), out: sum over rows of gamma q
+    sums : (3 width,): works of normal forces and of drag (twice, over mu), and the
+        damping loss, by column
+    """
+    size = rows * width
+    for col in range(0, width, FOUR):
+        straight, quarter = load(lam, col), load(lam, width + col)
+        loss, spectrum = load(sums, 2 * width + col), spread(0.0)
+        normal, drag_re, drag_im = spread(0.0), spread(0.0), spread(0.0)
+        for f in range(rows):
+            m = f * width + col
+            q, d = load(s, m), load(s, now + m)
+            if touched:
+                change = load(c, ALONG * size + m) * quarter
+                change = fma(load(c, NORMAL * size + m), straight, change)
+                q, d = q + change, d + change
+                store(t, now + m, d)
+            if ended:
+                if exact:
+                    place = q - d
+                    part = load(c, LOSS_DQ * size + m) * place
+                    part = fma(load(c, LOSS_DD * size + m), d, part)
+                    loss = fma(part, d, loss)
+                    part = load(c, LOSS_QQ * size + m) * place
+                    loss = fma(part, place, loss)
+                    if touched:
+                        both = load(c, MEAN_OLD * size + m) * load(s, then + m)
+                        both = fma(load(c, MEAN_NEW * size + m), d, both)
+                        both = fma(load(c, MEAN_PLACE * size + m), place, both)
+                else:
+                    both = d + load(s, then + m)
+                    loss = fma(load(c, RATE * size + m) * both, both, loss)
+                if touched:
+                    normal = fma(load(c, RADIAL * size + m), both, normal)
+                    drag_re = fma(load(c, SR * size + m), both, drag_re)
+                    drag_im = fma(load(c, SI * size + m), both, drag_im)
+            if go:
+                d = fnma(load(c, PULL * size + m), q, load(c, KEEP * size + m) * d)
+                q = q + d
+                store(t, then + m, d)
+                spectrum = fma(load(c, RADIAL * size + m), q, spectrum)
+            else:
+                store(t, now + m, d)
+            store(t, m, q)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            store(sums, col, fma(straight, normal, load(sums, col)))
+            drag = fma(quarter, drag_im, load(sums, width + col))
+            store(sums, width + col, fma(straight, drag_re, drag))
+        if go:
+            store(out, col, spectrum)
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, sums):
+    """End a step of the ring and, if `go`, predict the next; as `pass_rotor`.
+
+    s, t : (6 size,): re and im of y, and of d in two places; lam : re, im in its
+    first 2 k; out : (2 k,), re and im of sum psi y; sums : (3 k,)
+    """
+    size = rows * k
+    for col in range(0, k, FOUR):
+        lr, li = load(lam, col), load(lam, k + col)
+        loss, real, imag = load(sums, 2 * k + col), spread(0.0), spread(0.0)
+        normal_re, normal_im = spread(0.0), spread(0.0)
+        drag_re, drag_im = spread(0.0), spread(0.0)
+        for r in range(rows):
+            m = r * k + col
+            er, ei = load(c, TURN_RE * size + m), load(c, TURN_IM * size + m)
+            psi = load(c, RADIAL * size + m)
+            yr, yi = load(s, m), load(s, size + m)
+            dr, di = load(s, now + m), load(s, now + size + m)
+            if touched:
+                a, b = load(c, NORMAL * size + m), load(c, ALONG * size + m)
+                cr, ci = fma(a, lr, b * li), fnma(b, lr, a * li)
+                yr, yi, dr, di = yr + cr, yi + ci, dr + cr, di + ci
+                store(t, now + m, dr)
+                store(t, now + size + m, di)
+            if ended:
+                if exact:
+                    zr, zi = yr - dr, yi - di
+                    part = fma(dr, dr, di * di)
+                    loss = fma(load(c, LOSS_DD * size + m), part, loss)
+                    part = fma(dr, zr, di * zi)
+                    loss = fma(load(c, LOSS_DQ * size + m), part, loss)
+                    part = fma(zr, zr, zi * zi)
+                    loss = fma(load(c, LOSS_QQ * size + m), part, loss)
+                if touched or not exact:
+                    gr, gi = load(s, then + m), load(s, then + size + m)
+                    br, bi = fnma(ei, gi, er * gr), fma(er, gi, ei * gr)
+                    if exact:
+                        old, new = (
+                            load(c, MEAN_OLD * size + m),
+                            load(c, MEAN_NEW * size + m),
+                        )
+                        at = load(c, MEAN_PLACE * size + m)
+                        br = fma(old, br, fma(new, dr, at * zr))
+                        bi = fma(old, bi, fma(new, di, at * zi))
+                    else:
+                        br, bi = br + dr, bi + di
+                        part = fma(br, br, bi * bi)
+                        loss = fma(load(c, RATE * size + m), part, loss)
+                    if touched:
+                        sr, si = load(c, SR * size + m), load(c, SI * size + m)
+                        normal_re = fma(psi, br, normal_re)
+                        normal_im = fma(psi, bi, normal_im)
+                        drag_re = fnma(si, bi, fma(sr, br, drag_re))
+                        drag_im = fma(si, br, fma(sr, bi, drag_im))
+            if go:
+                keep, pull = load(c, KEEP * size + m), load(c, PULL * size + m)
+                pr, pi = fnma(ei, di, er * dr), fma(er, di, ei * dr)
+                zr, zi = fnma(ei, yi, er * yr), fma(er, yi, ei * yr)
+                dr, di = fnma(pull, zr, keep * pr), fnma(pull, zi, keep * pi)
+                yr, yi = zr + dr, zi + di
+                store(t, then + m, dr)
+                store(t, then + size + m, di)
+                real, imag = fma(psi, yr, real), fma(psi, yi, imag)
+            else:
+                store(t, now + m, dr)
+                store(t, now + size + m, di)
+            store(t, m, yr)
+            store(t, size + m, yi)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            work = fma(li, normal_im, load(sums, col))
+            store(sums, col, fma(lr, normal_re, work))
+            drag = fma(li, drag_im, load(sums, k + col))
+            store(sums, k + col, fma(lr, drag_re, drag))
+        if go:
+            store(out, col, real)
+            store(out, k + col, imag)
+
+
+@njit(error_model="numpy", cache=True)
+def push_pulse(s, c, size, push, lobe, sign, angle, then, out, k):
+    """Add the loading's increments to the ring, its place turned by `angle`.
+
+    lobe : (size,) modal load of the static frame; sign : -1 on conjugated slots
+    """
+    for m in range(size):
+        if lobe[m] != 0.0:
+            change = c[GIVE * size + m] * push * lobe[m]
+            re, im = change * math.cos(angle), sign * change * math.sin(angle)
+            s[m] += re
+            s[size + m] += im
+            s[then + m] += re
+            s[then + size + m] += im
+            out[m % k] += c[RADIAL * size + m] * re
+            out[k + m % k] += c[RADIAL * size + m] * im
+
+
+@njit(error_model="numpy", cache=True)
+def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, now, then, touched):
+    """Return the loading's work in the step that waits to be ended, J."""
+    total = 0.0
+    for m in range(size):
+        if lobe[m] != 0.0:
+            er, ei = c[TURN_RE * size + m], c[TURN_IM * size + m]
+            yr, yi, dr, di = s[m], s[size + m], s[now + m], s[now + size + m]
+            zr, zi = yr - dr, yi - di
+            if touched:
+                lr, li = lam[m % k], lam[k + m % k]
+                a, b = c[NORMAL * size + m], c[ALONG * size + m]
+                dr, di = dr + (a * lr + b * li), di + (a * li - b * lr)
+            gr, gi = s[then + m], s[then + size + m]
+            old, new = c[MEAN_OLD * size + m], c[MEAN_NEW * size + m]
+            at = c[MEAN_PLACE * size + m]
+            re = old * (er * gr - ei * gi) + new * dr + at * zr
+            im = old * (er * gi + ei * gr) + new * di + at * zi
+            both = re * math.cos(angle) + sign * im * math.sin(angle)
+            total += 0.5 * push * lobe[m] * both
+    return total

@@ -1,0 +1,168 @@
+"""Four doubles at once, as values of compiled code.
+
+Numba leaves vectors to the compiler, which must first prove that no two arrays
+overlap, and may round as it likes where it contracts products and sums. `Four` is an
+LLVM vector: what is written is what is computed, `fma` where it says so, in the same
+order on every machine.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, models, register_model
+
+FOUR = 4
+_VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
+
+
+class Four(types.Type):
+    """Numba's type of four doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Four")
+
+
+four = Four()
+
+
+@register_model(Four)
+class _FourModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _VECTOR)
+
+
+def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
+
+
+@intrinsic
+def load(typing: Any, array: Any, index: Any) -> Any:
+    """Return array[index : index + 4]; array (n,), not checked."""
+    del typing, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        value = builder.load(_place(context, builder, sig.args[0], *args))
+        value.align = 8
+        return value
+
+    return four(array, types.intp), code
+
+
+@intrinsic
+def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
+    """Set array[index : index + 4] = value; array (n,), not checked."""
+    del typing, index, value
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        place = _place(context, builder, sig.args[0], *args[:2])
+        builder.store(args[2], place).align = 8
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, four), code
+
+
+@intrinsic
+def spread(typing: Any, value: Any) -> Any:
+    """Return four times the same double."""
+    del typing, value
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
+        first = builder.insert_element(empty, args[0], ir.Constant(whole, 0))
+        zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
+        return builder.shuffle_vector(first, empty, zeros)
+
+    return four(types.float64), code
+
+
+def _call(builder: Any, name: str, *args: Any) -> Any:
+    kind = ir.FunctionType(_VECTOR, [_VECTOR] * len(args))
+    full = f"llvm.{name}.v{FOUR}f64"
+    function = cgutils.get_or_insert_function(builder.module, kind, full)
+    return builder.call(function, args)
+
+
+def _intrinsic(name: str, count: int) -> Any:
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        return _call(builder, name, *args)
+
+    return four(*[four] * count), code
+
+
+@intrinsic
+def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, rounded once."""
+    del typing, a, b, c
+    return _intrinsic("fma", 3)
+
+
+@intrinsic
+def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return c - a b, rounded once."""
+    del typing, a, b, c
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        minus = builder.fsub(ir.Constant(_VECTOR, [-0.0] * FOUR), args[0])
+        return _call(builder, "fma", minus, *args[1:])
+
+    return four(four, four, four), code
+
+
+@intrinsic
+def lower_of(typing: Any, a: Any, b: Any) -> Any:
+    """Return the lower of each pair."""
+    del typing, a, b
+    return _intrinsic("minnum", 2)
+
+
+@intrinsic
+def root(typing: Any, a: Any) -> Any:
+    """Return the square roots."""
+    del typing, a
+    return _intrinsic("sqrt", 1)
+
+
+@intrinsic
+def element(typing: Any, a: Any, index: Any) -> Any:
+    """Return one of the four."""
+    del typing, a, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        return builder.extract_element(args[0], args[1])
+
+    return types.float64(four, types.intp), code
+
+
+def _arithmetic(symbol: Any, instruction: str) -> None:
+    @infer_global(symbol)
+    class Template(AbstractTemplate):  # type: ignore[misc, unused-ignore]
+        def generic(self, args: Any, kws: Any) -> Any:
+            del kws
+            return signature(four, four, four) if args == (four, four) else None
+
+    @lower_builtin(symbol, Four, Four)  # type: ignore[untyped-decorator, unused-ignore]
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        return getattr(builder, instruction)(*args)
+
+
+for _symbol, _instruction in (
+    (operator.add, "fadd"),
+    (operator.iadd, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.isub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.imul, "fmul"),
+):
+    _arithmetic(_symbol, _instruction)
