@@ -114,8 +114,9 @@ def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     rows = 1 + max(mode.row for mode in modes)
     items = np.zeros((ROTOR_ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
-    step, xi = scene.solver.time_step, model.rotor.damping
+    step, ratios = scene.solver.time_step, model.rotor.ratios
     for mode in modes:
+        xi = float(ratios[mode.members[0]])
         keep, pull, give = recursion(np.array([mode.omega]), xi, step)
         values = (keep[0], pull[0], 2 * xi * mode.omega / (4 * step), mode.gamma,
                   give[0], mode.sigma.real, mode.sigma.imag, mode.omega)  # fmt: skip
@@ -137,7 +138,7 @@ def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     _, slots, _ = widths(blades)
     rows = ring_rows(operator.harmonics, blades)
     items, load = np.zeros((RING_ITEMS, rows, slots)), np.zeros((rows, slots))
-    keep, pull, give = recursion(body.omega, body.damping, step)
+    keep, pull, give = recursion(body.omega, body.ratios, step)
     force = pulse_load(model, scene) @ body.shapes
     for place in _ring_modes(model):
         h, m = place.harmonic, place.members[0]
@@ -146,7 +147,7 @@ def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
         u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
         psi, chi = body.shapes[w_row, m], body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
-        rate = 2 * body.damping * body.omega[m] / (4 * step)
+        rate = 2 * body.ratios[m] * body.omega[m] / (4 * step)
         values = (keep[m], pull[m], rate, turn.real, turn.imag, psi, give[m],
                   sigma.real, sigma.imag, body.omega[m])  # fmt: skip
         items[:, place.row, place.slot] = values
