@@ -37,9 +37,9 @@ def _rotor_lines(model: ModalModel) -> list[Line]:
         top = own[np.argmax(model.centre_share[own])]
         suspended = model.centre_share[top] > SUSPENSION_SHARE
         apart = int(model.rank[top]) if suspended else len(own)
-        for m, before in zip(own, np.r_[-1, own[:-1]], strict=True):
-            twin = model.phase[m] == 1 and model.rank[m] == model.rank[before]
-            if twin and np.isclose(*model.omega[[before, m]], rtol=PAIR, atol=0.0):
+        for m, before in zip(own, np.r_[own[:1], own[:-1]], strict=True):
+            twin = m != before and model.rank[m] == model.rank[before]
+            if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
                 continue
             rank = int(model.rank[m])
             name = "suspension" if rank == apart else f"{rank + (rank < apart)}F"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hpcwhirl.reduction.foreign import rotor_from
 from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.modes import ModalModel, modal_model
-from hpcwhirl.reduction.whole import whole_model
+from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
 
@@ -36,8 +36,14 @@ class Model:
 @lru_cache(maxsize=8)
 def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
     """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
-    reduce = whole_model if rotor.mistuning else modal_model
-    return reduce(bladed_disk(rotor), rotor.damping, eta)
+    disk = bladed_disk(rotor)
+    if not rotor.mistuning:
+        return modal_model(disk, rotor.damping, eta)
+    model = whole_model(disk, rotor.damping, eta)
+    most = len(disk.mass) - len(boundary_of(disk))
+    tuned = rotor.model_copy(update={"mistuning": ()})
+    # one mode more: none is left unnamed where eta splits a pair of the tuned rotor
+    return named_after(model, rotor_model(tuned, min(eta + 1, most)), rotor.blades)
 
 
 @lru_cache(maxsize=8)

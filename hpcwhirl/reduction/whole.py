@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -14,10 +16,11 @@ from hpcwhirl.structure import CyclicStructure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+NEAR = 0.1  # ln of a frequency ratio up to which modes are taken for the same
 
 
-def dominant_diameters(shapes: Floats, blades: int) -> Integers:
-    """Return the nodal diameter that dominates each mode's tips, (m,).
+def diameter_shares(shapes: Floats, blades: int) -> Floats:
+    """Return the share of each nodal diameter in each mode's tips, (N // 2 + 1, m).
 
     Parameters
     ----------
@@ -26,25 +29,52 @@ def dominant_diameters(shapes: Floats, blades: int) -> Integers:
     """
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     power = (np.abs(np.fft.fft(tips, axis=0)) ** 2).sum(axis=1)
-    folded = [power[k] + power[-k] * (not is_simple(k, blades))
-              for k in diameters(blades)]  # fmt: skip
-    return np.asarray(np.argmax(folded, axis=0), dtype=np.int64)
+    folded = np.array([
+        power[k] + power[-k] * (not is_simple(k, blades)) for k in diameters(blades)
+    ])  # fmt: skip
+    return np.asarray(folded / np.maximum(folded.sum(axis=0), np.finfo(float).tiny))
 
 
 def labels(shapes: Floats, blades: int) -> tuple[Integers, Integers, Integers]:
     """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
 
-    The modes of a diameter are counted in pairs as they come (one by one for a simple
-    harmonic): exact where the rotor is tuned, a name where it is not, since a
-    localised mode has many diameters.
+    The diameter is the dominant one; the modes of a diameter are counted in pairs as
+    they come (one by one for a simple harmonic). Exact where the rotor is tuned, a
+    name where it is not: a localised mode has many diameters.
     """
-    diameter = dominant_diameters(shapes, blades)
+    shares = diameter_shares(shapes, blades)
+    diameter = np.asarray(np.argmax(shares, axis=0), dtype=np.int64)
     place = np.zeros_like(diameter)
     for k in diameters(blades):
         own = diameter == k
         place[own] = np.arange(np.count_nonzero(own))
     width = np.where(2 * diameter % blades == 0, 1, 2)
     return diameter, place // width, place % width
+
+
+def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
+    """Return a mistuned rotor whose modes bear the labels of the tuned one's.
+
+    Every mode takes the diameter and rank of one tuned mode, each given once, so that
+    families stay whole where modes are localised: the assignment with the largest sum
+    of (share of the diameter) exp(-(ln(omega / omega_tuned) / NEAR)^2). A weakly
+    mistuned mode gets its dominant diameter.
+
+    Parameters
+    ----------
+    model : mistuned, m modes
+    tuned : at least m modes
+    blades : N
+    """
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    shares = diameter_shares(model.shapes, blades)[tuned.diameter].T
+    away = np.log(np.divide.outer(model.omega, tuned.omega)) / NEAR
+    _, given = linear_sum_assignment(shares * np.exp(-(away**2)), maximize=True)
+    diameter, rank = tuned.diameter[given], tuned.rank[given]
+    pairs = list(zip(diameter, rank, strict=True))
+    phase = np.array([pairs[:m].count(pair) for m, pair in enumerate(pairs)])
+    return replace(model, diameter=diameter, rank=rank, phase=phase)
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
