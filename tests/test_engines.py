@@ -286,6 +286,22 @@ def test_a_wrong_file_is_told_in_one_line(exported, changed, names, news, told):
     assert str(path) in text
 
 
+@pytest.mark.parametrize("link", [False, True])
+def test_what_is_no_array_is_refused(changed, link):
+    path = changed(MATRICES[1:])
+    with h5py.File(path, "r+") as file:
+        if link:
+            file["rotor/mass"] = h5py.SoftLink("/nowhere")
+        else:
+            file.create_group("rotor/mass")
+    assert "numbers, got no array" in refusal(model_of, small(path))
+
+
+def test_a_file_without_loss_is_not_damped(changed):
+    path = changed(MATRICES, {"damping": np.zeros((32, 32))})
+    assert not model_of(small(path)).rotor.ratios.any()
+
+
 def test_other_blades_than_the_files_are_refused_with_both_numbers(exported):
     text = refusal(model_of, scene(file=str(exported)))
     assert "has 6 blades" in text
@@ -423,6 +439,21 @@ def test_a_softer_blade_splits_the_pairs_as_perturbation_theory_says():
         assert first[0] < 2 * first[1]  # both sink, one far more: the pair is split
         assert moved == pytest.approx(first, rel=0.02, abs=0.02 * abs(first.sum()))
         assert moved.sum() == pytest.approx(first.sum(), rel=0.01)
+
+
+@pytest.mark.parametrize("centre", ["free", "clamped"])
+@pytest.mark.parametrize("blades", [1, 2, 3, 5])
+def test_few_blades_may_be_mistuned(blades, centre):
+    # one more fixed-interface mode than whole pairs of the tuned rotor hold
+    settings = {"blades": blades, "engine.rotor.elements": 3, "centre": centre}
+    pattern = [0.1, *(-0.05,) * (blades - 1)]
+    for modes in (0, 4, 5):
+        march = March(scene(modes=modes, mistuning=pattern, **settings))
+        rotor = march.model.rotor
+        assert len(rotor.omega) == 2 * blades + 2 * (centre == "free") + modes
+        given = set(zip(rotor.diameter, rotor.rank, rotor.phase, strict=True))
+        assert len(given) == len(rotor.omega)
+        march.advance(10)
 
 
 def test_strongly_mistuned_families_stay_whole():

@@ -75,8 +75,9 @@ def read_rotor(file: str) -> Given:
             if not isinstance(group, h5py.Group):
                 raise given.refusal("has no group rotor")
             for name in DATASETS.keys() & group.keys():
-                data = group[name]
-                given.arrays[name] = data[()] if hasattr(data, "dtype") else data
+                data = group.get(name)  # None where a link leads nowhere
+                dataset = isinstance(data, h5py.Dataset)
+                given.arrays[name] = np.asarray(data[()]) if dataset else None
     except OSError as failed:
         reason = failed.strerror or str(failed).splitlines()[0]
         msg = f"cannot read engine.file {file}: {reason}"
@@ -92,7 +93,7 @@ def _checked(given: Given, name: str) -> Array:
     array = given.arrays[name]
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
     if not isinstance(array, np.ndarray) or array.dtype.kind not in kinds[0]:
-        raise given.wrong(name, f"hold {kinds[1]}", getattr(array, "dtype", "a group"))
+        raise given.wrong(name, f"hold {kinds[1]}", getattr(array, "dtype", "no array"))
     if array.ndim != dimensions:
         raise given.wrong(name, f"have {dimensions} dimensions", array.ndim)
     if not np.isfinite(array).all():
