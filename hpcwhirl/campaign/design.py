@@ -15,12 +15,20 @@ import numpy as np
 
 from hpcwhirl import __version__
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene import Scene, apply_settings, digest, flatten, load_document
-from hpcwhirl.scene.files import resolve, scene_of_document
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    content_digest,
+    digest,
+    flatten,
+    load_document,
+)
+from hpcwhirl.scene.files import FILE, Value, resolve, scene_of_document, takes_list
+from hpcwhirl.scene.inputs import anchored
 from hpcwhirl.store.plan import Plan
 
-Value = bool | int | float | str
 Settings = dict[str, Value]
+CONTENT = f"{FILE} (SHA-256)"  # in the plan: a changed file is a changed input
 TABLES = ("sweep", "zip", "cases")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
@@ -46,9 +54,11 @@ class Design:
 
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
+        file = self.base.engine.file
+        content = {CONTENT: content_digest(file)} if file else {}
         return Plan(
             engine=self.base.engine.name,
-            base=flatten(self.base),
+            base=flatten(self.base) | content,
             swept=list(self.swept),
             digests=[digest(scene) for scene in self.cases],
             settings=[dict(s) for s in self.settings],
@@ -66,22 +76,25 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
     """
     if path is None:
         text = resources.files("hpcwhirl.campaign").joinpath("default.toml").read_text()
-        document = tomllib.loads(text)
-    else:
-        document = load_document(path)
-    return design_of(document, settings)
+        return design_of(tomllib.loads(text), settings)
+    return design_of(load_document(path), settings, path.parent)
 
 
 def design_of(
-    document: Mapping[str, Any], settings: Mapping[str, Value] | None = None
+    document: Mapping[str, Any],
+    settings: Mapping[str, Value] | None = None,
+    folder: Path | str = "",
 ) -> Design:
-    """Return the design of a parsed document; see `load_design`."""
-    base = apply_settings(scene_of_document(document, TABLES), settings or {})
+    """Return the design of a parsed document in `folder`; see `load_design`."""
+    base = apply_settings(scene_of_document(document, TABLES, folder), settings or {})
     grid = _named(document, "sweep")
     zipped = _named(document, "zip")
     explicit = _explicit(document.get("cases", []))
     rows = _rows(grid, zipped) if grid or zipped or not explicit else []
     rows += explicit
+    for row in rows:
+        if isinstance(file := row.get(FILE), str):
+            row[FILE] = anchored(file, folder)
     swept = tuple(dict.fromkeys(name for row in rows for name in row))
     clash = set(swept) & {resolve(name) for name in settings or {}}
     if clash:
@@ -131,8 +144,8 @@ def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
 def _values(table: str, name: str, given: Any) -> list[Value]:
     if isinstance(given, Mapping):
         return _range(name, given)
-    plain = isinstance(given, list) and given
-    if plain and all(isinstance(v, bool | int | float | str) for v in given):
+    kinds = list if takes_list(name) else bool | int | float | str
+    if isinstance(given, list) and given and all(isinstance(v, kinds) for v in given):
         return list(given)
     msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
     raise InputError(msg + f"got {given!r}")

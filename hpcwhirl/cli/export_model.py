@@ -36,10 +36,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:
     shapes = (model.shapes, "1/sqrt(kg)", "mass-orthonormal mode shapes, by columns")
-    return {
-        f"{name}/mass": (model.mass, "kg", "reduced mass matrix"),
-        f"{name}/stiffness": (model.stiffness, "N/m", "reduced stiffness matrix"),
-        f"{name}/damping": (model.damping_matrix(), "N s/m", "modal damping, D"),
+    matrices = {}
+    if model.has_matrices:
+        matrices = {
+            f"{name}/mass": (model.mass, "kg", "reduced mass matrix"),
+            f"{name}/stiffness": (model.stiffness, "N/m", "reduced stiffness matrix"),
+            f"{name}/damping": (model.damping_matrix(), "N s/m", "modal damping, D"),
+        }
+    return matrices | {
         f"{name}/shapes": shapes,
         f"{name}/omega": (model.omega, "rad/s", "frequencies of the shapes"),
         f"{name}/nodal_diameter": (model.diameter, "1", "of each shape"),
@@ -49,7 +53,7 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
 def arrays_of(model: Model) -> dict[str, Any]:
     """Return {name: (array, unit, meaning)} of everything that is exported."""
     tips = 2 * np.arange(model.blades)
-    hub = np.arange(len(model.rotor.mass))[2 * model.blades :]
+    hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
     hub = hub[: len(hub) - model.rotor.kept]
     radial, tangential = tip_rows(model.rotor, model.blades)
     centre = centre_rows(model.rotor, model.blades)

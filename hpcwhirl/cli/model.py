@@ -35,13 +35,14 @@ def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
     speeds = critical_speeds(
         first_family(table, "rotor"), first_family(table, "casing"), orders
     )
+    foreign = scene.engine.file != ""  # of its blades, tips alone are known
     coordinates = {"rotor": len(model.rotor.omega)}
     if model.casing:
         coordinates["casing"] = len(model.casing.omega)
     return {
         "engine": scene.engine.name,
         "modes": as_records(table),
-        "blade_stiffness": blade_stiffness(scene.engine.rotor),
+        "blade_stiffness": None if foreign else blade_stiffness(scene.engine.rotor),
         "critical_speeds": speeds,
         "time_step_limits": model.limits(),
         "plan": {"coordinates": coordinates, "fixed_interface_modes": model.rotor.kept},
@@ -78,7 +79,8 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
                 f"{mode['centre_share']:.3f}",
             )
     console.print(f"engine {facts['engine']}, modes up to {up_to:g} Hz", table)
-    console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
+    if facts["blade_stiffness"] is not None:
+        console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
     if facts["critical_speeds"]:
         heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} rad/s"
         speeds = Table("nodal diameter", "order", heading)

@@ -13,6 +13,7 @@ from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
@@ -113,7 +114,7 @@ def flight_operations(scene: Scene) -> int:
 
     Raises
     ------
-    ValueError
+    InputError
         where the cyclic kernel does not march the scene
     """
     march = March(apply_settings(scene, {"scheme": "modal"}))
@@ -121,7 +122,7 @@ def flight_operations(scene: Scene) -> int:
     rotor, ring = march.state[0], march.state[1]
     if len(march.state) != CYCLIC_STATE:
         msg = "the operations are counted for the cyclic kernel only"
-        raise ValueError(msg)
+        raise InputError(msg)
     step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
     return step + 2 * (2 * k * wide) + 4 * wide + 2 * k
 

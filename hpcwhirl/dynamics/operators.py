@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
 from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
@@ -39,7 +40,7 @@ def _rows(rows: Floats) -> Floats:
 def _modal_body(body: ModalModel | None, step: float) -> Arrays:
     """Return (keep, pull, give, rate, omega), each (m padded,)."""
     omega = body.omega if body else np.zeros(0)
-    damping = body.damping if body else 0.0
+    damping = body.ratios if body else np.zeros(0)
     keep, pull, give = recursion(omega, damping, step)
     rate = 2 * damping * omega / (4 * step)
     return tuple(_padded(a, 0) for a in (keep, pull, give, rate, omega))
@@ -67,11 +68,11 @@ def contact_operators(model: Model, scene: Scene) -> tuple[Floats, Floats]:
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = tip_rows(model.rotor, model.blades)
-    _, _, give = recursion(model.rotor.omega, model.rotor.damping, step)
+    _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
     w_rotor = np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
     if model.casing is None or model.ring is None:
         return w_rotor, EMPTY
-    _, _, give = recursion(model.casing.omega, model.casing.damping, step)
+    _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     outward = model.casing.shapes[model.ring.radial]
     along = model.casing.shapes[model.ring.tangential]
     return w_rotor, ((outward + mu * along) * give) @ outward.T
@@ -119,8 +120,14 @@ def modal_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
 
 def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
     """Return (rotor, casing, load) of `dense.march_paper`."""
+    if not model.rotor.has_matrices:
+        msg = (
+            "scheme paper needs M and K, which engine.file lacks: scheme must be "
+            "'modal' or 'general', got 'paper'"
+        )
+        raise InputError(msg)
     step = scene.solver.time_step
-    free = int(len(model.rotor.mass) > 2 * model.blades + model.rotor.kept)
+    free = int(len(model.rotor.shapes) > 2 * model.blades + model.rotor.kept)
     none = np.zeros(0, np.int64)
     places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
     rotor = (*_dense_body(model.rotor, step), free)

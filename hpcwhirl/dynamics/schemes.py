@@ -155,12 +155,13 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
 def scheme_of(model: Model, scene: Scene) -> Scheme:
     """Return the scheme that marches a scene.
 
-    `modal` is the cyclic kernel, or the general one where the ring is the paper's
-    elements or there are fewer than three blades.
+    `modal` is the cyclic kernel, or the general one where the rotor is not cyclic
+    (from file, mistuned), the ring is the paper's elements or there are fewer than
+    three blades.
     """
     if scene.solver.scheme == "paper":
         return _paper(model, scene)
-    elements = isinstance(model.ring, RingOperator)
-    if scene.solver.scheme == "general" or elements or model.blades < 3:
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    if scene.solver.scheme == "general" or plain or model.blades < 3:
         return _general(model, scene)
     return _cyclic(model, scene)

@@ -129,9 +129,9 @@ def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     rows = 1 + max(mode.row for mode in modes)
     items = np.zeros((passes.ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
-    step, xi = scene.solver.time_step, model.rotor.damping
+    step, ratios = scene.solver.time_step, model.rotor.ratios
     for mode in modes:
-        flow = _flow(scene)(mode.omega, xi, step)
+        flow = _flow(scene)(mode.omega, float(ratios[mode.members[0]]), step)
         values, parts = _items(flow, mode.gamma, mode.sigma, mu), len(mode.members)
         items[:, mode.row, :parts, mode.slot] = values[:, None]
         hub[:, mode.row, 0, mode.slot] = mode.centre.real
@@ -157,7 +157,7 @@ def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
         u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
         psi, chi = float(body.shapes[w_row, m]), body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
-        flow = _flow(scene)(float(body.omega[m]), body.damping, step)
+        flow = _flow(scene)(float(body.omega[m]), float(body.ratios[m]), step)
         items[:, place.row, place.slot] = _items(flow, psi, sigma, mu)
         items[passes.TURN_RE, place.row, place.slot] = turn.real
         items[passes.TURN_IM, place.row, place.slot] = turn.imag

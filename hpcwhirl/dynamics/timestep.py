@@ -20,13 +20,15 @@ from hpcwhirl.reduction.model import Model
 Floats = NDArray[np.float64]
 
 
-def recursion(omega: Floats, damping: float, step: float) -> tuple[Floats, ...]:
+def recursion(
+    omega: Floats, damping: float | Floats, step: float
+) -> tuple[Floats, ...]:
     """Return (keep, pull, give), each (m,), of the recursion above.
 
     Parameters
     ----------
     omega : (m,), rad/s
-    damping : xi
+    damping : xi, of all modes or (m,)
     step : dt, s
     """
     give = 1.0 / (1.0 / step**2 + damping * omega / step)

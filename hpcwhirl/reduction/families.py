@@ -10,6 +10,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 
 SUSPENSION_SHARE = 0.5  # of the strain energy in the shaft's springs
+PAIR = 1e-8  # relative difference of frequencies that are one line
 
 
 @dataclass(frozen=True)
@@ -27,20 +28,23 @@ def _rotor_lines(model: ModalModel) -> list[Line]:
     """Name families by rank within a nodal diameter, the suspension apart.
 
     The suspension is the k = 1 mode with the largest share of its strain energy in
-    the shaft's springs, if that exceeds one half.
+    the shaft's springs, if that exceeds one half. A pair that mistuning has split is
+    two lines of one family.
     """
     lines = []
     for k in np.unique(model.diameter):
-        own = np.flatnonzero((model.diameter == k) & (model.phase == 0))
-        shares = model.centre_share[own]
-        top = int(np.argmax(shares))
-        apart = top if shares[top] > SUSPENSION_SHARE else -1
-        family = 0
-        for place, m in enumerate(own):
-            family += place != apart
-            name = "suspension" if place == apart else f"{family}F"
-            hertz = float(model.omega[m] / (2 * np.pi))
-            lines.append(Line("rotor", name, int(k), hertz, float(shares[place])))
+        own = np.flatnonzero(model.diameter == k)
+        top = own[np.argmax(model.centre_share[own])]
+        suspended = model.centre_share[top] > SUSPENSION_SHARE
+        apart = int(model.rank[top]) if suspended else len(own)
+        for m, before in zip(own, np.r_[own[:1], own[:-1]], strict=True):
+            twin = m != before and model.rank[m] == model.rank[before]
+            if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
+                continue
+            rank = int(model.rank[m])
+            name = "suspension" if rank == apart else f"{rank + (rank < apart)}F"
+            hertz, share = model.omega[m] / (2 * np.pi), model.centre_share[m]
+            lines.append(Line("rotor", name, int(k), float(hertz), float(share)))
     return lines
 
 
@@ -61,10 +65,10 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, rad/s} of a body."""
+    """Return {nodal diameter: omega of 1F, rad/s} of a body; the lower of a pair."""
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
-        for line in table
+        for line in reversed(table)
         if line.body == body and line.family == "1F"
     }
 

@@ -8,9 +8,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.reduction.foreign import rotor_from
 from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.modes import ModalModel, modal_model
-from hpcwhirl.scene import Casing, Rotor, Scene
+from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
+from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
 
 Floats = NDArray[np.float64]
@@ -33,8 +35,21 @@ class Model:
 
 @lru_cache(maxsize=8)
 def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
-    """Return the reduced bladed disk (Eq. 1)."""
-    return modal_model(bladed_disk(rotor), rotor.damping, eta)
+    """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
+    disk = bladed_disk(rotor)
+    if not rotor.mistuning:
+        return modal_model(disk, rotor.damping, eta)
+    model = whole_model(disk, rotor.damping, eta)
+    most = len(disk.mass) - len(boundary_of(disk))
+    tuned = rotor.model_copy(update={"mistuning": ()})
+    # one mode more: none is left unnamed where eta splits a pair of the tuned rotor
+    return named_after(model, rotor_model(tuned, min(eta + 1, most)), rotor.blades)
+
+
+@lru_cache(maxsize=8)
+def _file_model(file: str, content: str, rotor: Rotor) -> ModalModel:
+    del content  # with it in the cache's key, a changed file is read again
+    return rotor_from(file, rotor.blades, rotor.damping)
 
 
 @lru_cache(maxsize=32)
@@ -50,7 +65,11 @@ def casing_model(
 
 def model_of(scene: Scene) -> Model:
     """Return the model of a scene; R_c = R_bd + gap."""
-    rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
+    file = scene.engine.file
+    if file:
+        rotor = _file_model(file, content_digest(file), scene.engine.rotor)
+    else:
+        rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
     blades = scene.engine.rotor.blades
     if scene.engine.casing.kind == "rigid":
         return Model(rotor, None, None, blades)
@@ -66,7 +85,7 @@ def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
 
 def centre_rows(model: ModalModel, blades: int) -> Floats:
     """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
-    count = len(model.mass) - 2 * blades - model.kept
+    count = len(model.shapes) - 2 * blades - model.kept
     if count == 0:
         return np.zeros((2, len(model.omega)))
     return model.shapes[2 * blades : 2 * blades + 2]

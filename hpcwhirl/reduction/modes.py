@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.cyclic import (
     Complexes,
@@ -34,15 +34,18 @@ class ModalModel:
     ----------
     mass, stiffness : (n, n); a rotor's coordinates are the tips (radial,
         tangential of blade 0, 1, ...), the centre x_o, y_o if free, then q_CB;
-        a ring's are its nodal DoF
+        a ring's are its nodal DoF. Both (0, 0) where a file gives modes alone
     shapes : (n, m), mass-orthonormal
     omega : (m,), rad/s, ascending
-    diameter : (m,), nodal diameter of each mode
+    diameter : (m,), nodal diameter of each mode; of a rotor that is not cyclic
+        the one that dominates its tips, see `whole`
     rank : (m,), place of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
-    centre_share : (m,), share of the strain energy in the shaft's springs
-    damping : modal damping ratio xi of every mode
+    centre_share : (m,), share of the strain energy in the shaft's springs; 0 for a
+        rotor from file, whose springs are not known
+    damping : modal damping ratio xi, of every mode or (m,)
     kept : fixed-interface modes really kept (pairs are never split)
+    cyclic : whether all sectors are the same, so that k, rank and phase are exact
     """
 
     mass: Floats
@@ -53,13 +56,24 @@ class ModalModel:
     rank: Integers
     phase: Integers
     centre_share: Floats
-    damping: float
+    damping: float | Floats
     kept: int
+    cyclic: bool = True
+
+    @property
+    def ratios(self) -> Floats:
+        """Modal damping ratio of each mode, (m,)."""
+        return np.broadcast_to(np.float64(self.damping), self.omega.shape)
+
+    @property
+    def has_matrices(self) -> bool:
+        """Whether M and K are known, not the modes alone."""
+        return len(self.mass) == len(self.shapes)
 
     def damping_matrix(self) -> Floats:
         """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n)."""
         lift = self.mass @ self.shapes
-        return (lift * (2 * self.damping * self.omega)) @ lift.T
+        return (lift * (2 * self.ratios * self.omega)) @ lift.T
 
 
 @dataclass(frozen=True)
@@ -214,6 +228,9 @@ def modal_model(
         fixed-interface modes of the Craig-Bampton reduction (Eq. 1); None keeps
         every DoF of the structure
     """
+    if structure.mistuned:
+        msg = "a mistuned structure has no nodal diameters: reduce it as a whole"
+        raise ModelError(msg)
     kept = structure.sector_size if eta is None else len(structure.boundary)
     blocks = list(_blocks(structure, eta))
     size = sum(len(b.mass) * b.multiplicity for b in blocks)

@@ -2,6 +2,7 @@
 
 from hpcwhirl.scene.files import (
     apply_settings,
+    content_digest,
     digest,
     flatten,
     input_names,
@@ -30,6 +31,7 @@ __all__ = [
     "Scene",
     "Solver",
     "apply_settings",
+    "content_digest",
     "digest",
     "flatten",
     "input_names",

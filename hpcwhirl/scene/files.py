@@ -6,16 +6,18 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_origin
 
 import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from hpcwhirl.errors import InputError, MissingFileError, unknown
-from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.inputs import Scene, anchored
 
-Value = bool | int | float | str
+Value = bool | int | float | str | list[float]
+FILE = "engine.file"  # the one input that names a file
 PHYSICS_VERSION = 1  # raise when the same inputs would give other numbers
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 
@@ -29,9 +31,17 @@ def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any
             yield f"{prefix}{name}", field
 
 
+LEAVES = tuple(_leaves(Scene))
+
+
 def input_names() -> dict[str, str]:
     """Return {dotted name: description with unit} of every scene input."""
-    return {name: field.description or "" for name, field in _leaves(Scene)}
+    return {name: field.description or "" for name, field in LEAVES}
+
+
+def takes_list(name: str) -> bool:
+    """Return whether the input of a full dotted name is a list of numbers."""
+    return any(n == name and get_origin(f.annotation) is tuple for n, f in LEAVES)
 
 
 def resolve(name: str) -> str:
@@ -60,6 +70,7 @@ def _allowed(error: Mapping[str, Any]) -> str:
         "float_type": "must be a number",
         "string_type": "must be a string",
         "model_type": "must be a table",
+        "tuple_type": "must be a list of numbers",
         "literal_error": "must be one of {expected}",
         "value_error": "{error}",
     }
@@ -105,7 +116,8 @@ def flatten(scene: Scene) -> dict[str, Value]:
             if isinstance(value, Mapping):
                 yield from walk(value, f"{prefix}{name}.")
             else:
-                yield f"{prefix}{name}", value
+                plain = list(value) if isinstance(value, tuple) else value
+                yield f"{prefix}{name}", plain
 
     return dict(walk(scene.model_dump(), ""))
 
@@ -149,11 +161,12 @@ def parse_setting(text: str) -> tuple[str, Value]:
     if not sign or not name.strip() or not raw.strip():
         msg = f"a setting is name=value, got '{text}'"
         raise InputError(msg)
-    value = _value(raw)
-    if not isinstance(value, bool | int | float | str):
+    value, full = _value(raw), resolve(name.strip())
+    listed = isinstance(value, list) and takes_list(full)
+    if not listed and not isinstance(value, bool | int | float | str):
         msg = f"{name} takes one value, got '{raw}'"
         raise InputError(msg)
-    return resolve(name.strip()), value
+    return full, value
 
 
 def load_document(path: Path | str) -> dict[str, Any]:
@@ -171,9 +184,18 @@ def load_document(path: Path | str) -> dict[str, Any]:
 
 
 def scene_of_document(
-    document: Mapping[str, Any], extra_tables: Sequence[str] = ()
+    document: Mapping[str, Any],
+    extra_tables: Sequence[str] = (),
+    folder: Path | str = "",
 ) -> Scene:
-    """Return the scene of a document with tables scene, engine, solver, output."""
+    """Return the scene of a document with tables scene, engine, solver, output.
+
+    Parameters
+    ----------
+    document : parsed TOML
+    extra_tables : further tables that the document may have
+    folder : where a relative `engine.file` starts; "" is the working directory
+    """
     known = (*SCENE_TABLES, *extra_tables)
     for table, content in document.items():
         if table not in known:
@@ -188,12 +210,15 @@ def scene_of_document(
             raise InputError(msg)
         if table in document:
             data[table] = document[table]
+    engine = data.get("engine", {})
+    if isinstance(engine.get("file"), str):
+        data["engine"] = {**engine, "file": anchored(engine["file"], folder)}
     return scene_from(data)
 
 
 def load_scene(path: Path | str) -> Scene:
     """Return the scene of a TOML file (tables scene, engine, solver, output)."""
-    return scene_of_document(load_document(path))
+    return scene_of_document(load_document(path), folder=Path(path).parent)
 
 
 def to_toml(scene: Scene) -> str:
@@ -203,7 +228,30 @@ def to_toml(scene: Scene) -> str:
     return tomli_w.dumps({"scene": data, **tables})
 
 
+def content_digest(file: str) -> str:
+    """Return the SHA-256 of a file's bytes, "" for no file."""
+    if not file:
+        return ""
+    try:
+        state = Path(file).stat()
+        return _sha256(file, state.st_mtime_ns, state.st_size)
+    except OSError as failed:
+        msg = f"cannot read {FILE} {file}: {failed.strerror or failed}"
+        raise MissingFileError(msg) from None
+
+
+@lru_cache(maxsize=64)
+def _sha256(file: str, changed: int, size: int) -> str:
+    del changed, size  # a campaign asks once a case: read again only what changed
+    with Path(file).open("rb") as handle:
+        return hashlib.file_digest(handle, "sha256").hexdigest()
+
+
 def digest(scene: Scene) -> str:
-    """Return the SHA-256 of the resolved inputs and the physics version."""
-    text = json.dumps([PHYSICS_VERSION, flatten(scene)], sort_keys=True)
+    """Return the SHA-256 of the resolved inputs and the physics version.
+
+    The content of an engine's file is one of the inputs, beside its path.
+    """
+    content = content_digest(scene.engine.file)
+    text = json.dumps([PHYSICS_VERSION, flatten(scene), content], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Change = Annotated[float, Field(gt=-1, allow_inf_nan=False)]
 MOST_STEPS = 1e13
 MOST_GAP = 10.0  # tip radii
+
+
+def _as_tuple(value: Any) -> Any:
+    """Return a list as the tuple that a frozen input keeps."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+def anchored(file: str, folder: Path | str = "") -> str:
+    """Return the absolute path of a file named from `folder`; "" stays ""."""
+    return str((Path(folder) / file).resolve()) if file else ""
 
 
 class Inputs(BaseModel):
@@ -46,6 +65,20 @@ class Rotor(Inputs):
     centre: Literal["free", "clamped"] = Field("free", description="shaft centre")
     centre_stiffness: Positive = Field(3.4e7, description="k_o, N/m")
     damping: NonNegative = Field(0.0104, description="modal damping ratio")
+    mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = Field(
+        (), description="relative change of each blade's Young's modulus, N numbers"
+    )
+
+    @model_validator(mode="after")
+    def _a_change_a_blade(self) -> Self:
+        count = len(self.mistuning)
+        if count not in {0, self.blades}:
+            msg = (
+                f"mistuning must be [] or {self.blades} numbers, one a blade, "
+                f"got {count}"
+            )
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _disk_inside(self) -> Self:
@@ -84,8 +117,18 @@ class Engine(Inputs):
     """The structures; `salvat2016` is the default."""
 
     name: str = Field("salvat2016", description="name of the engine")
+    file: Annotated[str, AfterValidator(anchored)] = Field(
+        "", description="HDF5 file of a reduced rotor, used for this one"
+    )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
+
+    @model_validator(mode="after")
+    def _a_file_is_as_it_is(self) -> Self:
+        if self.file and self.rotor.mistuning:
+            msg = f"rotor.mistuning must be [] with a rotor from file, got {self.file}"
+            raise ValueError(msg)
+        return self
 
 
 class Solver(Inputs):

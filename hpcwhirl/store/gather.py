@@ -8,6 +8,7 @@ temporary name, synced and renamed.
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -162,6 +163,13 @@ def _swept_extra(plan: Plan) -> dict[str, str]:
     return {v: d for v, d in names.items() if v not in ROW}
 
 
+def _stored(value: float | str | list[float]) -> float | bytes:
+    """Return a swept value as it is stored: words and lists as text."""
+    if isinstance(value, list):
+        value = json.dumps(value)
+    return value.encode() if isinstance(value, str) else value
+
+
 def _axis(file: h5py.File, name: str, values: Iterable[Any], meaning: str) -> None:
     data = file.create_dataset(name, data=np.asarray(values))
     data.attrs["long_name"] = np.bytes_(meaning)
@@ -201,7 +209,9 @@ def _define(
     _axis(file, "case", np.arange(content.cases, dtype="i8"), "case of the campaign")
     _define_cases(file, file, ROW | STATUS, content.cases)
     for name, dotted in _swept_extra(plan).items():
-        kind = "S64" if isinstance(plan.base[dotted], str) else "f8"
+        values = [_stored(row.get(dotted, plan.base[dotted])) for row in plan.settings]
+        texts = [len(value) for value in values if isinstance(value, bytes)]
+        kind = f"S{max(64, *texts)}" if texts else "f8"
         data = file.create_dataset(name, (content.cases,), kind)
         data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
         _attach(data, file, ("case",))
@@ -245,7 +255,7 @@ def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
     for case in mine:
         for name, dotted in extra.items():
             value = content.plan.settings[case].get(dotted, content.plan.base[dotted])
-            file[name][case] = value.encode() if isinstance(value, str) else value
+            file[name][case] = _stored(value)
         record = content.records[case]
         status = record["status"] if record else "missing"
         message = record["message"] if record else "not computed yet"

@@ -92,3 +92,13 @@ def check_same(old: Plan, new: Plan, folder: Path) -> None:
         if name not in new.swept and old.base.get(name) != value:
             msg = f"{folder} was begun with {name} = {old.base.get(name)!r}, "
             raise InputError(msg + f"got {value!r}: {own}")
+    known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
+    for settings, digest in zip(new.settings, new.digests, strict=True):
+        file = settings.get("engine.file")
+        if file and known.get(_key(settings), digest) != digest:
+            msg = f"{folder} was begun with another content of {file}: {own}"
+            raise InputError(msg)
+
+
+def _key(settings: dict[str, Any]) -> str:
+    return json.dumps(settings, sort_keys=True)

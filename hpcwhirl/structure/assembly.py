@@ -24,6 +24,7 @@ class CyclicStructure:
     boundary : DoF of a sector that a reduction keeps, e.g. tip radial, tangential
     centre : the two centre DoF (x, y in the structure's frame), or none
     centre_stiffness : k_o, N/m, of the shaft's springs
+    mistuned : whether the sectors differ after all
     """
 
     mass: Floats
@@ -33,6 +34,7 @@ class CyclicStructure:
     boundary: tuple[int, ...]
     centre: tuple[int, ...] = ()
     centre_stiffness: float = 0.0
+    mistuned: bool = False
 
 
 def add_element(

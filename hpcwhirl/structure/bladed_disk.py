@@ -68,14 +68,16 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
 
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.
-    The tip's radial and tangential DoF are the boundary.
+    The tip's radial and tangential DoF are the boundary. Mistuning scales the
+    stiffness of each blade, E_j = E (1 + delta_j), not that of the disk.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     centre = (blades * size, blades * size + 1) if rotor.centre == "free" else ()
     total = blades * size + 2  # the centre is assembled, then dropped if clamped
     matrices = np.zeros((total, total)), np.zeros((total, total))
-    own, hub = blade(rotor), np.array([total - 2, total - 1])
-    for j in range(blades):
+    (inertia, elastic), hub = blade(rotor), np.array([total - 2, total - 1])
+    for j, change in enumerate(rotor.mistuning or (0.0,) * blades):
+        own = inertia, (1 + change) * elastic
         root = j * size + np.arange(NODE)
         after = (j + 1) % blades * size + np.arange(NODE)
         *spoke, spoke_turn = _spoke(rotor, 2 * np.pi * j / blades)
@@ -97,4 +99,5 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
         boundary=(size - 3, size - 2),
         centre=centre,
         centre_stiffness=rotor.centre_stiffness,
+        mistuned=bool(rotor.mistuning),
     )

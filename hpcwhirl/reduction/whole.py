@@ -1,0 +1,133 @@
+"""Rotors without cyclic symmetry: reduced as a whole, modes named by what dominates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.craig_bampton import craig_bampton
+from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.structure import CyclicStructure
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+NEAR = 0.1  # ln of a frequency ratio up to which modes are taken for the same
+
+
+def diameter_shares(shapes: Floats, blades: int) -> Floats:
+    """Return the share of each nodal diameter in each mode's tips, (N // 2 + 1, m).
+
+    Parameters
+    ----------
+    shapes : (n, m), the tips (radial, tangential of blade 0, 1, ...) first
+    blades : N
+    """
+    tips = shapes[: 2 * blades].reshape(blades, 2, -1)
+    power = (np.abs(np.fft.fft(tips, axis=0)) ** 2).sum(axis=1)
+    folded = np.array([
+        power[k] + power[-k] * (not is_simple(k, blades)) for k in diameters(blades)
+    ])  # fmt: skip
+    return np.asarray(folded / np.maximum(folded.sum(axis=0), np.finfo(float).tiny))
+
+
+def labels(shapes: Floats, blades: int) -> tuple[Integers, Integers, Integers]:
+    """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
+
+    The diameter is the dominant one; the modes of a diameter are counted in pairs as
+    they come (one by one for a simple harmonic). Exact where the rotor is tuned, a
+    name where it is not: a localised mode has many diameters.
+    """
+    shares = diameter_shares(shapes, blades)
+    diameter = np.asarray(np.argmax(shares, axis=0), dtype=np.int64)
+    place = np.zeros_like(diameter)
+    for k in diameters(blades):
+        own = diameter == k
+        place[own] = np.arange(np.count_nonzero(own))
+    width = np.where(2 * diameter % blades == 0, 1, 2)
+    return diameter, place // width, place % width
+
+
+def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
+    """Return a mistuned rotor whose modes bear the labels of the tuned one's.
+
+    Every mode takes the diameter and rank of one tuned mode, each given once, so that
+    families stay whole where modes are localised: the assignment with the largest sum
+    of (share of the diameter) exp(-(ln(omega / omega_tuned) / NEAR)^2). A weakly
+    mistuned mode gets its dominant diameter.
+
+    Parameters
+    ----------
+    model : mistuned, m modes
+    tuned : at least m modes
+    blades : N
+    """
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    shares = diameter_shares(model.shapes, blades)[tuned.diameter].T
+    away = np.log(np.divide.outer(model.omega, tuned.omega)) / NEAR
+    _, given = linear_sum_assignment(shares * np.exp(-(away**2)), maximize=True)
+    diameter, rank = tuned.diameter[given], tuned.rank[given]
+    pairs = list(zip(diameter, rank, strict=True))
+    phase = np.array([pairs[:m].count(pair) for m, pair in enumerate(pairs)])
+    return replace(model, diameter=diameter, rank=rank, phase=phase)
+
+
+def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
+    """Return (omega (n,), rad/s, ascending; shapes (n, n), mass-orthonormal)."""
+    squared, shapes = eigh(stiffness, mass)
+    return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
+
+
+def boundary_of(structure: CyclicStructure) -> NDArray[np.intp]:
+    """Return the DoF that the reduction keeps: tips sector by sector, then centre."""
+    first = structure.sector_size * np.arange(structure.sectors)
+    tips = first[:, None] + np.array(structure.boundary)
+    centre = np.array(structure.centre, dtype=np.intp)
+    return np.concatenate([tips.ravel(), centre], dtype=np.intp)
+
+
+def whole_model(structure: CyclicStructure, damping: float, eta: int) -> ModalModel:
+    """Return the Craig-Bampton reduction (Eq. 1) of all sectors at once.
+
+    Parameters
+    ----------
+    structure
+        sectors, which may differ, and centre
+    damping
+        modal damping ratio xi, of every mode
+    eta
+        fixed-interface modes kept, the lowest of the whole structure
+    """
+    boundary = boundary_of(structure)
+    most = len(structure.mass) - len(boundary)
+    if eta > most:
+        msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
+        raise InputError(msg)
+    basis, _ = craig_bampton(structure.mass, structure.stiffness, boundary, eta)
+    mass, stiffness = (
+        basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
+    )
+    mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
+    omega, shapes = modes_of(mass, stiffness)
+    blades = structure.sectors
+    diameter, rank, phase = labels(shapes, blades)
+    hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
+    springs = structure.centre_stiffness * (hub**2).sum(axis=0)
+    return ModalModel(
+        mass=mass,
+        stiffness=stiffness,
+        shapes=shapes,
+        omega=omega,
+        diameter=diameter,
+        rank=rank,
+        phase=phase,
+        centre_share=springs / np.maximum(omega**2, np.finfo(float).tiny),
+        damping=damping,
+        kept=eta,
+        cyclic=False,
+    )
