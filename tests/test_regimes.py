@@ -31,6 +31,8 @@ def made(rate, *, fed=0.0, lost=1.0, last=2.0, stop="end", residual=0.0, line=-1
         steps=10000,
         contacts=10,
         last_contact=last,
+        certificate=-1.0,
+        certificate_reach=0.0,
         centre_peak=float(radius.max()),
         seconds=1.0,
         interval=2e-4,

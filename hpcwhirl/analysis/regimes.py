@@ -84,8 +84,8 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
     whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost,
     late_energy (J), late_contacts (1 if the window has contact), load_end (s; 0 where
-    there is no loading), ledger_error (-),
-    gap_scale (m)
+    there is no loading), certificate (s, -1 for none), certificate_reach (m),
+    ledger_error (-), gap_scale (m)
     """
     time = history.time
     end = float(time[-1]) if len(time) else 0.0
@@ -111,6 +111,8 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "late_energy": _number(history.energy[late].mean()) if len(fed) else 0.0,
         "load_end": _load_end(scene),
         "late_contacts": int(history.last_contact > start),
+        "certificate": history.certificate,
+        "certificate_reach": history.certificate_reach,
         "ledger_error": ledger_error(history),
         "gap_scale": max(scene.gap, 1e-6 * radius),
     }
@@ -143,8 +145,9 @@ def name_regime(
 
     - `unstable`: not finite, no solution of the contact problem, or a ledger that
       does not close; it has no regime and no whirl.
-    - `damped`: amplitudes falling, significantly, and either no contact in the
-      window or contact that feeds at most `free` of what is lost; or at rest.
+    - `damped`: a certificate that no contact can recur; or amplitudes falling,
+      significantly, and either no contact in the window or contact that feeds at
+      most `free` of what is lost; or at rest.
     - `divergent`: grown by `rise` over the window, significantly, or beyond the
       amplitude limit, and fed by rotation and friction meanwhile.
     - `sustained`: contact that replaces at least `replaced` of what is lost, the
@@ -170,6 +173,8 @@ def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
         numbers["load_end"]
     ):
         return "undecided"
+    if float(numbers["certificate"]) >= 0.0:
+        return "damped"
     rate, error = float(numbers["growth_rate"]), float(numbers["growth_error"])
     fed, lost = float(numbers["late_fed"]), float(numbers["late_lost"])
     change = rate * float(numbers["window"])

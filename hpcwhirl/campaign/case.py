@@ -54,7 +54,8 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
-    return result_of(scene, March(scene).run(between_slices))
+    march = March(scene)
+    return result_of(march.scene, march.run(between_slices))
 
 
 def result_of(scene: Scene, history: History) -> Result:

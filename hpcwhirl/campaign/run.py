@@ -25,7 +25,7 @@ from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import check_step
+from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
@@ -105,7 +105,8 @@ def check_steps(design: Design) -> None:
     refusal = None
     for scene in list(distinct.values())[:MOST_TRIED]:
         try:
-            check_step(model_of(scene), scene.solver.time_step)
+            model = model_of(scene)
+            check_step(model, with_step(scene, model).solver.time_step)
         except InputError as failed:
             refusal = refusal or failed
         except WhirlError:
@@ -118,6 +119,11 @@ def check_steps(design: Design) -> None:
 
 def predicted_steps(scene: Scene) -> float:
     """Return the steps of a case, the measure of its cost."""
+    if scene.solver.accuracy > 0.0:
+        try:
+            scene = with_step(scene, model_of(scene))
+        except WhirlError:  # it will fail as a row
+            return 0.0
     return scene.end_time / scene.solver.time_step
 
 
@@ -134,6 +140,7 @@ def to_do(design: Design, folder: Path, *, retry: bool) -> list[int]:
 
 def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
     """Return the measured cost of a step of a scene, s, compilation left out."""
+    scene = with_step(scene, model_of(scene))
     short = apply_settings(scene, {"duration": steps * scene.solver.time_step})
     march = March(apply_settings(short, {"revolutions": 0.0}))
     march.advance(1)

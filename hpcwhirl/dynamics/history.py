@@ -39,6 +39,8 @@ class History:
     steps : steps taken
     contacts : touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
+    certificate : s, from when on no contact can recur; -1 if that is not certain
+    certificate_reach : m, bound of all displacements from then on; below the gap
     centre_peak : m, greatest sampled centre displacement of the run
     seconds : wall time in the kernel
     interval : s between samples
@@ -57,6 +59,8 @@ class History:
     steps: int
     contacts: int
     last_contact: float
+    certificate: float
+    certificate_reach: float
     centre_peak: float
     seconds: float
     interval: float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +13,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.timestep import check_step
+from hpcwhirl.dynamics.timestep import check_step, step_counts, with_step
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
@@ -43,13 +42,10 @@ class March:
     """
 
     def __init__(self, scene: Scene, model: Model | None = None) -> None:
-        self.scene = scene
         self.model = model or model_of(scene)
+        self.scene = scene = with_step(scene, self.model)
         check_step(self.model, scene.solver.time_step)
-        step = scene.solver.time_step
-        self.total = max(1, math.ceil(scene.end_time / step - 1e-9))
-        self.stride = max(1, round(scene.output.interval / step))
-        self.stride = min(self.stride, self.total)
+        self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
         self.scheme = scheme_of(self.model, scene)
         self.state = self.scheme.state
@@ -138,6 +134,7 @@ class March:
         centre, energy, impulse, fed, lost, tips, blade_impulse = self.tracks
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
+        certified = int(self.counter[contact.CERTIFIED])
         radius = np.hypot(*centre[:count].T)
         return History(
             time=np.arange(1.0, count + 1) * (self.stride * step),
@@ -153,6 +150,8 @@ class March:
             steps=self.steps,
             contacts=int(self.counter[contact.TOUCHDOWNS]),
             last_contact=last * step if last >= 0 else -1.0,
+            certificate=certified * step if certified >= 0 else -1.0,
+            certificate_reach=float(self.state[-2][contact.CERTIFICATE]),
             centre_peak=float(radius.max()) if count else 0.0,
             seconds=self.seconds,
             interval=self.stride * step,
@@ -162,6 +161,7 @@ class March:
         """Return the ledger at the present step, energies computed afresh."""
         now, entries = self.scheme.balance(self.state), self.state[-2]
         pulse, impact = float(entries[contact.PULSE]), float(entries[contact.IMPACT])
+        impact += now.impact
         friction = float(entries[contact.FRICTION]) + now.friction
         rotation = float(entries[contact.ROTATION]) + now.rotation
         residual = now.energy + now.damping + impact - pulse - friction - rotation

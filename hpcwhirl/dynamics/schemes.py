@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
@@ -24,12 +25,13 @@ State = tuple[Any, ...]
 
 
 class Balance(NamedTuple):
-    """Energy of both bodies and loss in modal damping, J; works not yet entered, J."""
+    """Energy and damping loss of both bodies, and what is not yet entered, J."""
 
     energy: float
     damping: float
     rotation: float = 0.0
     friction: float = 0.0
+    impact: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,9 @@ class Scheme:
 def _common(blades: int) -> State:
     """Return last contacts, counter, ledger, impulse at rest."""
     counter = np.zeros(contact.COUNTERS, dtype=np.int64)
-    counter[contact.LAST] = -1
+    counter[[contact.LAST, contact.ENDED, contact.CERTIFIED]] = -1
     never = np.full(blades, -1, dtype=np.int64)
-    return never, counter, np.zeros(5), np.zeros(blades)
+    return never, counter, np.zeros(contact.ENTRIES), np.zeros(blades)
 
 
 def _two_bodies(model: Model, scene: Scene, rotor: int, casing: int) -> State:
@@ -115,41 +117,71 @@ def _paper(model: Model, scene: Scene) -> Scheme:
     )
 
 
-def _cyclic(model: Model, scene: Scene) -> Scheme:
+def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
+    """Return a state at rest of the cyclic kernel."""
+    from hpcwhirl.dynamics.flights import can_fly
     from hpcwhirl.dynamics.kernels import cyclic, passes
+
+    k, wide = cyclic.widths(model.blades)
+    rotor = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
+    ring = np.zeros(passes.RING_STATE * ring_rows * k)
+    gaps, lam = np.full(3 * 2 * wide, scene.gap), np.zeros(4 * k)
+    sums = np.zeros(3 * 2 * k), np.zeros(4 * k)
+    known = np.zeros(model.blades + 2, dtype=np.int64)
+    common = _common(model.blades)
+    if not can_fly(scene):
+        common[1][contact.NEXT_TRY] = np.iinfo(np.int64).max
+    return rotor, ring, lam, gaps, *sums, known, *common
+
+
+def _cyclic(model: Model, scene: Scene) -> Scheme:
+    from hpcwhirl.dynamics.kernels import cyclic
     from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
 
     load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene)
-    (k, wide), step = cyclic.widths(model.blades), scene.solver.time_step
+    step = scene.solver.time_step
     exact = scene.solver.scheme == "exact"
-    kernel, settle = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
+    kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
+    sizes = rows, ring_rows, 2 * cyclic.widths(model.blades)[0], exact
 
     def ended(state: State) -> State:
         out = tuple(np.zeros_like(state[i]) for i in (0, 1, 4, 5))
-        settle(rotor, casing, state, out)
+        cyclic.settle(rotor[0], casing[0], state, out, *sizes)
         return out
 
     def balance(state: State) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         odd = int(state[-3][contact.STEP] & 1)
         energy = cyclic.total_energy(s_b, rotor[0], s_c, casing[0], odd, step, exact)
-        normal, drag, loss = cyclic.column_sums(sums_b, sums_c)
-        friction = 0.5 * friction_with_sign(scene) * drag
-        return Balance(energy, loss, 0.5 * normal, friction)
+        works = cyclic.column_sums(sums_b, sums_c, step, exact)
+        rotation, impact, drag, loss = works
+        friction = friction_with_sign(scene) * drag
+        return Balance(energy, loss, rotation, friction, impact)
 
     def displacements(state: State, steps: int) -> tuple[Floats, Floats]:
         q_b, q_c = modal_amplitudes(model, scene, ended(state)[:2], steps)
         return _unfold(model, q_b, q_c)
 
-    bodies = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
-    ring = np.zeros(passes.RING_STATE * ring_rows * k)
-    gaps = np.full(3 * 2 * wide, scene.gap)
-    sums = np.zeros(3 * 2 * k), np.zeros(3 * k)
-    known = np.zeros(model.blades + 2, dtype=np.int64)
-    lam = np.zeros(4 * k)
-    state = (bodies, ring, lam, gaps, *sums, known, *_common(model.blades))
+    state = _at_rest(model, scene, rows, ring_rows)
     arrays = (load, rotor, casing, touch)
     return Scheme(kernel, arrays, state, balance, displacements)
+
+
+def _check_exact(model: Model) -> None:
+    """Raise InputError where the exact flow is not that of the cyclic kernel."""
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    if plain or model.blades < 3:
+        msg = (
+            "scheme exact needs three or more equal blades and a ring of harmonics or "
+            "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "
+            "'exact'"
+        )
+        raise InputError(msg)
+    bodies = [body for body in (model.rotor, model.casing) if body is not None]
+    worst = max(float(body.ratios.max()) for body in bodies)
+    if not worst < 1.0:
+        msg = f"scheme exact needs damping < 1 in every mode, got {worst:g}"
+        raise InputError(msg)
 
 
 def scheme_of(model: Model, scene: Scene) -> Scheme:
@@ -159,6 +191,8 @@ def scheme_of(model: Model, scene: Scene) -> Scheme:
     (from file, mistuned), the ring is the paper's elements or there are fewer than
     three blades.
     """
+    if scene.solver.scheme == "exact":
+        _check_exact(model)
     if scene.solver.scheme == "paper":
         return _paper(model, scene)
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic

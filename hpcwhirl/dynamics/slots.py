@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.flights import flight_arrays
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
@@ -111,7 +112,12 @@ def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, give
     out[[passes.RADIAL, passes.SR, passes.SI]] = gamma, sigma.real, sigma.imag
     out[[passes.NORMAL, passes.ALONG]] = push.real, -push.imag
-    out[[passes.OMEGA, passes.RATE, passes.TURN_RE]] = flow.omega, flow.rate, 1.0
+    out[[passes.OMEGA, passes.DAMPING, passes.RATE]] = (
+        flow.omega,
+        flow.damping,
+        flow.rate,
+    )
+    out[passes.TURN_RE] = 1.0
     out[passes.MEAN_OLD : passes.MEAN_PLACE + 1] = flow.mean
     out[passes.LOSS_DD : passes.LOSS_QQ + 1] = flow.loss
     out[passes.SPEED_D : passes.SPEED_Q + 1] = flow.speed
@@ -161,6 +167,7 @@ def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
         items[:, place.row, place.slot] = _items(flow, psi, sigma, mu)
         items[passes.TURN_RE, place.row, place.slot] = turn.real
         items[passes.TURN_IM, place.row, place.slot] = turn.imag
+        items[passes.SPIN, place.row, place.slot] = place.sign * h * scene.speed
         load[place.row, place.slot] = force[m]
     return items.ravel(), load.ravel(), rows
 
@@ -229,7 +236,7 @@ def cyclic_arrays(model: Model, scene: Scene) -> Arrays:
     half = blades // 2 + 1
     column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
     load = (scene.force, scene.pulse, lobe)
-    contact = (column, turns, wave)
+    contact = (column, turns, wave, flight_arrays(scene, rotor, ring))
     return load, (rotor, hub), (ring, slot, sign), contact, rows, casing_rows
 
 

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene, apply_settings
 
 Floats = NDArray[np.float64]
+SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
 
 
 def recursion(
@@ -42,16 +44,17 @@ class Recursion:
 
     Attributes
     ----------
-    omega : rad/s
+    omega, damping : rad/s, xi
     keep, pull, give : of the step; a force gives its impulse f dt at the step's start
     rate : damping loss of a step of central differences, over (d + d')^2, J
-    mean : (3,), dt (v- + v+) at the step's start from d, d' and q, v before and after
+    mean : (3,), dt (v- + v+) at the step's start from d, d' and q', v before and after
         the impulse: twice what an impulse over dt is multiplied with for its work
-    loss : (3,), damping loss of a step from d'^2, d' q and q^2, q at its start, J
+    loss : (3,), damping loss of a step from d'^2, d' q' and q'^2, J
     speed : (2,), velocity at the end of a step from d and q, 1/s
     """
 
     omega: float
+    damping: float
     keep: float
     pull: float
     give: float
@@ -68,7 +71,9 @@ def central_differences(omega: float, damping: float, step: float) -> Recursion:
     )
     rate = 2 * damping * omega / (4 * step)
     no_loss, mean = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0)
-    return Recursion(omega, keep, pull, give, rate, mean, no_loss, (1.0 / step, 0.0))
+    return Recursion(
+        omega, damping, keep, pull, give, rate, mean, no_loss, (1.0 / step, 0.0)
+    )
 
 
 def exact_flow(omega: float, damping: float, step: float) -> Recursion:
@@ -93,16 +98,17 @@ def exact_flow(omega: float, damping: float, step: float) -> Recursion:
     back = math.expm1(a) - 2 * grown * half
     after = 1.0 / (decay * sine), -forth / (decay * sine)  # v+ from d', q
     before = 1.0 / (grown * sine), back / (grown * sine) - xw  # v- from d, q
-    mean = step * before[0], step * after[0], step * (before[1] + after[1])
+    place = step * (before[1] + after[1])  # of q = q' - d'
+    mean = step * before[0], step * after[0] - place, place
     loss = _loss(omega, damping, step, after)
     give = step * decay * sine
-    return Recursion(omega, decay**2, pull, give, 0.0, mean, loss, before)
+    return Recursion(omega, damping, decay**2, pull, give, 0.0, mean, loss, before)
 
 
 def _loss(
     omega: float, damping: float, step: float, after: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the integral of 2 xi omega v^2 over a step as a form in d'^2, d' q, q^2.
+    """Return the integral of 2 xi omega v^2 over a step as a form in d'^2, d' q', q'^2.
 
     From v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ + omega^2 q) s(t)), by Gauss's
     rule: steps are short against the period.
@@ -114,7 +120,8 @@ def _loss(
     decay = np.exp(-damping * omega * t)
     of_v = decay * (np.cos(omega_d * t) - damping * omega * sine)
     of_q = -decay * omega**2 * sine
-    of_d, of_q = after[0] * of_v, of_q + after[1] * of_v
+    of_q += after[1] * of_v
+    of_d = after[0] * of_v - of_q  # q = q' - d'
     scale = 2 * damping * omega * 0.5 * step * weights
     terms = (scale * of_d**2).sum(), (2 * scale * of_d * of_q).sum()
     return float(terms[0]), float(terms[1]), float((scale * of_q**2).sum())
@@ -129,3 +136,25 @@ def check_step(model: Model, step: float) -> None:
             f"got {step:.6g}"
         )
         raise InputError(msg)
+
+
+def with_step(scene: Scene, model: Model) -> Scene:
+    """Return the scene with the step that its accuracy asks for, if it asks.
+
+    Central differences make a mode's frequency wrong by (omega dt)^2 / 24 of itself:
+    the step keeps that below `accuracy` for every mode of the rotor, and below
+    `SAFE` of the stability limit of both bodies.
+    """
+    accuracy = scene.solver.accuracy
+    if accuracy == 0.0:
+        return scene
+    step = math.sqrt(24.0 * accuracy) / float(model.rotor.omega.max())
+    step = min(step, SAFE * min(model.limits().values()))
+    return apply_settings(scene, {"time_step": step})
+
+
+def step_counts(scene: Scene) -> tuple[int, int]:
+    """Return (steps of the whole run, steps between samples)."""
+    step = scene.solver.time_step
+    total = max(1, math.ceil(scene.end_time / step - 1e-9))
+    return total, min(max(1, round(scene.output.interval / step)), total)

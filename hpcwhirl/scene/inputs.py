@@ -138,6 +138,9 @@ class Solver(Inputs):
         "modal", description="integrator"
     )
     time_step: Positive = Field(1e-6, description="step, s")
+    accuracy: NonNegative = Field(
+        0.0, description="if > 0: relative error of frequencies that sets the step"
+    )
     modes: int = Field(110, ge=0, description="fixed-interface modes eta")
     amplitude_limit: Positive = Field(
         0.1, description="tip displacement over R_bd at which a run ends"

@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcwhirl.errors import StoreError, unknown
 
-FORMAT = 1
+FORMAT = 2
 ENUMS = {
     "status": ("ok", "failed", "missing"),
     "outcome": ("none", "completed", "stopped", "unstable"),
@@ -65,6 +65,8 @@ ROW: dict[str, Variable] = {
     **_table("f8", "J", late_energy="mean energy in the window"),
     **_table("f8", "s", load_end="end of the loading, 0 for none"),
     **_table("i8", "1", late_contacts="1 if the window has contact"),
+    **_table("f8", "s", certificate="from when no contact can recur, -1 for none"),
+    **_table("f8", "m", certificate_reach="bound of all later displacements, or 0"),
     **_table("f8", "1", ledger_error="ledger residual over throughput"),
     **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
     **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),

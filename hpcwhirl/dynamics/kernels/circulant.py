@@ -107,14 +107,14 @@ def penetrating(gaps, row, blades, wide, where):
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def guess(gaps, row, lowest, blades, wide, padded, space):
+def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
+          column):  # fmt: skip
     """Open the gaps of a folded row with a likely set of active blades.
 
     Returns their number, with their multipliers in `push`; or -1, and leaves the row
     alone, where neither the set of the last solution nor the penetrating blades are
     the solution, which is unique. lowest : the lowest of the gaps, < 0
     """
-    push, known, inverse, rows, where, column, _ = space
     sound = False
     size = known[blades]
     for attempt in range(2):

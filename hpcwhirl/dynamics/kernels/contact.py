@@ -19,9 +19,13 @@ from numba import njit
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
+CERTIFICATE, ENTRIES = 5, 6  # m, the bound of all displacements
 # counter slots
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
-COUNTERS = 6
+# of the exact scheme: step already ended, next try of a flight, steps between tries,
+# step of the certificate, steps jumped over, jumps
+ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
+COUNTERS = 12
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 # casings

@@ -34,8 +34,11 @@ from hpcwhirl.dynamics.kernels.circulant import (
 )
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
+    ENDED,
     FRICTION,
+    IMPACT,
     LAST,
+    NEXT_TRY,
     PULSE,
     ROTATION,
     RUNNING,
@@ -46,6 +49,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     rigid_amplitude,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.flight import fly
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY, modal_energy
 from hpcwhirl.dynamics.kernels.passes import (
     OMEGA,
@@ -56,42 +60,22 @@ from hpcwhirl.dynamics.kernels.passes import (
     SPEED_D,
     SPEED_Q,
     SR,
+    end_step,
     pass_ring,
     pass_rotor,
     pulse_work,
     push_pulse,
+    to_gaps,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     element,
     fma,
     load,
-    lower_of,
+    root,
     spread,
     store,
 )
-
-
-@njit(error_model="numpy", cache=True, inline="always")
-def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform; set gaps[row :][: 2 wide]: of blades j, then of N - j; return least.
-
-    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
-    """
-    least = spread(gap)
-    for j in range(0, wide, FOUR):
-        even, odd = spread(gap), spread(0.0)
-        for c in range(k):
-            even = fma(spread(spectrum[c]), load(wave, c * wide + j), even)
-            odd = fma(spread(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
-        here, there = even - odd, even + odd
-        store(gaps, row + j, here)
-        store(gaps, row + wide + j, there)
-        least = lower_of(least, lower_of(here, there))
-    lowest = gap
-    for i in range(FOUR):
-        lowest = min(lowest, element(least, i))
-    return lowest
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -143,12 +127,21 @@ def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
 
 
 @njit(error_model="numpy", cache=True)
-def column_sums(sums_b, sums_c):
-    """Return works of normal forces and of drag (twice, and over mu), damping loss."""
-    m, n = len(sums_b) // 3, len(sums_c) // 3
-    normal = sums_b[:m].sum() + sums_c[:n].sum()
-    drag = sums_b[m : 2 * m].sum() + sums_c[n : 2 * n].sum()
-    return normal, drag, sums_b[2 * m :].sum() + sums_c[2 * n :].sum()
+def column_sums(sums_b, sums_c, step, exact):
+    """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
+
+    Of central differences, what `book_contacts` has not entered. In the exact flow the
+    rotation's work is that of the contacts carried over the deformed ring, and the
+    impact what the normal forces take beside it.
+    """
+    m, n = len(sums_b) // 3, len(sums_c) // 4
+    normal = 0.5 * (sums_b[:m].sum() + sums_c[:n].sum())
+    drag = 0.5 * (sums_b[m : 2 * m].sum() + sums_c[n : 2 * n].sum())
+    loss = sums_b[2 * m :].sum() + sums_c[2 * n : 3 * n].sum()
+    if exact:
+        carried = -step * sums_c[3 * n :].sum()
+        return carried, carried - normal, drag, loss
+    return normal, 0.0, drag, loss
 
 
 @njit(error_model="numpy", cache=True)
@@ -162,7 +155,7 @@ def at_blade(spectrum, turns, j, width):
 
 @njit(error_model="numpy", cache=True)
 def read_tips(q, c, hub, turns, width, work, tips):
-    """Set tips (N + 1, 2): radial and tangential of each blade, then x_o, y_o."""
+    """Set tips (N + 1, 2): radial and tangential of each blade, but not the centre."""
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
     for direction in range(2):
@@ -177,11 +170,32 @@ def read_tips(q, c, hub, turns, width, work, tips):
                 work[col] -= c[SR * size + m] * q[m] + c[SI * size + m] * q[m - k]
         for j in range(blades):
             tips[j, direction] = at_blade(work, turns, j, width)
+
+
+@njit(error_model="numpy", cache=True)
+def radial_bound(q, c, size, width):
+    """Return a bound of every tip's radial displacement, m."""
+    total = spread(0.0)
+    for col in range(0, width, FOUR):
+        spectrum = spread(0.0)
+        for m in range(col, size, width):
+            radial = load(c, RADIAL * size + m)
+            spectrum = fma(radial, load(q, m), spectrum)
+        total = total + root(spectrum * spectrum)
+    bound = 0.0
+    for i in range(FOUR):
+        bound += element(total, i)
+    return bound
+
+
+@njit(error_model="numpy", cache=True)
+def read_centre(q, hub, tips):
+    """Set the last of tips (N + 1, 2): x_o, y_o."""
     for axis in range(2):
         total = 0.0
-        for m in range(size):
+        for m in range(hub.shape[1]):
             total += hub[axis, m] * q[m]
-        tips[blades, axis] = total
+        tips[-1, axis] = total
 
 
 @njit(error_model="numpy", cache=True)
@@ -190,6 +204,58 @@ def flush(s):
     for m in range(len(s)):
         if abs(s[m]) < TINY:
             s[m] = 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def sample_cyclic(step, mu, limit, rotor, c_c, turns, state, sample, tracks, rows,
+                  ring_rows, width, exact):  # fmt: skip
+    """Write a sample of the state as it is with its step ended.
+
+    Tips are read where they are kept, or where one may be beyond the limit.
+    """
+    s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, ledger, impulse = state
+    t_b, t_c, end_b, end_c, columns, tips, whole = sample
+    end_b[:] = sums_b
+    end_c[:] = sums_c
+    end_step(
+        s_b, t_b, rotor[0], s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
+        width, exact,
+    )  # fmt: skip
+    energy = total_energy(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
+    most = radial_bound(t_b, rotor[0], rows * width, width)
+    if most > limit or len(tracks[5]) > 0:
+        read_tips(t_b, rotor[0], rotor[1], turns, width, columns, tips)
+    read_centre(t_b, rotor[1], tips)
+    rotation, impact, drag, loss = column_sums(end_b, end_c, step, exact)
+    whole[:] = ledger
+    whole[ROTATION] += rotation
+    whole[IMPACT] += impact
+    whole[FRICTION] += mu * drag
+    write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
+
+
+@njit(error_model="numpy", cache=True)
+def sample_space(state, blades, width):
+    """Return the work space of `sample_cyclic`."""
+    s_b, s_c, _, _, sums_b, sums_c, _, _, _, ledger, _ = state
+    return (
+        np.zeros_like(s_b), np.zeros_like(s_c), np.zeros_like(sums_b),
+        np.zeros_like(sums_c), np.zeros(width), np.zeros((blades + 1, 2)),
+        np.zeros_like(ledger),
+    )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def settle(c_b, c_c, state, copies, rows, ring_rows, width, exact):
+    """Set copies of bodies and sums (s_b, s_c, sums_b, sums_c), their step ended."""
+    s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
+    t_b, t_c, end_b, end_c = copies
+    end_b[:] = sums_b
+    end_c[:] = sums_c
+    end_step(
+        s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
+        width, exact,
+    )  # fmt: skip
 
 
 def widths(blades: int) -> tuple[int, int]:
@@ -201,37 +267,20 @@ def widths(blades: int) -> tuple[int, int]:
 @lru_cache(maxsize=64)
 def cyclic_kernel(
     blades: int, rows: int, ring_rows: int, exact: bool
-) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the compiled kernel, and what ends its last step, for these sizes.
+) -> Callable[..., Any]:
+    """Return the compiled kernel for these sizes.
 
     Parameters
     ----------
     blades : N >= 3
     rows : rows of the rotor
     ring_rows : rows of the ring; 0 where the casing is rigid
-    exact : whether the coefficients are those of the exact flow
+    exact : whether the coefficients are those of the exact flow; then flights are
+        jumped over, see `flight`
     """
     k, wide = widths(blades)
     width, padded = 2 * k, -(-blades // FOUR) * FOUR
     size, ring_size = rows * width, ring_rows * k
-
-    @njit(error_model="numpy", cache=True)
-    def settle(rotor, casing, state, ended):
-        """Set `ended`, copies of bodies and sums, to the state with its step ended."""
-        s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
-        t_b, t_c, end_b, end_c = ended
-        end_b[:] = sums_b
-        end_c[:] = sums_c
-        odd = counter[STEP] & 1
-        touched = counter[LAST] == counter[STEP]
-        pass_rotor(
-            s_b, t_b, rotor[0], lam, rows, width, (1 + odd) * size, (2 - odd) * size,
-            True, touched, False, exact, lam, end_b,
-        )  # fmt: skip
-        pass_ring(
-            s_c, t_c, casing[0], lam, ring_rows, k, (2 + 2 * odd) * ring_size,
-            (4 - 2 * odd) * ring_size, True, touched, False, exact, lam, end_c,
-        )  # fmt: skip
 
     @njit(error_model="numpy", cache=True)
     def march_cyclic(
@@ -243,88 +292,98 @@ def cyclic_kernel(
         loading : (F, tau, modal load (ring_size,))
         rotor : (items (ITEMS size,), see `passes`; hub (2, size)); size = rows * width
         casing : (items (ITEMS ring_size,); slot and sign of the loading)
-        contact : (W to blade 0 (N,), turns (N, width) flat, wave)
+        contact : (W to blade 0 (N,), turns (N, width) flat, wave, flight)
         state : rotor, ring, spectrum of the multipliers of the last step, gaps of
-            three steps, sums by column (3 width,) and (3 k,), blades of the last
+            three steps, sums by column (3 width,) and (4 k,), blades of the last
             solution (N + 2,), steps of last contacts, counter, ledger, impulse
         """
         force, pulse, lobe = loading
-        c_b, hub = rotor
+        c_b = rotor[0]
         c_c, slot, sign = casing
-        column, turns, wave = contact
+        column, turns, wave, flight = contact
         s_b, s_c, lam, gaps, sums_b, sums_c, known, last, counter, ledger, impulse = (
             state
         )
-        spectrum, out_b, out_c = np.zeros(width), np.zeros(width), np.zeros(2 * k)
-        ended = np.zeros_like(s_b), np.zeros_like(s_c), sums_b.copy(), sums_c.copy()
-        before, tips = np.zeros(blades), np.zeros((blades + 1, 2))
-        columns, whole = np.zeros(width), np.zeros(len(ledger))
+        spectrum, out_b, out_c = np.zeros(width), np.zeros(width), np.zeros(width)
+        before, sample = np.zeros(blades), sample_space(state, blades, width)
         space = circulant_space(blades, wide, column, known)
-        push, where = space[0], space[4]
+        push, known, inverse, opening, where, _, _ = space
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
-            odd = counter[STEP] & 1
-            now, then = (1 + odd) * size, (2 - odd) * size
-            ring_now, ring_then = (2 + 2 * odd) * ring_size, (4 - 2 * odd) * ring_size
-            touched = counter[LAST] == counter[STEP]
-            pass_rotor(
-                s_b, s_b, c_b, lam, rows, width, now, then, True, touched, True,
-                exact, out_b, sums_b,
-            )  # fmt: skip
-            pass_ring(
-                s_c, s_c, c_c, lam, ring_rows, k, ring_now, ring_then, True, touched,
-                True, exact, out_c, sums_c,
-            )  # fmt: skip
-            thrust = pulse_of(counter[STEP] * step, force, pulse)
-            counter[STEP] += 1
-            time, angle = counter[STEP] * step, 0.0
-            if thrust != 0.0 or (ring_size == 0 and scene[2] != 0.0):
-                angle = scene[1] * ((speed * time) % (2.0 * math.pi))
-            if thrust != 0.0:
-                push_pulse(
-                    s_c, c_c, ring_size, thrust, lobe, sign, angle, ring_then, out_c, k
-                )
-            for c in range(0, width, FOUR):
-                store(spectrum, c, load(out_b, c) + load(out_c, c))
-            if ring_size == 0 and scene[2] != 0.0:
-                wall = rigid_amplitude(scene, time)
-                spectrum[slot] -= wall * math.cos(angle)
-                spectrum[k + slot] -= sign * wall * math.sin(angle)
-            row = counter[STEP] % 3 * 2 * wide
-            lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
-            if lowest < 0.0:
-                active = guess(gaps, row, lowest, blades, wide, padded, space)
-                if active < 0:
-                    active = solve_any(gaps, row, blades, wide, space)
-                if active < 0:
-                    counter[STOP] = COMPLEMENTARITY
-                    return
-                older = (counter[STEP] + 1) % 3 * 2 * wide
-                for s in range(active):
-                    j = where[s]
-                    before[j] = gaps[older + place_of(j, blades, wide)]
-                to_spectrum(push, where, active, turns, width, lam)
-                book_contacts(
-                    push, where, active, before, last, counter, ledger, impulse, step
+            jumped = False
+            if (
+                exact
+                and counter[STEP] >= counter[NEXT_TRY]
+                and (counter[LAST] != counter[STEP])
+            ):
+                jumped = fly(
+                    stride, step, scene, force, pulse, c_b, c_c, wave, flight, state,
+                    (out_b, out_c, spectrum), rows, ring_rows, k, wide,
                 )  # fmt: skip
-            if thrust != 0.0:
-                ledger[PULSE] += pulse_work(
-                    s_c, c_c, lam, ring_size, k, thrust, lobe, sign, angle, ring_then,
-                    ring_now, counter[LAST] == counter[STEP],
+            if not jumped:
+                odd = counter[STEP] & 1
+                ring_now = (2 + 2 * odd) * ring_size
+                ring_then = (4 - 2 * odd) * ring_size
+                ended = not exact or counter[ENDED] != counter[STEP]
+                touched = ended and counter[LAST] == counter[STEP]
+                pass_rotor(
+                    s_b, s_b, c_b, lam, rows, width, (1 + odd) * size,
+                    (2 - odd) * size, ended, touched, True, exact, out_b, sums_b,
                 )  # fmt: skip
-            if counter[STEP] % FLUSH_EVERY == 0:
-                flush(s_b)
-                flush(s_c)
+                pass_ring(
+                    s_c, s_c, c_c, lam, ring_rows, k, ring_now, ring_then, ended,
+                    touched, True, exact, out_c, sums_c,
+                )  # fmt: skip
+                thrust = pulse_of(counter[STEP] * step, force, pulse)
+                counter[STEP] += 1
+                time, angle = counter[STEP] * step, 0.0
+                if thrust != 0.0 or (ring_size == 0 and scene[2] != 0.0):
+                    angle = scene[1] * ((speed * time) % (2.0 * math.pi))
+                if thrust != 0.0:
+                    push_pulse(
+                        s_c, c_c, ring_size, thrust, lobe, sign, angle, ring_then,
+                        out_c, k,
+                    )  # fmt: skip
+                for c in range(0, width, FOUR):
+                    store(spectrum, c, load(out_b, c) + load(out_c, c))
+                if ring_size == 0 and scene[2] != 0.0:
+                    wall = rigid_amplitude(scene, time)
+                    spectrum[slot] -= wall * math.cos(angle)
+                    spectrum[k + slot] -= sign * wall * math.sin(angle)
+                row = counter[STEP] % 3 * 2 * wide
+                lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
+                if lowest < 0.0:
+                    active = guess(
+                        gaps, row, lowest, blades, wide, padded, push, known, inverse,
+                        opening, where, column,
+                    )  # fmt: skip
+                    if active < 0:
+                        active = solve_any(gaps, row, blades, wide, space)
+                    if active < 0:
+                        counter[STOP] = COMPLEMENTARITY
+                        return
+                    older = (counter[STEP] + 1) % 3 * 2 * wide
+                    if not exact:  # where the impact's loss is booked by columns
+                        for s in range(active):
+                            j = where[s]
+                            before[j] = gaps[older + place_of(j, blades, wide)]
+                    to_spectrum(push, where, active, turns, width, lam)
+                    book_contacts(
+                        push, where, active, before, last, counter, ledger, impulse,
+                        step,
+                    )  # fmt: skip
+                if thrust != 0.0:
+                    ledger[PULSE] += pulse_work(
+                        s_c, c_c, lam, ring_size, k, thrust, lobe, sign, angle,
+                        ring_then, ring_now, counter[LAST] == counter[STEP],
+                    )  # fmt: skip
+                if counter[STEP] % FLUSH_EVERY == 0:
+                    flush(s_b)
+                    flush(s_c)
             if counter[STEP] % stride == 0:
-                settle(rotor, casing, state, ended)
-                energy = total_energy(
-                    ended[0], c_b, ended[1], c_c, 1 - odd, step, exact
-                )
-                read_tips(ended[0], c_b, hub, turns, width, columns, tips)
-                normal, drag, loss = column_sums(ended[2], ended[3])
-                whole[:] = ledger
-                whole[ROTATION] += 0.5 * normal
-                whole[FRICTION] += 0.5 * mu * drag
-                write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
+                sample_cyclic(
+                    step, mu, limit, rotor, c_c, turns, state, sample, tracks, rows,
+                    ring_rows, width, exact,
+                )  # fmt: skip
 
-    return march_cyclic, settle
+    return march_cyclic

@@ -20,16 +20,27 @@ import math
 
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.vectors import FOUR, fma, fnma, load, spread, store
+from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    element,
+    fma,
+    fnma,
+    load,
+    lower_of,
+    spread,
+    store,
+)
 
 ROTOR_STATE, RING_STATE = 3, 6
 # items of a mode
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, OMEGA = range(9)
-MEAN_OLD, MEAN_NEW, MEAN_PLACE = 9, 10, 11  # dt (v- + v+) = sum of these times d, d', q
-LOSS_DD, LOSS_DQ, LOSS_QQ = 12, 13, 14  # damping loss of a step, from d', q
+MEAN_OLD, MEAN_NEW, MEAN_PLACE = 9, 10, 11  # dt (v- + v+) from d, d', q'
+LOSS_DD, LOSS_DQ, LOSS_QQ = 12, 13, 14  # damping loss of a step, from d', q'
 SPEED_D, SPEED_Q = 15, 16  # velocity from d, q
 TURN_RE, TURN_IM, GIVE = 17, 18, 19
-ITEMS = 20
+DAMPING, SPIN = 20, 21  # xi; h Omega of the ring's turn, signed
+ITEMS = 22
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -63,16 +74,14 @@ def pass_rotor(s, t, c, lam, rows, width, now, then, ended, touched, go, exact, 
                 store(t, now + m, d)
             if ended:
                 if exact:
-                    place = q - d
-                    part = load(c, LOSS_DQ * size + m) * place
+                    part = load(c, LOSS_DQ * size + m) * q
                     part = fma(load(c, LOSS_DD * size + m), d, part)
                     loss = fma(part, d, loss)
-                    part = load(c, LOSS_QQ * size + m) * place
-                    loss = fma(part, place, loss)
+                    loss = fma(load(c, LOSS_QQ * size + m) * q, q, loss)
                     if touched:
                         both = load(c, MEAN_OLD * size + m) * load(s, then + m)
                         both = fma(load(c, MEAN_NEW * size + m), d, both)
-                        both = fma(load(c, MEAN_PLACE * size + m), place, both)
+                        both = fma(load(c, MEAN_PLACE * size + m), q, both)
                 else:
                     both = d + load(s, then + m)
                     loss = fma(load(c, RATE * size + m) * both, both, loss)
@@ -102,7 +111,8 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
     """End a step of the ring and, if `go`, predict the next; as `pass_rotor`.
 
     s, t : (6 size,): re and im of y, and of d in two places; lam : re, im in its
-    first 2 k; out : (2 k,), re and im of sum psi y; sums : (3 k,)
+    first 2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,), the last the normal
+    forces over what the ring's shape passes below the blades in a second (exact flow)
     """
     size = rows * k
     for col in range(0, k, FOUR):
@@ -110,6 +120,7 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
         loss, real, imag = load(sums, 2 * k + col), spread(0.0), spread(0.0)
         normal_re, normal_im = spread(0.0), spread(0.0)
         drag_re, drag_im = spread(0.0), spread(0.0)
+        pass_re, pass_im = spread(0.0), spread(0.0)
         for r in range(rows):
             m = r * k + col
             er, ei = load(c, TURN_RE * size + m), load(c, TURN_IM * size + m)
@@ -124,12 +135,11 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
                 store(t, now + size + m, di)
             if ended:
                 if exact:
-                    zr, zi = yr - dr, yi - di
                     part = fma(dr, dr, di * di)
                     loss = fma(load(c, LOSS_DD * size + m), part, loss)
-                    part = fma(dr, zr, di * zi)
+                    part = fma(dr, yr, di * yi)
                     loss = fma(load(c, LOSS_DQ * size + m), part, loss)
-                    part = fma(zr, zr, zi * zi)
+                    part = fma(yr, yr, yi * yi)
                     loss = fma(load(c, LOSS_QQ * size + m), part, loss)
                 if touched or not exact:
                     gr, gi = load(s, then + m), load(s, then + size + m)
@@ -140,8 +150,12 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
                             load(c, MEAN_NEW * size + m),
                         )
                         at = load(c, MEAN_PLACE * size + m)
-                        br = fma(old, br, fma(new, dr, at * zr))
-                        bi = fma(old, bi, fma(new, di, at * zi))
+                        if touched:
+                            spin = load(c, SPIN * size + m) * psi
+                            pass_re = fnma(spin, yi, pass_re)
+                            pass_im = fma(spin, yr, pass_im)
+                        br = fma(old, br, fma(new, dr, at * yr))
+                        bi = fma(old, bi, fma(new, di, at * yi))
                     else:
                         br, bi = br + dr, bi + di
                         part = fma(br, br, bi * bi)
@@ -172,6 +186,9 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
             store(sums, col, fma(lr, normal_re, work))
             drag = fma(li, drag_im, load(sums, k + col))
             store(sums, k + col, fma(lr, drag_re, drag))
+            if exact:
+                carried = fma(li, pass_im, load(sums, 3 * k + col))
+                store(sums, 3 * k + col, fma(lr, pass_re, carried))
         if go:
             store(out, col, real)
             store(out, k + col, imag)
@@ -203,16 +220,56 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, now, then, touched):
         if lobe[m] != 0.0:
             er, ei = c[TURN_RE * size + m], c[TURN_IM * size + m]
             yr, yi, dr, di = s[m], s[size + m], s[now + m], s[now + size + m]
-            zr, zi = yr - dr, yi - di
             if touched:
                 lr, li = lam[m % k], lam[k + m % k]
                 a, b = c[NORMAL * size + m], c[ALONG * size + m]
-                dr, di = dr + (a * lr + b * li), di + (a * li - b * lr)
+                cr, ci = a * lr + b * li, a * li - b * lr
+                yr, yi, dr, di = yr + cr, yi + ci, dr + cr, di + ci
             gr, gi = s[then + m], s[then + size + m]
             old, new = c[MEAN_OLD * size + m], c[MEAN_NEW * size + m]
             at = c[MEAN_PLACE * size + m]
-            re = old * (er * gr - ei * gi) + new * dr + at * zr
-            im = old * (er * gi + ei * gr) + new * di + at * zi
+            re = old * (er * gr - ei * gi) + new * dr + at * yr
+            im = old * (er * gi + ei * gr) + new * di + at * yi
             both = re * math.cos(angle) + sign * im * math.sin(angle)
             total += 0.5 * push * lobe[m] * both
     return total
+
+
+@njit(error_model="numpy", cache=True)
+def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c, rows,
+             ring_rows, width, exact):  # fmt: skip
+    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+    k = width // 2
+    size, ring_size, odd = rows * width, ring_rows * k, counter[STEP] & 1
+    ended = not exact or counter[ENDED] != counter[STEP]
+    touched = ended and counter[LAST] == counter[STEP]
+    pass_rotor(
+        s_b, t_b, c_b, lam, rows, width, (1 + odd) * size, (2 - odd) * size, ended,
+        touched, False, exact, lam, sums_b,
+    )  # fmt: skip
+    pass_ring(
+        s_c, t_c, c_c, lam, ring_rows, k, (2 + 2 * odd) * ring_size,
+        (4 - 2 * odd) * ring_size, ended, touched, False, exact, lam, sums_c,
+    )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
+    """Transform; set gaps[row :][: 2 wide]: of blades j, then of N - j; return least.
+
+    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
+    """
+    least = spread(gap)
+    for j in range(0, wide, FOUR):
+        even, odd = spread(gap), spread(0.0)
+        for c in range(k):
+            even = fma(spread(spectrum[c]), load(wave, c * wide + j), even)
+            odd = fma(spread(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
+        here, there = even - odd, even + odd
+        store(gaps, row + j, here)
+        store(gaps, row + wide + j, there)
+        least = lower_of(least, lower_of(here, there))
+    lowest = gap
+    for i in range(FOUR):
+        lowest = min(lowest, element(least, i))
+    return lowest

@@ -1,0 +1,101 @@
+"""The arrays of the exact scheme's flights: jumps of the flow, bounds of the modes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels import flight, passes
+from hpcwhirl.dynamics.timestep import step_counts
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
+
+
+def flight_arrays(scene: Scene, rotor: Floats, ring: Floats) -> tuple[Any, ...]:
+    """Return `flight` of `kernels.flight.fly`; empty for another scheme.
+
+    Parameters
+    ----------
+    scene : the case
+    rotor, ring : items of both bodies, (ITEMS size,) and (ITEMS ring_size,)
+    """
+    if scene.solver.scheme != "exact":
+        return ()
+    total, stride = step_counts(scene)
+    counts = np.array([2**p for p in range(LONGEST + 1)] + [stride], dtype=np.int64)
+    bodies = rotor.reshape(passes.ITEMS, -1), ring.reshape(passes.ITEMS, -1)
+    step = scene.solver.time_step
+    jumps = [
+        np.array([_jump(b, int(count), step).ravel() for count in counts])
+        for b in bodies
+    ]
+    longest = counts[-2] * step
+    bounds = [_bound(b, longest).ravel() for b in bodies]
+    return total, _certifiable(scene, bodies), counts, *jumps, *bounds
+
+
+def can_fly(scene: Scene) -> bool:
+    """Return whether the gaps' motion between contacts is that of free modes."""
+    casing = scene.engine.casing
+    return casing.kind == "ring" or casing.amplitude == 0.0
+
+
+def _certifiable(scene: Scene, bodies: tuple[Floats, Floats]) -> bool:
+    """Return whether all motion must die out: every mode damped and held."""
+    real = [b[:, b[passes.KEEP] > 0.0] for b in bodies]
+    held = all((b[passes.OMEGA] > 0.0).all() for b in real)
+    return (
+        can_fly(scene) and held and all((b[passes.DAMPING] > 0.0).all() for b in real)
+    )
+
+
+def _jump(items: Floats, count: int, step: float) -> Floats:
+    """Return (JUMP_ITEMS, size), the flow over `count` steps of (q, d).
+
+    q' = e^-a ((cos b + xi omega S) q + S v), v' = e^-a ((cos b - xi omega S) v
+    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d; v from (q, d)
+    by the items `speed`, which also give d' back; the loss is the energy's fall.
+    """
+    omega, xi = items[passes.OMEGA], items[passes.DAMPING]
+    of_d, of_q = items[passes.SPEED_D], items[passes.SPEED_Q]
+    time, omega_d = count * step, omega * np.sqrt(1.0 - xi**2)
+    decay, b = np.exp(-xi * omega * time), omega_d * time
+    sine = time * np.sinc(b / np.pi)
+    swing, drag = decay * np.cos(b), decay * xi * omega * sine
+    qq, qd = swing + drag + decay * sine * of_q, decay * sine * of_d
+    vq = (swing - drag) * of_q - decay * sine * omega**2
+    vd = (swing - drag) * of_d
+    back = np.divide(1.0, of_d, out=np.zeros_like(of_d), where=of_d != 0.0)
+    turn = np.exp(1j * items[passes.SPIN] * time)
+    out = np.empty((flight.JUMP_ITEMS, items.shape[1]))
+    out[flight.QQ], out[flight.QD] = qq, qd
+    out[flight.DQ], out[flight.DD] = back * (vq - of_q * qq), back * (vd - of_q * qd)
+    stiff = omega**2
+    out[flight.LQQ] = 0.5 * (of_q**2 + stiff - vq**2 - stiff * qq**2)
+    out[flight.LQD] = of_q * of_d - vq * vd - stiff * qq * qd
+    out[flight.LDD] = 0.5 * (of_d**2 - vd**2 - stiff * qd**2)
+    out[flight.TURNED_RE], out[flight.TURNED_IM] = turn.real, turn.imag
+    return out
+
+
+def _bound(items: Floats, longest: float) -> Floats:
+    """Return (BOUND_ITEMS, size); `longest`, s, is how far ahead the bound is used.
+
+    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is the falling envelope of
+    |q'|^2; a mode's displacement stays below v / omega, and |C| below |C| + v t.
+    """
+    omega, xi = items[passes.OMEGA], items[passes.DAMPING]
+    spin, weight = np.abs(items[passes.SPIN]), np.abs(items[passes.RADIAL])
+    scale = 1.0 / (1.0 - xi**2)
+    out = np.empty((flight.BOUND_ITEMS, items.shape[1]))
+    out[flight.STIFF], out[flight.MIXED] = scale * omega**2, 2 * scale * xi * omega
+    out[flight.ONE] = scale
+    out[flight.RISE] = weight * (omega + 2 * spin + spin**2 * longest)
+    out[flight.RISE_HELD] = weight * spin**2
+    held = np.divide(weight, omega, out=np.zeros_like(omega), where=omega > 0.0)
+    out[flight.REACH] = held
+    return out

@@ -1,0 +1,306 @@
+"""Flights: jumps over steps in which no blade can touch, for the exact flow.
+
+A free mode q of the envelope v (|q'| <= v, v falling) has |q''| <= omega v. A harmonic
+of the ring moves past the blades with h Omega, y = C e^{i h Omega t}, so that
+|y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. Their sum over all modes, weighed
+with what they do to a blade, bounds the second derivative A of every gap, and
+
+g_j(t) >= g_j + g_j' t - A t^2 / 2
+
+is open up to a time that holds for each blade alone. Likewise the sum of all amplitudes
+bounds every gap for all time: below the clearance it is the certificate that contact
+cannot recur.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from hpcwhirl.dynamics.kernels.contact import (
+    CERTIFICATE,
+    CERTIFIED,
+    ENDED,
+    JUMPED,
+    JUMPS,
+    NEXT_TRY,
+    PATIENCE,
+    STEP,
+)
+from hpcwhirl.dynamics.kernels.passes import (
+    RADIAL,
+    SPEED_D,
+    SPEED_Q,
+    SPIN,
+    end_step,
+    to_gaps,
+)
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    element,
+    fma,
+    fnma,
+    load,
+    root,
+    spread,
+    store,
+)
+
+# items of a jump: q' and d' from q and d, loss from q^2, q d and d^2, turn of the ring
+QQ, QD, DQ, DD, LQQ, LQD, LDD, TURNED_RE, TURNED_IM = range(9)
+JUMP_ITEMS = 9
+# items of the bound: v^2 = stiff q^2 + mixed q q' + one q'^2; A from v and |C|; reach
+STIFF, MIXED, ONE, RISE, RISE_HELD, REACH = range(6)
+BOUND_ITEMS = 6
+SHORTEST = 4  # steps worth a jump
+LONGEST_PATIENCE = 32  # steps between two tries while blades are near
+PASSES = 2  # jumps of powers of two that make up one
+LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
+
+
+@njit(error_model="numpy", cache=True)
+def bound_rotor(s, c, bound, rows, k, now, rate):
+    """Return (A, reach) of the rotor; set rate (2 k,), the spectrum of its velocity."""
+    width, size = 2 * k, 2 * k * rows
+    bend, reach = spread(0.0), spread(0.0)
+    for col in range(0, k, FOUR):
+        rate_re, rate_im = spread(0.0), spread(0.0)
+        for f in range(rows):
+            m = f * width + col
+            power = spread(0.0)
+            for phase in range(2):
+                i = m + phase * k
+                q, d = load(s, i), load(s, now + i)
+                v = load(c, SPEED_Q * size + i) * q
+                v = fma(load(c, SPEED_D * size + i), d, v)
+                part = load(bound, STIFF * size + m) * q
+                part = fma(load(bound, MIXED * size + m), v, part)
+                power = fma(part, q, power)
+                power = fma(load(bound, ONE * size + m) * v, v, power)
+                if phase == 0:
+                    rate_re = fma(load(c, RADIAL * size + i), v, rate_re)
+                else:
+                    rate_im = fma(load(c, RADIAL * size + i), v, rate_im)
+            v = root(power)
+            bend = fma(load(bound, RISE * size + m), v, bend)
+            reach = fma(load(bound, REACH * size + m), v, reach)
+        store(rate, col, rate_re)
+        store(rate, k + col, rate_im)
+    return total_of(bend), total_of(reach)
+
+
+@njit(error_model="numpy", cache=True)
+def bound_ring(s, c, bound, rows, k, now, rate):
+    """Return (A, reach) of the ring; add to rate (2 k,)."""
+    size = rows * k
+    bend, reach = spread(0.0), spread(0.0)
+    for col in range(0, k, FOUR):
+        rate_re, rate_im = load(rate, col), load(rate, k + col)
+        for r in range(rows):
+            m = r * k + col
+            yr, yi = load(s, m), load(s, size + m)
+            dr, di = load(s, now + m), load(s, now + size + m)
+            of_d, of_q = load(c, SPEED_D * size + m), load(c, SPEED_Q * size + m)
+            vr, vi = fma(of_d, dr, of_q * yr), fma(of_d, di, of_q * yi)
+            held = fma(yr, yr, yi * yi)
+            power = load(bound, STIFF * size + m) * held
+            mixed = fma(yr, vr, yi * vi)
+            power = fma(load(bound, MIXED * size + m), mixed, power)
+            power = fma(load(bound, ONE * size + m), fma(vr, vr, vi * vi), power)
+            v = root(power)
+            bend = fma(load(bound, RISE * size + m), v, bend)
+            bend = fma(load(bound, RISE_HELD * size + m), root(held), bend)
+            reach = fma(load(bound, REACH * size + m), v, reach)
+            spin, psi = load(c, SPIN * size + m), load(c, RADIAL * size + m)
+            rate_re = fma(psi, fnma(spin, yi, vr), rate_re)
+            rate_im = fma(psi, fma(spin, yr, vi), rate_im)
+        store(rate, col, rate_re)
+        store(rate, k + col, rate_im)
+    return total_of(bend), total_of(reach)
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def total_of(four):
+    """Return the sum of four doubles."""
+    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
+
+
+@njit(error_model="numpy", cache=True)
+def open_until(gap, rate, bend):
+    """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
+    if gap <= 0.0 and rate <= 0.0:
+        return 0.0
+    if bend <= 0.0:
+        return math.inf if rate >= 0.0 else -gap / rate
+    apex = math.sqrt(rate * rate + 2.0 * bend * max(gap, 0.0))
+    return (rate + apex) / bend if rate >= 0.0 else 2.0 * gap / (apex - rate)
+
+
+@njit(error_model="numpy", cache=True)
+def free_steps(gaps, row, rates, count, bend, step, longest):
+    """Return the steps, at most `longest`, in which no blade can touch."""
+    time = longest * step
+    for i in range(count):
+        time = min(time, open_until(gaps[row + i], rates[i], bend))
+    return int(LESS * time / step)
+
+
+@njit(error_model="numpy", cache=True)
+def jump_rotor(s, c, table, rows, width, now, then, out, sums):
+    """Jump: q, d at `now` to q, d at `then`; set out (width,); add damping loss."""
+    size = rows * width
+    for col in range(0, width, FOUR):
+        loss, spectrum = load(sums, 2 * width + col), spread(0.0)
+        for f in range(rows):
+            m = f * width + col
+            q, d = load(s, m), load(s, now + m)
+            part = fma(load(table, LQD * size + m), d, load(table, LQQ * size + m) * q)
+            loss = fma(part, q, loss)
+            loss = fma(load(table, LDD * size + m) * d, d, loss)
+            ahead = fma(load(table, QD * size + m), d, load(table, QQ * size + m) * q)
+            store(
+                s, then + m,
+                fma(load(table, DD * size + m), d, load(table, DQ * size + m) * q),
+            )  # fmt: skip
+            store(s, m, ahead)
+            spectrum = fma(load(c, RADIAL * size + m), ahead, spectrum)
+        store(out, col, spectrum)
+        store(sums, 2 * width + col, loss)
+
+
+@njit(error_model="numpy", cache=True)
+def jump_ring(s, c, table, rows, k, now, then, out, sums):
+    """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
+    size = rows * k
+    for col in range(0, k, FOUR):
+        loss, real, imag = load(sums, 2 * k + col), spread(0.0), spread(0.0)
+        for r in range(rows):
+            m = r * k + col
+            er, ei = (
+                load(table, TURNED_RE * size + m),
+                load(table, TURNED_IM * size + m),
+            )
+            yr, yi = load(s, m), load(s, size + m)
+            dr, di = load(s, now + m), load(s, now + size + m)
+            held, mixed = fma(yr, yr, yi * yi), fma(yr, dr, yi * di)
+            loss = fma(load(table, LQQ * size + m), held, loss)
+            loss = fma(load(table, LQD * size + m), mixed, loss)
+            loss = fma(load(table, LDD * size + m), fma(dr, dr, di * di), loss)
+            qq, qd = load(table, QQ * size + m), load(table, QD * size + m)
+            dq, dd = load(table, DQ * size + m), load(table, DD * size + m)
+            zr, zi = fma(qd, dr, qq * yr), fma(qd, di, qq * yi)
+            pr, pi = fma(dd, dr, dq * yr), fma(dd, di, dq * yi)
+            yr, yi = fnma(ei, zi, er * zr), fma(er, zi, ei * zr)
+            store(s, m, yr)
+            store(s, size + m, yi)
+            store(s, then + m, fnma(ei, pi, er * pr))
+            store(s, then + size + m, fma(er, pi, ei * pr))
+            psi = load(c, RADIAL * size + m)
+            real, imag = fma(psi, yr, real), fma(psi, yi, imag)
+        store(out, col, real)
+        store(out, k + col, imag)
+        store(sums, 2 * k + col, loss)
+
+
+@njit(error_model="numpy", cache=True)
+def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring_rows,
+               k, wide):  # fmt: skip
+    """End the step; return the steps free of contact from here; certify if possible."""
+    _, certifiable, counts, _, _, bound_b, bound_c = flight
+    s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
+    width, odd = 2 * k, counter[STEP] & 1
+    end_step(
+        s_b, s_b, c_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c, rows, ring_rows,
+        width, True,
+    )  # fmt: skip
+    counter[ENDED] = counter[STEP]
+    bend, reach = bound_rotor(
+        s_b, c_b, bound_b, rows, k, (1 + odd) * rows * width, rate
+    )
+    more, further = bound_ring(
+        s_c, c_c, bound_c, ring_rows, k, (2 + 2 * odd) * ring_rows * k, rate
+    )
+    if certifiable and (reach + further) < LESS * gap:
+        counter[CERTIFIED] = counter[STEP]
+        ledger[CERTIFICATE] = reach + further
+    to_gaps(rate, wave, 0.0, k, wide, rates, 0)
+    row = counter[STEP] % 3 * 2 * wide
+    longest = counts[-2]
+    return free_steps(gaps, row, rates, 2 * wide, bend + more, step, longest) - 1
+
+
+@njit(error_model="numpy", cache=True)
+def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
+    """Jump over `count` steps, or the most of them that a few jumps make; return it."""
+    _, _, counts, jumps_b, jumps_c, _, _ = flight
+    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
+    width, left = 2 * k, count
+    for _ in range(PASSES):
+        p = len(counts) - 1 if left == counts[-1] else len(counts) - 2
+        while p >= 0 and counts[p] > left:
+            p -= 1
+        if p < 0:
+            break
+        odd = counter[STEP] & 1
+        after = (counter[STEP] + counts[p]) & 1
+        jump_rotor(
+            s_b, c_b, jumps_b[p], rows, width, (1 + odd) * rows * width,
+            (1 + after) * rows * width, outs[0], sums_b,
+        )  # fmt: skip
+        jump_ring(
+            s_c, c_c, jumps_c[p], ring_rows, k, (2 + 2 * odd) * ring_rows * k,
+            (2 + 2 * after) * ring_rows * k, outs[1], sums_c,
+        )  # fmt: skip
+        counter[STEP] += counts[p]
+        counter[ENDED] = counter[STEP]
+        counter[JUMPED] += counts[p]
+        counter[JUMPS] += 1
+        left -= counts[p]
+    return count - left
+
+
+@njit(error_model="numpy", cache=True)
+def fly(stride, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, rows,
+        ring_rows, k, wide):  # fmt: skip
+    """Jump if no blade can touch for a while; return whether it did.
+
+    A jump ends at the next sample at the latest, and one step before a blade might
+    touch: contact wants the gaps of the two steps before it.
+
+    Parameters
+    ----------
+    flight : (total steps, whether a certificate is possible, (P,) steps of the jumps,
+        the last those between samples, (P, 9 size) and (P, 9 ring_size) jumps,
+        bounds of rotor and ring)
+    outs : work space
+    """
+    gaps, counter = state[3], state[-3]
+    if force != 0.0 and counter[STEP] * step < pulse:
+        counter[NEXT_TRY] = int(pulse / step) + 1
+        return False
+    left = min(stride - counter[STEP] % stride, flight[0] - counter[STEP])
+    free = left
+    if counter[CERTIFIED] < 0:
+        rates = np.empty(2 * wide)
+        free = look_ahead(
+            step, scene[0], c_b, c_c, wave, flight, state, outs[2], rates, rows,
+            ring_rows, k, wide,
+        )  # fmt: skip
+    if counter[CERTIFIED] >= 0:
+        leap(left, c_b, c_c, flight, state, outs, rows, ring_rows, k)
+        return True
+    if free < SHORTEST:
+        counter[PATIENCE] = min(max(2 * counter[PATIENCE], 2), LONGEST_PATIENCE)
+        counter[NEXT_TRY] = counter[STEP] + counter[PATIENCE]
+        return False
+    counter[PATIENCE] = 0
+    done = leap(min(free, left), c_b, c_c, flight, state, outs, rows, ring_rows, k)
+    counter[NEXT_TRY] = counter[STEP] + (done == free)
+    spectrum = outs[2]
+    for c in range(2 * k):
+        spectrum[c] = outs[0][c] + outs[1][c]
+    row = counter[STEP] % 3 * 2 * wide
+    to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
+    return True
