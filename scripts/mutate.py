@@ -33,7 +33,10 @@ class Bug:
 BEAMS, RING = "structure/beams.py", "structure/ring.py"
 KERNELS, REDUCED = "dynamics/kernels/", "reduction/craig_bampton.py"
 CONTACT, CYCLIC = KERNELS + "contact.py", KERNELS + "cyclic.py"
-GENERAL = KERNELS + "general.py"
+GENERAL, PASSES = KERNELS + "general.py", KERNELS + "passes.py"
+CIRCULANT, SLOTS = KERNELS + "circulant.py", "dynamics/slots.py"
+TIMESTEP, FLIGHTS = "dynamics/timestep.py", "dynamics/flights.py"
+FLIGHT = "test_flight.py"
 STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
 MARCH, WHIRL = "test_march.py", "test_whirl.py"
 BUGS = (
@@ -65,12 +68,14 @@ BUGS = (
     Bug("4 ring interpolation", CONTACT, "(1.0 - x) * (1.0 - x)", "(1.0 - x)", MARCH),
     Bug(
         "4 pulse",
-        CYCLIC,
+        PASSES,
         "push * lobe[m]\n            re",
         "push\n            re",
         MARCH,
     ),
-    Bug("4 turning ring", CYCLIC, "er * di + ei * dr", "er * di - ei * dr", MARCH),
+    Bug(
+        "4 turning ring", PASSES, "fma(er, di, ei * dr)", "fnma(er, di, ei * dr)", MARCH
+    ),
     Bug(
         "4 folding",
         "dynamics/slots.py",
@@ -80,22 +85,34 @@ BUGS = (
     ),
     Bug("5 friction on the tip", GENERAL, "tangential, -1.0", "tangential, 1.0", MARCH),
     Bug("5 friction on the ring", GENERAL, "shape, along_c", "shape, radial_c", MARCH),
-    Bug("5 tangential phase", CYCLIC, "sr * lr + si * li", "sr * lr - si * li", MARCH),
+    Bug("5 tangential phase", SLOTS, "push.real, -push", "push.real, push", MARCH),
     Bug(
         "5 compliance of the ring", CONTACT, "w[j, i] += read", "w[j, i] -= read", MARCH
     ),
+    Bug("5 Delassus spectrum", SLOTS, "- 1j * items", "+ 1j * items", MARCH),
+    Bug("5 damping loss", PASSES, "* both, both, loss)", ", both, loss)", MARCH),
     Bug(
-        "5 Delassus spectrum", CYCLIC, "symbol[k + c] * li", "symbol[k + c] * lr", MARCH
-    ),
-    Bug("5 damping loss", CYCLIC, "size + m] * both * both", "size + m] * both", MARCH),
-    Bug(
-        "5 damping loss of contact",
-        CYCLIC,
-        "change * (old + both)",
-        "change * both",
+        "5 increment corrected",
+        PASSES,
+        "                store(t, now + m, d)\n            if ended:",
+        "            if ended:",
         MARCH,
     ),
-    Bug("5 impact", CONTACT, "(opened[j] - before[j])", "opened[j]", MARCH),
+    Bug("5 impact", CONTACT, "0.5 * push[s] * before", "push[s] * before", MARCH),
+    Bug(
+        "5 kept inverse", CIRCULANT, "where[s] - where[r]", "where[r] - where[s]", MARCH
+    ),
+    Bug(
+        "5 carried contacts", PASSES, "fnma(spin, yi, pass", "fma(spin, yi, pass", MARCH
+    ),
+    Bug(
+        "7 exact flow", TIMESTEP, "+ 4 * decay * half", "+ 3.999 * decay * half", FLIGHT
+    ),
+    Bug("7 exact work", TIMESTEP, "(before[1] + after[1])", "before[1]", MARCH),
+    Bug("7 exact loss", TIMESTEP, "scale * of_q**2", "scale * of_q", MARCH),
+    Bug("7 bound of the gaps", FLIGHTS, "omega + 2 * spin", "0.5 * omega", FLIGHT),
+    Bug("7 certificate", FLIGHTS, "REACH] = held", "REACH] = 0.1 * held", FLIGHT),
+    Bug("7 jump", FLIGHTS, "back * (vd - of_q * qd)", "back * vd", FLIGHT),
     Bug(
         "5 complementarity",
         CONTACT,
@@ -103,13 +120,7 @@ BUGS = (
         "if right[s] < -1e30:",
         MARCH,
     ),
-    Bug(
-        "5 first guess",
-        CONTACT,
-        "return size if positive and lowest == 0.0 else -1",
-        "return size",
-        MARCH,
-    ),
+    Bug("5 guess", CIRCULANT, "push[s] >= 0.0", "push[s] >= -1e30", MARCH),
     Bug(
         "6 sign of friction",
         "dynamics/operators.py",

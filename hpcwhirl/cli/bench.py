@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 import resource
+import subprocess
 import sys
+import tempfile
+import time
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +16,14 @@ from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 
-CASES = (520.0, 460.0, 280.0)  # rad/s: damped, sustained, divergent on Table 2
+# damped, sustained and divergent on Table 2, and damped at once in a wide gap
+CASES = ({"speed": 520.0}, {"speed": 460.0}, {"speed": 280.0},
+         {"speed": 520.0, "gap": 1e-3})  # fmt: skip
+START = (
+    "from hpcwhirl.dynamics.march import March\n"
+    "from hpcwhirl.scene import apply_settings, named_scene\n"
+    "March(apply_settings(named_scene('table2'), {'scheme': '%s'})).advance(10)\n"
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +31,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("--repeats", type=int, default=9, help="timed runs (default 9)")
     parser.add_argument(
-        "--cases", action="store_true", help="also whole cases at 520, 460, 280 rad/s"
+        "--cases", action="store_true", help="also whole cases, one of each regime"
+    )
+    parser.add_argument(
+        "--compile", action="store_true", help="also the first start ever, and the next"
     )
 
 
@@ -33,6 +47,8 @@ def run(args: argparse.Namespace) -> int:
     facts = facts_of(scene, args.repeats)
     if args.cases:
         facts["cases"] = whole_cases(scene)
+    if args.compile:
+        facts["starts"] = [start_of(scheme) for scheme in ("modal", "exact", "paper")]
     facts["peak_memory_mb"] = _peak_memory()
     if args.json:
         print_json(facts)
@@ -52,32 +68,41 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     march = March(apply_settings(scene, {"scheme": "modal", "duration": 1e-3}))
     facts["modal_bytes"] = bench.bytes_of(march)
     operations = bench.flight_operations(scene)
-    flight = rows[-2]["microseconds_per_step"]
+    own = [row for row in rows if row["scheme"] == "modal" and row["contact"] == 0.0]
+    flight = own[0]["microseconds_per_step"]
     facts["modal_operations_in_flight"] = operations
     facts["modal_gflops_in_flight"] = 1e-3 * operations / flight
     return facts
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Return regime and seconds of whole cases, integrated one after the other."""
+    """Return regime and seconds of whole cases, one after the other, both schemes."""
     from hpcwhirl.campaign.case import simulate
 
     out = []
-    for speed in CASES:
-        result = simulate(apply_settings(scene, {"speed": speed, "revolutions": 0.0}))
-        row, spent = result.row, result.performance
-        out.append(
-            {
-                "speed": speed,
-                "regime": row["regime"],
-                "whirl": row["whirl"],
-                "end_time": row["end_time"],
-                "steps": row["steps"],
-                "seconds": spent["seconds"],
-                "microseconds_per_step": spent["microseconds_per_step"],
-            }
-        )
+    for settings in CASES:
+        for scheme in ("modal", "exact"):
+            chosen = {"revolutions": 0.0, "traces": "summary", "scheme": scheme}
+            result = simulate(apply_settings(scene, settings | chosen))
+            row, spent = result.row, result.performance
+            names = ("speed", "gap", "regime", "whirl", "end_time", "steps")
+            facts = {name: row[name] for name in names} | {"scheme": scheme}
+            out.append(facts | {"seconds": spent["seconds"]})
     return out
+
+
+def start_of(scheme: str) -> dict[str, Any]:
+    """Return seconds of a process that takes ten steps, cache empty and cache full."""
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:
+        spent = []
+        for _ in range(2):
+            start = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-c", START % scheme],
+                env=os.environ | {"NUMBA_CACHE_DIR": cache}, check=True,
+            )  # fmt: skip
+            spent.append(time.perf_counter() - start)
+    return {"scheme": scheme, "cold_seconds": spent[0], "warm_seconds": spent[1]}
 
 
 def _peak_memory() -> float:
@@ -107,7 +132,12 @@ def _show(facts: dict[str, Any]) -> None:
     )
     for case in facts.get("cases", []):
         console.print(
-            f"{case['speed']:g} rad/s: {case['regime']}, {case['whirl']}, "
-            f"{case['steps']} steps ({case['end_time']:.2f} s of engine time) in "
-            f"{case['seconds']:.2f} s"
+            f"{case['speed']:g} rad/s, gap {1e3 * case['gap']:g} mm, {case['scheme']}: "
+            f"{case['regime']}, {case['whirl']}, {case['steps']} steps "
+            f"({case['end_time']:.2f} s of engine time) in {case['seconds']:.3f} s"
+        )
+    for start in facts.get("starts", []):
+        console.print(
+            f"{start['scheme']}: first start ever {start['cold_seconds']:.1f} s, next "
+            f"{start['warm_seconds']:.1f} s"
         )

@@ -18,7 +18,7 @@ from hpcwhirl.scene import Scene, apply_settings
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAR = 1.0  # m, a gap that no blade crosses
-SCHEMES = ("paper", "general", "modal")
+SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
 CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
