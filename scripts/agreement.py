@@ -2,8 +2,10 @@
 
     python scripts/agreement.py exact            modal against exact
     python scripts/agreement.py elements         ring of harmonics against elements
-    python scripts/agreement.py paper            modal against Algorithm 1 (slow)
-    options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6  --sweep
+    python scripts/agreement.py general          modal against mode by mode (slow)
+    python scripts/agreement.py paper            modal against Algorithm 1 (slowest)
+    options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6
+             --speeds 520 460 280 (Table 2 at these)  --sweep (at all of its speeds)
 
 Cases are drawn over the paper's ranges: speed 20 ... 520 rad/s, k = 1 or 2, gap 0.128
 ... 1 mm, friction 0.1 ... 0.2; `--sweep` takes Table 2's speeds instead. Motion in
@@ -21,6 +23,7 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
+import numpy as np
 from scipy.stats import qmc
 
 from hpcwhirl.campaign.case import simulate
@@ -29,9 +32,13 @@ from hpcwhirl.scene import Scene, apply_settings, named_scene
 WAYS: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     "exact": ({"scheme": "modal"}, {"scheme": "exact"}),
     "elements": ({"scheme": "modal"}, {"discretization": "elements"}),
+    "general": ({"scheme": "modal"}, {"scheme": "general"}),
     "paper": ({"scheme": "modal"}, {"scheme": "paper"}),
 }
 TWINS = 6
+PARTED = 1e-3
+KEPT = ("whirl", "growth_rate", "window", "late_fed", "late_lost", "contact_impulse",
+        "orbit_radius")  # fmt: skip
 SPEEDS, GAPS, FRICTIONS = (20.0, 520.0), (1.28e-4, 1e-3), (0.1, 0.2)
 
 
@@ -48,18 +55,24 @@ def drawn(count: int, seed: int) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def swept() -> list[dict[str, Any]]:
-    """Return Table 2's speeds, 20 to 520 by 10 rad/s."""
-    return [{"speed": float(speed)} for speed in range(20, 521, 10)]
-
-
 def outcome(scene: Scene) -> dict[str, Any]:
     """Return the words of a scene, the numbers behind them, and the seconds."""
     result = simulate(scene)
-    row, kept = result.row, ("whirl", "growth_rate", "window", "late_fed", "late_lost")
-    word = row["regime"] if row["outcome"] != "unstable" else "unstable"
-    spent = {"seconds": result.performance["seconds"], "late": row["late_contacts"]}
-    return {"word": word} | {name: row[name] for name in kept} | spent
+    row, word = result.row, result.row["regime"]
+    if row["outcome"] == "unstable":
+        word = "unstable"
+    spent = {"seconds": result.performance["seconds"]}
+    return {"word": word, "traces": result.traces} | {n: row[n] for n in KEPT} | spent
+
+
+def parting(a: dict[str, Any], b: dict[str, Any]) -> float:
+    """Return when two orbits differ by `PARTED` of their peak, s; the end if never."""
+    time = a["traces"]["time"]
+    one, other = a["traces"]["centre"], b["traces"]["centre"]
+    count = min(len(one), len(other))
+    apart = np.abs(one[:count] - other[:count]).max(axis=1)
+    far = np.flatnonzero(apart > PARTED * np.abs(one).max())
+    return float(time[far[0]] if len(far) else time[count - 1])
 
 
 def numbers(found: dict[str, Any]) -> str:
@@ -76,9 +89,10 @@ def compare(args: argparse.Namespace) -> int:
     """Integrate all cases both ways, print what differs, return the unexplained."""
     base = apply_settings(
         named_scene("table2"),
-        {"duration": args.duration, "time_step": args.time_step, "traces": "summary"},
+        {"duration": args.duration, "time_step": args.time_step, "traces": "orbit"},
     )
-    cases = swept() if args.sweep else drawn(args.cases, args.seed)
+    speeds = range(20, 521, 10) if args.sweep else args.speeds
+    cases = [{"speed": float(v)} for v in speeds] or drawn(args.cases, args.seed)
     one, other = WAYS[args.way]
     with ProcessPoolExecutor(args.processes) as pool:
         ways = [
@@ -121,6 +135,19 @@ def report(args: argparse.Namespace, cases: list[Any], pairs: list[Any]) -> None
     )
     for (a, b), count in sorted(table.items()):
         print(f"  {a:10s} | {b:10s} {count}")
+    alike = [(a, b) for a, b in pairs if a["word"] == b["word"]]
+    for word in sorted({a["word"] for a, _ in alike}):
+        own = [(a, b) for a, b in alike if a["word"] == word]
+        late = np.median([parting(a, b) for a, b in own])
+        apart = [
+            np.median([abs(b[n] / a[n] - 1) for a, b in own if a[n] > 0] or [0.0])
+            for n in ("contact_impulse", "orbit_radius")
+        ]
+        print(
+            f"  {word}, median of {len(own)}: orbits part ({PARTED:g} of the peak) at "
+            f"{late:.3g} s, contact impulse {apart[0]:.2%} apart, orbit radius "
+            f"{apart[1]:.2%}"
+        )
 
 
 def main() -> int:
@@ -131,6 +158,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--duration", type=float, default=2.5)
     parser.add_argument("--time-step", type=float, default=1e-6)
+    parser.add_argument("--speeds", type=float, nargs="+", default=[])
     parser.add_argument("--sweep", action="store_true")
     parser.add_argument("--processes", type=int, default=2)
     return 1 if compare(parser.parse_args()) else 0
