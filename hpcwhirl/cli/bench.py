@@ -68,6 +68,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     march = March(apply_settings(scene, {"scheme": "modal", "duration": 1e-3}))
     facts["modal_bytes"] = bench.bytes_of(march)
     operations = bench.flight_operations(scene)
+    facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
     own = [row for row in rows if row["scheme"] == "modal" and row["contact"] == 0.0]
     flight = own[0]["microseconds_per_step"]
     facts["modal_operations_in_flight"] = operations
@@ -128,7 +129,8 @@ def _show(facts: dict[str, Any]) -> None:
         f"{facts['modal_gflops_in_flight']:.1f} GFLOP/s, {share:.0%} of the measured "
         f"peak of {facts['fma_peak_gflops']:.1f}; {facts['modal_bytes']} bytes of "
         f"state and operators; peak memory of the process "
-        f"{facts['peak_memory_mb']:.0f} MB"
+        f"{facts['peak_memory_mb']:.0f} MB; a step of a damped tail costs "
+        f"{facts['modal_tail_ratio']:.2f} times one that is alive"
     )
     for case in facts.get("cases", []):
         console.print(

@@ -17,6 +17,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
+FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
@@ -45,10 +46,13 @@ class Timing:
 
 
 def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    settings: dict[str, float | str] = {"scheme": scheme, "duration": SETTLE}
+    step = scene.solver.time_step
+    settings: dict[str, float | str] = {"scheme": scheme}
+    settings |= {"duration": SETTLE + (STEPS + 1) * step, "revolutions": 0.0}
     far: dict[str, float | str] = {} if contact else {"gap": FAR}
     march = March(apply_settings(scene, settings | {"traces": "summary"} | far))
-    march.run()
+    march.advance(int(SETTLE / step))
+    march.stride = march.total + 1  # no samples
     return march
 
 
@@ -74,8 +78,6 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
     """
     march = _settled(scene, scheme, contact=contact)
     saved: list[object] = [array.copy() for array in march.state]
-    march.total += STEPS
-    march.stride = march.total + 1  # no samples
     spent, share = [], 0.0
     for _ in range(repeats):
         _restore(march, saved)
@@ -85,6 +87,17 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
         share = float(march.counter[TOUCHED] - before) / STEPS
         spent.append(1e6 * march.seconds / STEPS)
     return _timing(scheme, share, spent)
+
+
+def tail_ratio(scene: Scene, repeats: int) -> float:
+    """Return what a step of `modal` costs in a damped tail, over one that is alive.
+
+    The tail's amplitudes have decayed to where their products would be denormal.
+    """
+    alive = time_step(scene, "modal", repeats, contact=False)
+    faint = apply_settings(scene, {"force": FAINT})
+    tail = time_step(faint, "modal", repeats, contact=False)
+    return tail.microseconds_per_step / alive.microseconds_per_step
 
 
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:

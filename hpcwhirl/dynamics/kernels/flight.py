@@ -281,6 +281,8 @@ def fly(stride, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, 
         counter[NEXT_TRY] = int(pulse / step) + 1
         return False
     left = min(stride - counter[STEP] % stride, flight[0] - counter[STEP])
+    if left < 1:
+        return False
     free = left
     if counter[CERTIFIED] < 0:
         rates = np.empty(2 * wide)
