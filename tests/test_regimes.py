@@ -23,6 +23,7 @@ def made(rate, *, fed=0.0, lost=1.0, last=2.0, stop="end", residual=0.0, line=-1
         energy=energy,
         impulse=TIME,
         fed=fed * TIME,
+        friction=0.25 * fed * TIME,
         lost=lost * TIME,
         tips=np.zeros((0, 22, 2)),
         blade_impulse=np.zeros((0, 22)),

@@ -24,6 +24,7 @@ SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
 STOPS = {0: "end", 1: "amplitude", 2: "nonfinite", 3: "complementarity"}
 MOST_SAMPLES = 20_000_000
+MARKS = 500  # readings of the work of friction in a run
 
 
 class March:
@@ -54,6 +55,8 @@ class March:
         self.scheme = scheme_of(self.model, scene)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
+        self.every = self.stride * max(1, self.total // self.stride // MARKS)
+        self.marks = [(0, 0.0)]
 
     def _empty_tracks(self) -> tuple[Any, ...]:
         samples, blades = self.total // self.stride, self.model.blades
@@ -92,6 +95,13 @@ class March:
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any cut into slices gives the same bits."""
+        end = min(self.steps + steps, self.total)
+        while self.steps < end and not self.done:
+            self._march(min(end - self.steps, self.every - self.steps % self.every))
+            if self.steps % self.every == 0:
+                self.marks.append((self.steps, self._friction()))
+
+    def _march(self, steps: int) -> None:
         scene = self.scene
         casing = scene.engine.casing
         shape = (
@@ -104,7 +114,7 @@ class March:
         limit = scene.solver.amplitude_limit * scene.engine.rotor.radius
         start = time.perf_counter()
         self.scheme.kernel(
-            min(steps, self.total - self.steps),
+            steps,
             self.stride,
             limit,
             scene.solver.time_step,
@@ -145,6 +155,7 @@ class March:
             energy=energy[:count],
             impulse=impulse[:count],
             fed=fed[:count],
+            friction=self._friction_at(count),
             lost=lost[:count],
             tips=tips[:count],
             blade_impulse=blade_impulse[:count],
@@ -157,6 +168,16 @@ class March:
             seconds=self.seconds,
             interval=self.stride * step,
         )
+
+    def _friction(self) -> float:
+        """Return the work of friction up to the present step, J."""
+        now = self.scheme.balance(self.state)
+        return float(self.state[-2][contact.FRICTION]) + now.friction
+
+    def _friction_at(self, count: int) -> Floats:
+        """Return the work of friction at the first `count` samples, (count,), J."""
+        steps, works = np.array([*self.marks, (self.steps, self._friction())]).T
+        return np.interp(self.stride * np.arange(1.0, count + 1), steps, works)
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger at the present step, energies computed afresh."""
