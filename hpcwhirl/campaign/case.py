@@ -28,7 +28,7 @@ class Result:
     ----------
     row : physics alone, the same bits wherever and however often it is computed
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
-        `energy`, `fed`, `friction`, `lost` (n,), J; `impulse` (n,), N s; in full also
+        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; in full also
         `tips` (n, N, 2), m, rotating frame, and `blade_impulse` (n, N), N s; empty
         for `summary`
     performance : what depends on the machine and the day
@@ -93,7 +93,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         "energy": history.energy,
         "impulse": history.impulse,
         "fed": history.fed,
-        "friction": history.friction,
+        "rubbed": history.friction,
         "lost": history.lost,
     }
     if scene.output.traces == "full":

@@ -93,7 +93,7 @@ TRACES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "energy": ((), "J", "kinetic and strain energy of both bodies"),
     "impulse": ((), "N s", "cumulative normal contact impulse"),
     "fed": ((), "J", "cumulative work of rotation and friction"),
-    "friction": ((), "J", "cumulative work of friction, linear between 500 readings"),
+    "rubbed": ((), "J", "cumulative work of friction, linear between 500 readings"),
     "lost": ((), "J", "cumulative damping and impact loss"),
     "tips": (("blade", "component"), "m", "tips, rotating frame: radial, tangential"),
     "blade_impulse": (("blade",), "N s", "cumulative contact impulse of each blade"),
