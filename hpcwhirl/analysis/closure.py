@@ -28,7 +28,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-SLOW = 2 * np.pi * 300.0  # rad/s: 1F, suspension and 2F of the paper lie below
+SLOW = 2 * np.pi * 150.0  # rad/s: 1F and suspension of the paper lie below
 
 
 @dataclass(frozen=True)
