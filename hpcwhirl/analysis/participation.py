@@ -7,8 +7,9 @@ taken are those that give the traces exactly with the least modal forces,
     min sum_i |Q_i / H_i|^2  with  sum_i phi_i Q_i = Y,
     H_i(omega) = 1 / (omega_i^2 - omega^2 + 2 i xi omega_i omega),
 
-so that a line near omega_i goes to mode i. A jump from the record's end to its
-beginning is a line at every frequency: some ms at both ends are less certain.
+so that a line near omega_i goes to mode i. The record is mirrored at its end, since a
+jump from there to its beginning would be a line at every frequency; some ms before the
+end are less certain.
 """
 
 from __future__ import annotations
@@ -75,13 +76,14 @@ def _least_forces(
 ) -> Complexes:
     """Return (n, m) amplitudes of m modes that give `seen` (r, n) with least forces."""
     count = seen.shape[1]
-    at = 2 * np.pi * np.fft.fftfreq(count, interval)[:, None]
+    seen = np.hstack([seen, seen[:, ::-1]])
+    at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]
     gain = 1.0 / np.abs(omega**2 - at**2 + 2j * ratios * omega * at)
     gain /= gain.max(axis=1, keepdims=True)
     lines = np.fft.fft(seen, axis=1).T
     inverse = np.linalg.pinv(rows[None] * gain[:, None, :], rcond=LEAST)
     amplitude = gain * np.einsum("fmr,fr->fm", inverse, lines)
-    return np.asarray(np.fft.ifft(amplitude, axis=0))
+    return np.asarray(np.fft.ifft(amplitude, axis=0)[:count])
 
 
 def family_amplitudes(
@@ -89,13 +91,18 @@ def family_amplitudes(
 ) -> dict[str, Floats]:
     """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
 
-    Parameters: see `contributions`. Where a family has no mode on a nodal diameter,
+    Parameters: see `contributions`. Of a simple harmonic, which stands,
+    (q^2 + (q'/omega)^2)^(1/2) is taken. Where a family has no mode on a nodal diameter,
     as the suspension but for k = 1, its column is 0.
     """
     diameters = model.blades // 2 + 1
     out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}
     for k in range(diameters):
-        amplitude = np.abs(contributions(tips, centre, interval, model, k))
+        q = contributions(tips, centre, interval, model, k)
+        if 2 * k % model.blades == 0 and len(q) > 1:
+            omega = np.sort(model.rotor.omega[model.rotor.diameter == k])
+            q = q.real + 1j * np.gradient(q.real, interval, axis=0) / omega
+        amplitude = np.abs(q)
         for rank, name in family_ranks(model.rotor, k).items():
             if name in out and rank < amplitude.shape[1]:
                 out[name][:, k] = amplitude[:, rank]

@@ -123,7 +123,9 @@ def draw_contributions(cases: Cases, case: int) -> Any:
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
     for axes in (whole, second):
         axes.set_ylabel("|$q_k$|, m √kg")
-    whole.legend(ncols=2, fontsize=7, title="nodal diameter k", loc="upper right")
+    handles, labels = whole.get_legend_handles_labels()
+    figure.legend(handles[::-1], labels[::-1], title="k", fontsize=8,
+                  loc="outside center right")  # fmt: skip
     figure.suptitle(f"Modal contributions. {title_of(row)}")
     return figure
 
@@ -212,7 +214,7 @@ def draw_ledger(cases: Cases, case: int) -> Any:
     for name, values in terms.items():
         axes.plot(time, values, lw=1.0, label=name)
     top = max(float(np.abs(v).max(initial=0.0)) for v in terms.values())
-    least = max(1e-6 * top, 1e-12)
+    least = 10.0 ** np.ceil(np.log10(max(1e-5 * top, 1e-12)))
     axes.set_yscale("symlog", linthresh=least)
     axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
     axes.set(xlabel="time, s (dotted: window of the words)", title=title_of(row))
