@@ -218,6 +218,6 @@ def draw_ledger(cases: Cases, case: int) -> Any:
     axes.set_yscale("symlog", linthresh=least)
     axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
     axes.set(xlabel="time, s (dotted: window of the words)", title=title_of(row))
-    axes.set_ylabel(f"J, cumulative (linear within ±{least:.1g} J)")
+    axes.set_ylabel(f"J, cumulative (linear within ±{least:g} J)")
     axes.legend(fontsize=8)
     return figure

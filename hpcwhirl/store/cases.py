@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.files import resolve
 from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
@@ -58,6 +59,11 @@ class Cases:
         known = input_names()
         given = self._plan.base | self._plan.settings[case]
         return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
+
+    def value(self, case: int, name: str) -> Any:
+        """Return an input of a case by its name or its full dotted name."""
+        dotted = resolve(name)
+        return self._plan.settings[case].get(dotted, self._plan.base[dotted])
 
     def traces(self, case: int) -> Traces:
         """Return the traces of a case as `campaign.case.Result` has them.
