@@ -25,6 +25,7 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.run import prepare, run_campaign
 from hpcwhirl.report import motions, shapes, sweeps
 from hpcwhirl.report.figures import save
+from hpcwhirl.report.maps import REGIMES
 from hpcwhirl.store.cases import Cases
 
 
@@ -158,21 +159,27 @@ def draw_convergence(found: Found) -> Figure:
     for place, (name, title) in enumerate((("steps", "Δt, s"), ("modes", "η"))):
         for level, speed in enumerate(PAPER_SPEEDS):
             rows = found.convergence(name, speed)
-            x = [row["value"] for row in rows]
-            upper[place].plot(x[:-1], [row["early"] for row in rows[:-1]], "o-",
-                              label=f"{speed:g} rad/s")  # fmt: skip
-            for row in rows:
-                text = f"{row['regime']}\n{row['whirl']}"
-                lower[place].text(row["value"], level, text, ha="center", va="center",
-                                  fontsize=5)  # fmt: skip
-        upper[place].set(yscale="log", ylabel="difference of the first 20 ms, relative")
-        upper[place].set_title(f"displacements of the centre against {title}")
-        lower[place].set(xlabel=title, title="kind of motion", ylim=(-0.6, 3.6))
+            early = [row["early"] for row in rows[:-1]]  # the finest differs by nothing
+            upper[place].plot(early, "o-", label=f"{speed:g} rad/s")
+            draw_kinds(lower[place], rows, level)
+        upper[place].set(yscale="log", ylabel="difference from the finest, relative")
+        upper[place].set_title("centre (static frame), rms of the first 20 ms")
+        lower[place].set(xlabel=title, ylabel="Ω, rad/s", ylim=(-0.6, 3.6))
+        lower[place].set_title("kind of motion (letter: regime, arrow: whirl)")
         lower[place].set_yticks(range(len(PAPER_SPEEDS)), [f"{s:g}" for s in PAPER_SPEEDS])
+        lower[place].set_xticks(range(len(rows)), [f"{row['value']:g}" for row in rows])
         upper[place].legend(fontsize=8)
-    for axes in (upper[0], lower[0]):
-        axes.set_xscale("log")
     return figure
+
+
+def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
+    """Draw regime and whirl of each row beside one another, as the map has them."""
+    for x, row in enumerate(rows):
+        colour, letter = REGIMES[row["regime"]]
+        whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
+        axes.text(x, level, f"{letter} {whirl}", ha="center", va="center",
+                  bbox={"fc": colour, "ec": "none"})  # fmt: skip
+    axes.set_xlim(-0.5, len(rows) - 0.5)
 
 
 def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:

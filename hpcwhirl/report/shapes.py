@@ -15,6 +15,7 @@ from hpcwhirl.structure import bladed_disk
 Floats = NDArray[np.float64]
 NODE = 3  # DoF a node: radial, tangential, rotation
 LARGEST = 0.2  # of a drawn displacement, tip radii
+HUB = 10.0  # the centre is amplified so much more
 
 
 def full_rotor(rotor: Rotor, *, clamped: bool = False) -> ModalModel:
@@ -47,7 +48,10 @@ def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
         hertz = model.omega[mode] / (2 * np.pi)
         axes.set_title(f"k = {k}, f = {hertz:.2f} Hz")
     panels[0].legend(fontsize=8, loc="upper left")
-    figure.suptitle("First family, displacements amplified; full model")
+    figure.suptitle(
+        "First family, displacements amplified, the centre's "
+        f"{HUB:g} times more; full model"
+    )
     return figure
 
 
@@ -63,8 +67,8 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
         moved = (along + scale * (motion[j, :, 0] + 1j * motion[j, :, 1])) * turn
         axes.plot((along * turn).real, (along * turn).imag, c="#CCCCCC", lw=0.6)
         axes.plot(moved.real, moved.imag, c="#08306b", lw=1.0)
-    axes.plot(0, 0, "o", c="black", mfc="none", label="centre at rest")
-    placed = scale * hub
+    axes.plot(0, 0, "o", c="black", ms=9, mfc="none", label="centre at rest")
+    placed = HUB * scale * hub
     axes.plot(placed.real, placed.imag, "o", c="#D55E00", ms=5, label="centre displaced")
     axes.set_aspect("equal")
     axes.axis("off")

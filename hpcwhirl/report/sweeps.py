@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
 TOP_HZ = 300.0
 DECADES = 4.0  # shown below the largest amplitude
+AT_REST = 1e-9  # mm
 ORDERS = 9  # of the casing's super-harmonics in the interaction diagram
 
 
@@ -38,11 +39,20 @@ def rotating(traces: dict[str, Floats], speed: float) -> Floats:
     return np.column_stack([z.real, z.imag])
 
 
-def _mesh(axes: Any, speeds: Floats, edges: Floats, amplitude: Floats) -> Any:
-    """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades."""
+def _mesh(
+    axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
+) -> Any:
+    """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades.
+
+    What is nowhere above `least` is at rest, and nothing of it is drawn.
+    """
     from matplotlib.colors import LogNorm
 
-    largest = float(np.nanmax(amplitude, initial=0.0)) or 1.0
+    largest = float(np.nanmax(amplitude, initial=0.0))
+    if largest <= least:
+        axes.text(0.5, 0.5, f"at rest (≤ {largest:.1g} mm)", color="white",
+                  ha="center", transform=axes.transAxes)  # fmt: skip
+        largest = 1.0
     norm = LogNorm(largest * 10.0**-DECADES, largest)
     shown = np.maximum(amplitude, largest * 10.0**-DECADES)
     return axes.pcolormesh(
@@ -88,7 +98,8 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
     names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
     edges = np.linspace(0.0, TOP_HZ, 301)
     for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
-        mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra[place], edges))
+        amplitude = 1e3 * cascade(spectra[place], edges)
+        mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
         axes.set(xlabel="Ω, rad/s", ylabel="f, Hz (rotating frame)", title=label)
         figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
     figure.suptitle(title or f"After revolution {STEADY_AFTER:g}. {_of(cases, line)}")
