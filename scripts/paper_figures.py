@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from paper_statements import PAPER_SPEEDS, Found, statements, why
+from paper_found import PAPER_SPEEDS, Found
+from paper_statements import statements
 from paper_text import page
+from paper_why import why
 
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.run import prepare, run_campaign
@@ -31,7 +32,7 @@ from hpcwhirl.store.cases import Cases
 
 @dataclass(frozen=True)
 class Effort:
-    """How fine the campaigns are: steps in s, speeds in rad/s, seconds of engine time."""
+    """How fine the campaigns are: steps in s, speeds in rad/s, engine time in s."""
 
     step: float
     spacing: int
@@ -89,7 +90,9 @@ def computed(folder: Path, document: Mapping[str, Any]) -> Cases:
 def pick(cases: Cases, regime: str, whirl: str, near: float) -> float | None:
     """Return the speed nearest to one at which a motion is found; centre free."""
     free = [cases.rows[i] for i in cases.like(0)]
-    found = [float(r["speed"]) for r in free if (r["regime"], r["whirl"]) == (regime, whirl)]
+    found = [
+        float(r["speed"]) for r in free if (r["regime"], r["whirl"]) == (regime, whirl)
+    ]
     return min(found, key=lambda speed: abs(speed - near)) if found else None
 
 
@@ -111,8 +114,10 @@ def motions_design(table2: Cases, effort: Effort) -> dict[str, Any]:
     }
 
 
-def draw_opposed(cases: Cases, line: list[int]) -> Figure:
+def draw_opposed(cases: Cases, line: list[int]) -> Any:
     """Return Fig. 8: tangential tips of two opposed blades, last five revolutions."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(9, 4), layout="constrained")
     axes = figure.subplots()
     case = min(line, key=lambda i: abs(cases.rows[i]["speed"] - 270.0))
@@ -120,7 +125,10 @@ def draw_opposed(cases: Cases, line: list[int]) -> Figure:
     turns = traces["time"] * row["speed"] / (2 * np.pi)
     late = turns >= turns[-1] - 5
     half = traces["tips"].shape[1] // 2
-    for blade, look in ((0, {"lw": 2.5, "c": "#9ecae1"}), (half, {"lw": 0.9, "c": "k"})):
+    for blade, look in (
+        (0, {"lw": 2.5, "c": "#9ecae1"}),
+        (half, {"lw": 0.9, "c": "k"}),
+    ):
         tip = 1e3 * traces["tips"][late, blade, 1]
         axes.plot(turns[late], tip, label=f"blade {blade}", **look)
     axes.set(xlabel="revolutions", ylabel="$v_{tip}$, mm (rotating frame)")
@@ -129,8 +137,10 @@ def draw_opposed(cases: Cases, line: list[int]) -> Figure:
     return figure
 
 
-def draw_pair(cases: Cases, speeds: list[float | None]) -> Figure:
+def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
     """Return static-frame orbits with transient and steady part (Figs. 9, 11, 13)."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 5.6), layout="constrained")
     for axes, speed in zip(figure.subplots(1, 2), speeds, strict=True):
         if speed is None:
@@ -152,8 +162,10 @@ def case_at(cases: Cases, speed: float) -> int:
     return int(np.argmin([abs(row["speed"] - speed) for row in cases.rows]))
 
 
-def draw_convergence(found: Found) -> Figure:
+def draw_convergence(found: Found) -> Any:
     """Return Sec. 3.3: displacements above, kind of motion below, dt and eta."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 7), layout="constrained")
     (upper, lower) = figure.subplots(2, 2, sharex="col", height_ratios=(3, 2))
     for place, (name, title) in enumerate((("steps", "Δt, s"), ("modes", "η"))):
@@ -166,7 +178,9 @@ def draw_convergence(found: Found) -> Figure:
         upper[place].set_title("centre (static frame), rms of the first 20 ms")
         lower[place].set(xlabel=title, ylabel="Ω, rad/s", ylim=(-0.6, 3.6))
         lower[place].set_title("kind of motion (letter: regime, arrow: whirl)")
-        lower[place].set_yticks(range(len(PAPER_SPEEDS)), [f"{s:g}" for s in PAPER_SPEEDS])
+        lower[place].set_yticks(
+            range(len(PAPER_SPEEDS)), [f"{s:g}" for s in PAPER_SPEEDS]
+        )
         lower[place].set_xticks(range(len(rows)), [f"{row['value']:g}" for row in rows])
         upper[place].legend(fontsize=8)
     return figure
@@ -199,8 +213,12 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         "fig13": draw_pair(full, [270.0, 420.0]),
         "convergence": draw_convergence(found),
         "cascade": sweeps.draw_cascade(table2, found.line("table2", centre="free")),
-        "bifurcation": sweeps.draw_bifurcation(table2, found.line("table2", centre="free")),
-        "interaction": sweeps.draw_interaction(table2, found.line("table2", centre="free")),
+        "bifurcation": sweeps.draw_bifurcation(
+            table2, found.line("table2", centre="free")
+        ),
+        "interaction": sweeps.draw_interaction(
+            table2, found.line("table2", centre="free")
+        ),
     }
     for name, speed in (("fig10", 520.0), ("fig12", 410.0), ("fig14", 420.0)):
         figures[name] = motions.draw_contributions(full, case_at(full, speed))
@@ -212,7 +230,9 @@ def main() -> int:
     """Integrate what is missing, draw, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    parser.add_argument("--quick", action="store_true", help="coarse and under a minute")
+    parser.add_argument(
+        "--quick", action="store_true", help="coarse and under a minute"
+    )
     args = parser.parse_args()
     effort = QUICK if args.quick else FULL
     place = args.out / "campaigns"

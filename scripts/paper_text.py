@@ -41,7 +41,9 @@ class Number:
         off = here / self.paper - 1
         told = f"{here:.5g} {self.unit} ({100 * off:+.2g} %; allowed "
         told += f"±{100 * self.tolerance:g} %)"
-        return Statement(self.where, self.claim, told, judged(abs(off) <= self.tolerance))
+        return Statement(
+            self.where, self.claim, told, judged(abs(off) <= self.tolerance)
+        )
 
 
 def judged(agrees: bool | None) -> str:  # noqa: FBT001

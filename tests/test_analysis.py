@@ -1,4 +1,4 @@
-"""What is read from motion: lines, contributions, contacts, sections, closed contacts."""
+"""What is read from motion: lines, contributions, contacts, closed contacts."""
 
 import numpy as np
 import pytest
@@ -93,7 +93,9 @@ def test_contributions_refuse_what_has_no_nodal_diameters(model):
 
 
 def test_the_amplitude_of_a_line_is_the_peak_of_its_sine():
-    hertz, amplitude = amplitude_spectrum(5.0 + 3.0 * np.sin(2 * np.pi * 50 * TIME), INTERVAL)
+    hertz, amplitude = amplitude_spectrum(
+        5.0 + 3.0 * np.sin(2 * np.pi * 50 * TIME), INTERVAL
+    )
     place, height = strongest(hertz, amplitude, 10.0, 100.0)
     assert (place, height) == (pytest.approx(50.0), pytest.approx(3.0, rel=1e-6))
     assert np.isnan(strongest(hertz, amplitude, 1e6, 2e6)[0])
@@ -132,7 +134,9 @@ def test_a_wave_of_the_rotation_is_one_point_of_the_section(speed):
 def test_a_subharmonic_of_two_is_two_points_and_rest_is_none():
     orbit = np.exp(0.5j * 300.0 * TIME)
     points = section(TIME, np.column_stack([orbit.real, orbit.imag]), 300.0)[:, 0]
-    assert np.allclose(points[::2], -1.0, atol=0.01) or np.allclose(points[1::2], -1.0, atol=0.01)
+    assert np.allclose(points[::2], -1.0, atol=0.01) or np.allclose(
+        points[1::2], -1.0, atol=0.01
+    )
     assert points[1:] * points[:-1] == pytest.approx(-1.0, abs=0.02)
     assert section(TIME, np.zeros((len(TIME), 2)), 0.0).shape == (0, 2)
 
@@ -162,7 +166,9 @@ def test_contacts_of_a_run_carry_its_impulse():
 def test_friction_and_transport_are_all_that_feeds():
     for speed in (300.0, -300.0):
         row = simulate(apply_settings(SCENE, SHORT | {"speed": speed})).row
-        assert row["late_friction"] + row["late_rotation"] == pytest.approx(row["late_fed"])
+        assert row["late_friction"] + row["late_rotation"] == pytest.approx(
+            row["late_fed"]
+        )
         assert row["late_friction"] != 0.0
 
 
@@ -268,4 +274,6 @@ def test_mirrored_rotation_predicts_the_same_growth():
     for a, b in zip(one, other, strict=True):
         assert a["closed"] == pytest.approx(b["closed"], rel=1e-6)
     with pytest.raises(InputError, match="ring of harmonics"):
-        coupled(model_of(apply_settings(SCENE, {"discretization": "elements"})), 1, 1.0, 0.1)
+        coupled(
+            model_of(apply_settings(SCENE, {"discretization": "elements"})), 1, 1.0, 0.1
+        )

@@ -32,7 +32,9 @@ speed = [410, 300, 520]
 def full(tmp_path_factory):
     place = tmp_path_factory.mktemp("full")
     (place / "full.toml").write_text(FULL)
-    assert main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
+    assert (
+        main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
+    )
     return place / "out"
 
 
@@ -79,7 +81,9 @@ def test_a_kind_is_drawn_of_the_case_that_was_asked_for(full, tmp_path, capsys):
 def test_every_kind_is_drawn_once_or_once_a_case(full, tmp_path, capsys):
     assert main(["figures", str(full), "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.split()
-    assert sorted(Path(li).name for li in lines) == sorted(p.name for p in tmp_path.iterdir())
+    assert sorted(Path(li).name for li in lines) == sorted(
+        p.name for p in tmp_path.iterdir()
+    )
     for name, kind in figures.KINDS.items():
         found = [li for li in lines if Path(li).stem.startswith(name)]
         assert len(found) == (1 if kind.sweep else 3), name
@@ -132,7 +136,8 @@ def test_the_orbit_drawn_is_the_one_kept_in_its_unit(cases):
 
 
 @pytest.mark.parametrize(
-    ("largest", "unit"), [(2e-3, "mm"), (2e-4, "mm"), (3e-6, "µm"), (1e-9, "nm"), (0, "pm")]
+    ("largest", "unit"),
+    [(2e-3, "mm"), (2e-4, "mm"), (3e-6, "µm"), (1e-9, "nm"), (0, "pm")],
 )
 def test_lengths_are_told_in_a_unit_of_their_size(largest, unit):
     assert motions.unit_of(largest)[1] == unit
@@ -194,7 +199,11 @@ def paper_text(monkeypatch):
 def test_misses_come_first_and_numbers_are_judged_by_their_tolerance(paper_text):
     number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
     near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
-    assert [s.verdict for s in (near, far, none)] == ["agrees", "differs", "cannot be judged"]
+    assert [s.verdict for s in (near, far, none)] == [
+        "agrees",
+        "differs",
+        "cannot be judged",
+    ]
     text = paper_text.page([near, none, far], [], quick=False)
     assert "3 statements: 1 differ, 1 cannot be judged, 1 agree." in text
     verdicts = re.findall(r"^\| (differs|cannot be judged|agrees) ", text, re.MULTILINE)
@@ -205,9 +214,17 @@ def test_misses_come_first_and_numbers_are_judged_by_their_tolerance(paper_text)
 
 @pytest.mark.slow
 def test_the_quick_paper_is_whole_and_continues(tmp_path):
-    call = [sys.executable, str(SCRIPTS / "paper_figures.py"), "--out", str(tmp_path), "--quick"]
+    call = [
+        sys.executable,
+        str(SCRIPTS / "paper_figures.py"),
+        "--out",
+        str(tmp_path),
+        "--quick",
+    ]
     done = subprocess.run(call, capture_output=True, text=True, timeout=290, check=True)
-    assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {p.name for p in tmp_path.iterdir()}
+    assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {
+        p.name for p in tmp_path.iterdir()
+    }
     page = (tmp_path / "paper.md").read_text()
     assert page.count("\n| ") > 50
     assert str(tmp_path / "paper.md") in done.stdout

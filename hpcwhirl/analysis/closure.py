@@ -62,11 +62,10 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
         msg = "closed contacts need a tuned rotor of the scene and a ring of harmonics"
         raise InputError(msg)
     mu, blades = friction * float(np.sign(speed)), model.blades
-    parts = [_rotor_part(model, k, mu)]
     orders = range(-model.ring.harmonics, model.ring.harmonics + 1)
-    for h in orders:
-        if (h - k) % blades == 0:
-            parts.append(_ring_part(model, h, speed, mu))
+    seen = [h for h in orders if (h - k) % blades == 0]
+    parts = [_rotor_part(model, k, mu)]
+    parts += [_ring_part(model, model.ring, h, speed, mu) for h in seen]
     damping, stiffness, gap, push = map(np.concatenate, zip(*parts, strict=True))
     return Coupled(np.diag(damping), np.diag(stiffness), gap, push)
 
@@ -84,11 +83,11 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 
 
 def _ring_part(
-    model: Model, h: int, speed: float, mu: float
+    model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
     """Return (C, K, gap, push), each (2,), of harmonic h of the ring, -H .. H."""
-    body, ring = model.casing, model.ring
-    if body is None or ring is None:
+    body = model.casing
+    if body is None:
         msg = "closed contacts need an elastic casing"
         raise InputError(msg)
     own = (body.diameter == abs(h)) & (body.phase == 0)
@@ -99,15 +98,20 @@ def _ring_part(
     omega, ratios = body.omega[own], body.ratios[own]
     turn = -1j * h * speed
     damping = 2 * ratios * omega
-    return damping + 2 * turn, omega**2 + damping * turn + turn**2, share * outward, push
+    return (
+        damping + 2 * turn,
+        omega**2 + damping * turn + turn**2,
+        share * outward,
+        push,
+    )
 
 
 def _amplitudes(
     body: ModalModel, own: NDArray[np.bool_], ring: FourierOperator, h: int
 ) -> tuple[Complexes, Complexes]:
-    """Return W and U of e^{i h theta}: w = W cos h theta comes with u = U sin |h| theta.
+    """Return W and U of e^{i h theta}, each (2,).
 
-    For h = 0 the turn U is uniform.
+    w = W cos h theta comes with u = U sin |h| theta; for h = 0 the turn U is uniform.
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
@@ -145,7 +149,9 @@ def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
 
 def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
     size = len(damping)
-    companion = np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]])
+    companion = np.block(
+        [[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]]
+    )
     return np.asarray(np.linalg.eigvals(companion))
 
 

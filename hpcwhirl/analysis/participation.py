@@ -59,12 +59,14 @@ def contributions(
     q = _least_forces(
         np.array(seen), np.array(rows), body.omega[own], body.ratios[own], interval
     )
-    return q.real + 0j if 2 * k % blades == 0 else q
+    return q.real.astype(np.complex128) if 2 * k % blades == 0 else q
 
 
 def _check(tips: Floats, model: Model) -> None:
     if not model.rotor.cyclic or model.blades < 3:
-        msg = "modal contributions need a tuned rotor of the scene with 3 blades or more"
+        msg = (
+            "modal contributions need a tuned rotor of the scene with 3 blades or more"
+        )
         raise InputError(msg)
     if tips.ndim != 3 or tips.shape[1:] != (model.blades, 2):
         msg = f"tips must be (n, {model.blades}, 2), got {tips.shape}"

@@ -83,9 +83,9 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     -------
     growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
     whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed,
-    late_friction, late_rotation (its two parts), late_lost, late_energy (J), late_contacts (1 if the window has contact), load_end (s; 0 where
-    there is no loading), ledger_error (-),
-    gap_scale (m)
+    late_friction, late_rotation (its two parts), late_lost, late_energy (J),
+    late_contacts (1 if the window has contact), load_end (s; 0 where there is no
+    loading), ledger_error (-), gap_scale (m)
     """
     time = history.time
     end = float(time[-1]) if len(time) else 0.0

@@ -46,7 +46,7 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
     amplitude : (n // 2 + 1,), unit of the signal: peak amplitude of the sine each line
         stands for (Hann window, mean removed)
     """
-    omega, lines = full_spectrum(signal + 0j, interval)
+    omega, lines = full_spectrum(signal.astype(np.complex128), interval)
     start = int(np.argmin(np.abs(omega)))
     hertz, amplitude = omega[start:] / (2 * np.pi), lines[start:].copy()
     amplitude[1:] *= 2.0

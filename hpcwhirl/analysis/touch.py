@@ -44,7 +44,9 @@ def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
     if not len(time):
         none = np.zeros(0)
         return Touches(none, np.zeros(0, np.int64), none, none)
-    change = np.diff(blade_impulse, axis=0, prepend=np.zeros((1, blade_impulse.shape[1])))
+    change = np.diff(
+        blade_impulse, axis=0, prepend=np.zeros((1, blade_impulse.shape[1]))
+    )
     sample, blade = np.nonzero(change > 0.0)
     interval = time[1] - time[0] if len(time) > 1 else time[0]
     when = time[sample] - interval / 2

@@ -177,7 +177,8 @@ class March:
     def _friction_at(self, count: int) -> Floats:
         """Return the work of friction at the first `count` samples, (count,), J."""
         steps, works = np.array([*self.marks, (self.steps, self._friction())]).T
-        return np.interp(self.stride * np.arange(1.0, count + 1), steps, works)
+        at = self.stride * np.arange(1.0, count + 1)
+        return np.asarray(np.interp(at, steps, works))
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger at the present step, energies computed afresh."""

@@ -83,7 +83,7 @@ def draw_figures(
     *,
     transient: bool = False,
 ) -> Iterator[str]:
-    """Draw figures of a campaign; yield a line for each: its path, or why there is none.
+    """Draw figures of a campaign; yield for each its path, or why there is none.
 
     Parameters
     ----------
@@ -104,8 +104,10 @@ def draw_figures(
         lacking = [n for n in kind.needs if n not in cases.kept]
         if lacking:
             level = "full" if {"tips", "blade_impulse"} & {*lacking} else "orbit"
-            yield f"{name}: needs traces = {level}, the campaign kept none of "\
+            yield (
+                f"{name}: needs traces = {level}, the campaign kept none of "
                 f"{', '.join(lacking)}"
+            )
         elif kind.sweep:
             yield from _sweep(name, kind, cases, wanted, out, transient)
         elif only is None and len(whole) > MOST_CASES:
@@ -126,7 +128,12 @@ def _wanted(cases: Cases, whole: list[int], only: list[int] | None) -> list[int]
 
 
 def _sweep(
-    name: str, kind: Kind, cases: Cases, wanted: list[int], out: Path, transient: bool  # noqa: FBT001
+    name: str,
+    kind: Kind,
+    cases: Cases,
+    wanted: list[int],
+    out: Path,
+    transient: bool,  # noqa: FBT001
 ) -> Iterator[str]:
     """Draw one figure of the cases that differ from the first wanted in speed alone."""
     line = cases.like(wanted[0])
@@ -137,7 +144,12 @@ def _sweep(
 
 
 def _one_by_one(
-    name: str, kind: Kind, cases: Cases, wanted: list[int], out: Path, transient: bool  # noqa: FBT001
+    name: str,
+    kind: Kind,
+    cases: Cases,
+    wanted: list[int],
+    out: Path,
+    transient: bool,  # noqa: FBT001
 ) -> Iterator[str]:
     for case in wanted:
         try:

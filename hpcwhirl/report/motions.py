@@ -123,9 +123,8 @@ def draw_contributions(cases: Cases, case: int) -> Any:
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
     for axes in (whole, second):
         axes.set_ylabel("|$q_k$|, m √kg")
-    handles, labels = whole.get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], title="k", fontsize=8,
-                  loc="outside center right")  # fmt: skip
+    figure.legend(handles=whole.get_legend_handles_labels()[0][::-1], title="k",
+                  loc="outside right center", fontsize=8)  # fmt: skip
     figure.suptitle(f"Modal contributions. {title_of(row)}")
     return figure
 
@@ -187,7 +186,9 @@ def draw_section(cases: Cases, case: int, *, transient: bool = False) -> Any:
     factor, unit = unit_of(float(np.abs(points).max(initial=0.0)))
     figure = Figure(figsize=(6.8, 6), layout="constrained")
     axes = figure.subplots()
-    dots = axes.scatter(*(factor * points).T, c=np.arange(len(points)), s=8)
+    dots = axes.scatter(
+        factor * points[:, 0], factor * points[:, 1], c=np.arange(len(points)), s=8
+    )
     axes.set_aspect("equal", "datalim")
     axes.set(xlabel=f"$X_o$, {unit}", ylabel=f"$Y_o$, {unit} (static frame)")
     axes.set_title(f"Once a revolution\n{title_of(row)}")

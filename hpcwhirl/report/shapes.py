@@ -69,7 +69,9 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
         axes.plot(moved.real, moved.imag, c="#08306b", lw=1.0)
     axes.plot(0, 0, "o", c="black", ms=9, mfc="none", label="centre at rest")
     placed = HUB * scale * hub
-    axes.plot(placed.real, placed.imag, "o", c="#D55E00", ms=5, label="centre displaced")
+    axes.plot(
+        placed.real, placed.imag, "o", c="#D55E00", ms=5, label="centre displaced"
+    )
     axes.set_aspect("equal")
     axes.axis("off")
 
@@ -98,7 +100,9 @@ def _veering(
     looks = {"free": ("o", "#0072B2", 5), "clamped": ("x", "#D55E00", 5)}
     for centre, (marker, colour, size) in looks.items():
         for place, family in enumerate(wanted):
-            at = sorted((k, f) for (k, name), f in found[centre].items() if name == family)
+            at = sorted(
+                (k, f) for (k, name), f in found[centre].items() if name == family
+            )
             x, y = np.array(at).T
             label = f"centre {centre}" if place == 0 else None
             axes.plot(x, y / 1e3, marker, c=colour, ms=size, mfc="none", label=label)

@@ -30,7 +30,8 @@ def edges_of(values: Floats) -> Floats:
     if len(values) == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
     middle = (values[1:] + values[:-1]) / 2
-    return np.r_[2 * values[0] - middle[0], middle, 2 * values[-1] - middle[-1]]
+    ends = 2 * values[[0, -1]] - middle[[0, -1]]
+    return np.concatenate([ends[:1], middle, ends[1:]])
 
 
 def rotating(traces: dict[str, Floats], speed: float) -> Floats:
@@ -237,11 +238,10 @@ def _waves(axes: Any, table: list[Line], k: int, speeds: Floats) -> None:
         axes.plot(span, plus, c=colours[name], lw=1.2, label=label)
         axes.plot(span, minus, c=colours[name], lw=1.2, ls="--")
     first = first_family(table, "casing").get(k, 0.0)
-    for n in range(1, ORDERS + 1):
-        label = f"±n ω$_c$, n = 1..{ORDERS}" if n == 1 else None
-        for side in (-1, 1):
-            axes.axhline(side * n * first, c="#D55E00", lw=0.6, label=label)
-            label = None
+    for n in range(-ORDERS, ORDERS + 1):
+        told = f"±n ω$_c$, n = 1..{ORDERS}" if n == 1 else None
+        if n:
+            axes.axhline(n * first, c="#D55E00", lw=0.6, label=told)
     axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
     axes.set_ylim(-1000, 1400)
 
