@@ -24,7 +24,7 @@ from paper_why import why
 
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.run import prepare, run_campaign
-from hpcwhirl.report import motions, shapes, sweeps
+from hpcwhirl.report import growth, motions, shapes, sweeps
 from hpcwhirl.report.figures import save
 from hpcwhirl.report.maps import REGIMES
 from hpcwhirl.store.cases import Cases
@@ -201,6 +201,7 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
     table1, table2, full = (found.cases[n] for n in ("table1", "table2", "motions"))
     rotor = table2.scene(0).engine.rotor
     lobes = {k: found.line("table1", nodal_diameter=k) for k in (1, 2)}
+    free = found.line("table2", centre="free")
     title = "Table 1, after revolution 5, k = {}"
     figures = {
         "fig04": shapes.draw_shapes(rotor),
@@ -212,13 +213,10 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         "fig11": draw_pair(full, [pair["sustained"], 410.0]),
         "fig13": draw_pair(full, [270.0, 420.0]),
         "convergence": draw_convergence(found),
-        "cascade": sweeps.draw_cascade(table2, found.line("table2", centre="free")),
-        "bifurcation": sweeps.draw_bifurcation(
-            table2, found.line("table2", centre="free")
-        ),
-        "interaction": sweeps.draw_interaction(
-            table2, found.line("table2", centre="free")
-        ),
+        "cascade": sweeps.draw_cascade(table2, free),
+        "bifurcation": sweeps.draw_bifurcation(table2, free),
+        "interaction": sweeps.draw_interaction(table2, free),
+        "growth": growth.draw_growth(table2, free),
     }
     for name, speed in (("fig10", 520.0), ("fig12", 410.0), ("fig14", 420.0)):
         figures[name] = motions.draw_contributions(full, case_at(full, speed))

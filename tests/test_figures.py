@@ -11,7 +11,7 @@ import pytest
 from hpcwhirl.campaign.case import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report import figures, motions, shapes, sweeps
+from hpcwhirl.report import figures, growth, motions, shapes, sweeps
 from hpcwhirl.scene import Rotor, apply_settings
 from hpcwhirl.store.cases import Cases
 
@@ -160,6 +160,16 @@ def test_regimes_lie_under_the_interaction_diagram(cases):
     assert len(strip.patches) == 3
     assert any("Eq. 13" in t.get_text() or "n = 9" in t.get_text() for t in waves.texts)
     assert "casing's frame" in waves.get_ylabel()
+
+
+def test_measured_growth_stands_beside_the_linear_check(cases):
+    upper, lower = growth.draw_growth(cases, cases.like(0)).axes
+    dots = [li for li in upper.lines if li.get_marker() == "o"]
+    drawn = [(li.get_xdata()[0], li.get_ydata()[0]) for li in dots]
+    assert sorted(drawn) == sorted((r["speed"], r["growth_rate"]) for r in cases.rows)
+    rubbed = next(li for li in lower.lines if li.get_label() == "friction")
+    row = cases.rows[1]
+    assert rubbed.get_ydata()[0] == row["late_friction"] / row["late_lost"]
 
 
 def test_a_clamped_centre_moves_only_nodal_diameter_one():

@@ -11,8 +11,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument(
         "--kind", action="append", metavar="NAME",
-        help="frequency, cascade, bifurcation, interaction (all speeds); orbit, "
-        "section, contributions, contacts, ledger (one a case); default: all",
+        help="frequency, cascade, bifurcation, interaction, growth (all speeds); "
+        "orbit, section, contributions, contacts, ledger (one a case); default: all",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, unknown
-from hpcwhirl.report import motions, sweeps
+from hpcwhirl.report import growth, motions, sweeps
 from hpcwhirl.store.cases import Cases
 
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
@@ -42,6 +42,7 @@ KINDS = {
         ("centre",), sweep=True,
     ),
     "interaction": Kind(lambda c, i, _: sweeps.draw_interaction(c, i), (), sweep=True),
+    "growth": Kind(lambda c, i, _: growth.draw_growth(c, i), (), sweep=True),
     "orbit": Kind(
         lambda c, i, t: motions.draw_orbits(c, i, transient=t), ("centre",), sweep=False
     ),

@@ -102,12 +102,16 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
         axes.set(xlabel="Ω, rad/s", ylabel="f, Hz (rotating frame)", title=label)
-        figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
-    figure.suptitle(title or f"After revolution {STEADY_AFTER:g}. {_of(cases, line)}")
+        if (amplitude > AT_REST).any():
+            figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
+    figure.suptitle(
+        title or f"After revolution {STEADY_AFTER:g}. {heading(cases, line)}"
+    )
     return figure
 
 
-def _of(cases: Cases, line: list[int]) -> str:
+def heading(cases: Cases, line: list[int]) -> str:
+    """Return the inputs that the cases of a line share."""
     row = cases.rows[line[0]]
     told = f"k = {row['nodal_diameter']}, gap {1e3 * row['gap']:g} mm, "
     other = cases.others(line[0])
@@ -137,7 +141,7 @@ def draw_cascade(cases: Cases, line: list[int], *, transient: bool = False) -> A
     axes.set(
         xlabel="Ω, rad/s",
         ylabel="ω, rad/s, static frame:\nbackward < 0 < forward",
-        title=f"Full spectrum of the centre, {_of(cases, line)}\n(dashed: ω = Ω)",
+        title=f"Full spectrum of the centre, {heading(cases, line)}\n(dashed: ω = Ω)",
         ylim=(-top, top),
     )
     figure.colorbar(mesh, ax=axes, label="radius of the line's circle, mm")
@@ -161,7 +165,7 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
         part = _part(traces, row, transient=transient)
         points = section(traces["time"][part], traces["centre"][part], row["speed"])
         at = np.full(len(points), row["speed"])
-        colour = _colour(row)
+        colour = colour_of(row)
         upper.plot(at, 1e3 * points[:, 0], ".", ms=2, c=colour, mew=0)
         lower.plot(at, 1e3 * np.hypot(*points.T), ".", ms=2, c=colour, mew=0)
     gap = 1e3 * cases.rows[line[0]]["gap"]
@@ -171,12 +175,13 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
     if lower.get_ylim()[0] < 1e-6 * gap:
         lower.set_ylim(bottom=1e-6 * gap)
     upper.set_ylabel("$X_o$, mm, static frame\n(linear within the gap)")
-    upper.set_title(f"Once a revolution, {_of(cases, line)}")
-    _legend(figure, cases, line)
+    upper.set_title(f"Once a revolution, {heading(cases, line)}")
+    regime_legend(figure, cases, line)
     return figure
 
 
-def _colour(row: dict[str, Any]) -> str:
+def colour_of(row: dict[str, Any]) -> str:
+    """Return the colour of a row's regime, dark enough for a dot."""
     return "#B8A800" if row["regime"] == "sustained" else _shade(row["regime"])
 
 
@@ -184,12 +189,13 @@ def _shade(regime: str) -> str:
     return "#888888" if regime in {"undecided", "none"} else REGIMES[regime][0]
 
 
-def _legend(figure: Any, cases: Cases, line: list[int]) -> None:
+def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
+    """Tell the colours of the regimes below a figure."""
     from matplotlib.lines import Line2D
 
     rows = {cases.rows[i]["regime"]: cases.rows[i] for i in line}
     keys = [
-        Line2D([], [], marker="o", ls="", c=_colour(row), label=regime)
+        Line2D([], [], marker="o", ls="", c=colour_of(row), label=regime)
         for regime, row in sorted(rows.items())
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
@@ -215,11 +221,11 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     _crossings(axes, table, k, speeds)
     cells = edges_of(speeds)
     for i, case in enumerate(line):
-        strip.axvspan(cells[i], cells[i + 1], color=_colour(cases.rows[case]), lw=0)
+        strip.axvspan(cells[i], cells[i + 1], color=colour_of(cases.rows[case]), lw=0)
     strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")
-    axes.set_title(f"Interaction of nodal diameter {k}, {_of(cases, line)}")
+    axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
     axes.legend(loc="upper left", fontsize=8)
-    _legend(figure, cases, line)
+    regime_legend(figure, cases, line)
     return figure
 
 
