@@ -1,7 +1,7 @@
 """Figures 4 to 14 of the paper and `paper.md`, from campaigns kept in DIR/campaigns.
 
-    python scripts/paper_figures.py --out DIR           # some 5 minutes on one core
-    python scripts/paper_figures.py --out DIR --quick   # coarse: under a minute
+    python scripts/paper_figures.py --out DIR           # some 9 minutes on one core
+    python scripts/paper_figures.py --out DIR --quick   # coarse: a minute
 
 The same command again continues: no case is integrated twice. `paper.md` sets each of
 the paper's statements beside what was computed, misses first.
@@ -228,9 +228,7 @@ def main() -> int:
     """Integrate what is missing, draw, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    parser.add_argument(
-        "--quick", action="store_true", help="coarse and under a minute"
-    )
+    parser.add_argument("--quick", action="store_true", help="coarse, a minute")
     args = parser.parse_args()
     effort = QUICK if args.quick else FULL
     place = args.out / "campaigns"

@@ -119,7 +119,7 @@ def test_beating_does_not_pass_for_growth():
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
 def test_a_few_samples_give_a_word(count):
     whole = made(-2.0)
-    names = ("time", "centre", "energy", "impulse", "fed", "lost")
+    names = ("time", "centre", "energy", "impulse", "fed", "friction", "lost")
     short = {n: getattr(whole, n)[:count] for n in names}
     assert words(History(**(vars(whole) | short)))[0] == "completed"
 
