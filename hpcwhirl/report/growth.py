@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.analysis.closure import SLOW, growth_of_diameter
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.report.sweeps import colour_of, heading, regime_legend
 from hpcwhirl.store.cases import Cases
@@ -21,6 +22,9 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
     from matplotlib.figure import Figure
 
     rows = [cases.rows[i] for i in line]
+    if not all("late_friction" in row for row in rows):
+        msg = f"{cases.path} is older than late_friction: gather the campaign again"
+        raise InputError(msg)
     linear = [_linear(cases, i) for i in line]
     speeds = np.array([row["speed"] for row in rows])
     figure = Figure(figsize=(10, 7), layout="constrained")
