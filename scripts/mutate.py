@@ -39,6 +39,7 @@ TIMESTEP, FLIGHTS = "dynamics/timestep.py", "dynamics/flights.py"
 FLIGHT = "test_flight.py"
 STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
 MARCH, WHIRL = "test_march.py", "test_whirl.py"
+ANALYSIS = "test_analysis.py"
 BUGS = (
     Bug("1 membrane strain", BEAMS, "shape / radius\n", "-shape / radius\n", STRUCTURE),
     Bug(
@@ -141,6 +142,34 @@ BUGS = (
         "np.exp(1j * angle)",
         "np.exp(-1j * angle)",
         WHIRL,
+    ),
+    Bug(
+        "6 centre of nodal diameter 1",
+        "analysis/participation.py",
+        "centre[:, 0] - 1j * centre[:, 1]",
+        "centre[:, 0] + 1j * centre[:, 1]",
+        ANALYSIS,
+    ),
+    Bug(
+        "6 frame of the ring",
+        "analysis/closure.py",
+        "turn = -1j * h * speed",
+        "turn = 1j * h * speed",
+        ANALYSIS,
+    ),
+    Bug(
+        "6 sliding of closed contacts",
+        "analysis/closure.py",
+        "push = -count * (radial + mu",
+        "push = -count * (radial - mu",
+        ANALYSIS,
+    ),
+    Bug(
+        "6 place of a contact",
+        "analysis/touch.py",
+        "(speed * when + around",
+        "(-speed * when + around",
+        ANALYSIS,
     ),
 )
 

@@ -23,6 +23,7 @@ def made(rate, *, fed=0.0, lost=1.0, last=2.0, stop="end", residual=0.0, line=-1
         energy=energy,
         impulse=TIME,
         fed=fed * TIME,
+        friction=0.25 * fed * TIME,
         lost=lost * TIME,
         tips=np.zeros((0, 22, 2)),
         blade_impulse=np.zeros((0, 22)),
@@ -120,7 +121,7 @@ def test_beating_does_not_pass_for_growth():
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
 def test_a_few_samples_give_a_word(count):
     whole = made(-2.0)
-    names = ("time", "centre", "energy", "impulse", "fed", "lost")
+    names = ("time", "centre", "energy", "impulse", "fed", "friction", "lost")
     short = {n: getattr(whole, n)[:count] for n in names}
     assert words(History(**(vars(whole) | short)))[0] == "completed"
 

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
 
 def critical_speeds(
     rotor: Mapping[int, float], casing: Mapping[int, float], orders: int = 1
@@ -29,3 +34,54 @@ def critical_speeds(
         if k > 0
         for n in range(1, orders + 1)
     ]
+
+
+def coincidences(
+    rotor: Mapping[int, float], casing: Mapping[int, float], orders: int = 1
+) -> list[dict[str, float | int]]:
+    """Return the speeds > 0 with n omega_c = |k Omega +- omega_bd|.
+
+    In the casing's frame the rotor's waves stand at k Omega + omega_bd (turning with
+    the rotation) and k Omega - omega_bd (against it). side = -1 is
+    Omega = (omega_bd + n omega_c) / k, Eq. (13) for n = 1, seen from the casing turning
+    with the rotation; side = +1 is Omega = (n omega_c - omega_bd) / k; side = 0 is
+    Omega = (omega_bd - n omega_c) / k, the wave then turning against the rotation.
+
+    Parameters
+    ----------
+    rotor, casing : {nodal diameter: frequency, rad/s}
+    orders : the highest n
+
+    Returns
+    -------
+    records of nodal_diameter, order, side and speed (rad/s)
+    """
+    out: list[dict[str, float | int]] = []
+    for k in sorted(rotor.keys() & casing.keys() - {0}):
+        for n in range(1, orders + 1):
+            own, other = rotor[k], n * casing[k]
+            found = {-1: own + other, 1: other - own, 0: own - other}
+            out += [
+                {"nodal_diameter": k, "order": n, "side": side, "speed": speed / k}
+                for side, speed in found.items()
+                if speed > 0.0
+            ]
+    return out
+
+
+def campbell(
+    rotor: Mapping[str, float], k: int, speeds: Floats
+) -> dict[str, tuple[Floats, Floats]]:
+    """Return {mode: (k Omega + omega_bd, k Omega - omega_bd)}, rad/s, casing's frame.
+
+    Parameters
+    ----------
+    rotor : {name of the mode: omega_bd, rad/s} of nodal diameter k
+    k : nodal diameter
+    speeds : (n,), Omega, rad/s
+
+    Returns
+    -------
+    pairs of (n,), signed: > 0 turns with the rotation
+    """
+    return {name: (k * speeds + w, k * speeds - w) for name, w in rotor.items()}

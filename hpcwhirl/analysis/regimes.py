@@ -82,9 +82,10 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     Returns
     -------
     growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
-    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_lost,
-    late_energy (J), late_contacts (1 if the window has contact), load_end (s; 0 where
-    there is no loading), certificate (s, -1 for none), certificate_reach (m),
+    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed,
+    late_friction, late_rotation (its two parts), late_lost, late_energy (J),
+    late_contacts (1 if the window has contact), load_end (s; 0 where there is no
+    loading), certificate (s, -1 for none), certificate_reach (m),
     ledger_error (-), gap_scale (m)
     """
     time = history.time
@@ -95,7 +96,8 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     with np.errstate(all="ignore"):  # a run that blew up is named by its stop
         rate, error = growth(time[late], history.energy[late])
         whirl = whirl_numbers(time[late], centre, scene.speed)
-    fed, lost = history.fed[late], history.lost[late]
+    fed, lost = _change(history.fed[late]), _change(history.lost[late])
+    rubbed = _change(history.friction[late])
     radius = scene.engine.rotor.radius
     return {
         "growth_rate": _number(rate),
@@ -106,9 +108,11 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "whirl_ratio": _number(whirl.ratio),
         "orbit_area": _number(whirl.area_rate),
         "line_frequency": _number(whirl.line),
-        "late_fed": _number(fed[-1] - fed[0]) if len(fed) else 0.0,
-        "late_lost": _number(lost[-1] - lost[0]) if len(lost) else 0.0,
-        "late_energy": _number(history.energy[late].mean()) if len(fed) else 0.0,
+        "late_fed": fed,
+        "late_friction": rubbed,
+        "late_rotation": fed - rubbed,
+        "late_lost": lost,
+        "late_energy": _number(history.energy[late].mean()) if late.any() else 0.0,
         "load_end": _load_end(scene),
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
@@ -116,6 +120,11 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "ledger_error": ledger_error(history),
         "gap_scale": max(scene.gap, 1e-6 * radius),
     }
+
+
+def _change(values: Floats) -> float:
+    """Return the last less the first of cumulative values; 0 where there is none."""
+    return _number(values[-1] - values[0]) if len(values) else 0.0
 
 
 def _load_end(scene: Scene) -> float:

@@ -28,9 +28,9 @@ class Result:
     ----------
     row : physics alone, the same bits wherever and however often it is computed
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
-        `energy`, `fed`, `lost` (n,), J; `impulse` (n,), N s; in full also `tips`
-        (n, N, 2), m, rotating frame, and `blade_impulse` (n, N), N s; empty for
-        `summary`
+        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; in full also
+        `tips` (n, N, 2), m, rotating frame, and `blade_impulse` (n, N), N s; empty
+        for `summary`
     performance : what depends on the machine and the day
     """
 
@@ -94,6 +94,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         "energy": history.energy,
         "impulse": history.impulse,
         "fed": history.fed,
+        "rubbed": history.friction,
         "lost": history.lost,
     }
     if scene.output.traces == "full":

@@ -17,6 +17,7 @@ COMMANDS = {
     "gather": "write results.h5 from journals and traces",
     "classify": "name the regimes again with other thresholds",
     "map": "draw the regime map",
+    "figures": "draw spectra, orbits, contributions, contacts, ledgers",
     "model": "modal table, critical speeds, time-step limits",
     "bench": "measure what a step costs on this core",
     "export-model": "write M, K, D and contact operators to HDF5",

@@ -31,6 +31,8 @@ class History:
     energy : (n,), J, kinetic + strain of both bodies
     impulse : (n,), N s, cumulative normal contact impulse of all blades
     fed : (n,), J, cumulative work of rotation and friction
+    friction : (n,), J, its part by friction; the rest of `fed` is the transport of
+        contacts over the deformed ring
     lost : (n,), J, cumulative damping and impact loss
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
@@ -51,6 +53,7 @@ class History:
     energy: Floats
     impulse: Floats
     fed: Floats
+    friction: Floats
     lost: Floats
     tips: Floats
     blade_impulse: Floats

@@ -65,6 +65,7 @@ class March:
             *(np.zeros(samples) for _ in range(4)),
             np.zeros((tips, blades, 2)),
             np.zeros((tips, blades)),
+            np.zeros(samples),
         )
 
     @property
@@ -131,7 +132,7 @@ class March:
         The samples end with the last whole output interval.
         """
         count = int(self.counter[contact.SAMPLE])
-        centre, energy, impulse, fed, lost, tips, blade_impulse = self.tracks
+        centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed = self.tracks
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -142,6 +143,7 @@ class March:
             energy=energy[:count],
             impulse=impulse[:count],
             fed=fed[:count],
+            friction=rubbed[:count],
             lost=lost[:count],
             tips=tips[:count],
             blade_impulse=blade_impulse[:count],

@@ -24,26 +24,34 @@ class Line:
     centre_share: float
 
 
-def _rotor_lines(model: ModalModel) -> list[Line]:
-    """Name families by rank within a nodal diameter, the suspension apart.
+def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
+    """Return {rank: family} of a nodal diameter: by rank, the suspension apart.
 
-    The suspension is the k = 1 mode with the largest share of its strain energy in
-    the shaft's springs, if that exceeds one half. A pair that mistuning has split is
-    two lines of one family.
+    The suspension is the mode with the largest share of its strain energy in the
+    shaft's springs, if that exceeds one half.
     """
+    own = np.flatnonzero(model.diameter == k)
+    top = own[np.argmax(model.centre_share[own])]
+    suspended = model.centre_share[top] > SUSPENSION_SHARE
+    apart = int(model.rank[top]) if suspended else len(own)
+    names = {apart: "suspension"} if suspended else {}
+    ranks = sorted({int(rank) for rank in model.rank[own]} - names.keys())
+    return names | {rank: f"{rank + (rank < apart)}F" for rank in ranks}
+
+
+def _rotor_lines(model: ModalModel) -> list[Line]:
+    """Return the lines of a rotor; a pair that mistuning has split is two of them."""
     lines = []
     for k in np.unique(model.diameter):
         own = np.flatnonzero(model.diameter == k)
-        top = own[np.argmax(model.centre_share[own])]
-        suspended = model.centre_share[top] > SUSPENSION_SHARE
-        apart = int(model.rank[top]) if suspended else len(own)
+        names = family_ranks(model, int(k))
         for m, before in zip(own, np.r_[own[:1], own[:-1]], strict=True):
             twin = m != before and model.rank[m] == model.rank[before]
             if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
                 continue
             rank = int(model.rank[m])
-            name = "suspension" if rank == apart else f"{rank + (rank < apart)}F"
             hertz, share = model.omega[m] / (2 * np.pi), model.centre_share[m]
+            name = names[rank]
             lines.append(Line("rotor", name, int(k), float(hertz), float(share)))
     return lines
 

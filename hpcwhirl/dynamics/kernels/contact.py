@@ -288,13 +288,14 @@ def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     """
-    centre, energies, impulses, fed, losses, all_tips, blade_impulse = tracks
+    centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed = tracks
     s = counter[SAMPLE]
     blades = len(impulse)
     centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
     energies[s] = energy
     impulses[s] = ledger[IMPULSE]
     fed[s] = ledger[ROTATION] + ledger[FRICTION]
+    rubbed[s] = ledger[FRICTION]
     losses[s] = lost + ledger[IMPACT]
     if len(all_tips) > 0:
         all_tips[s] = tips[:blades]

@@ -1,0 +1,203 @@
+"""Linear stability with the contacts held closed, nodal diameter by nodal diameter.
+
+All N tips stay on the casing, w(theta_j) = u_j, and slide with friction mu. In the
+rotating frame nothing depends on time: harmonic h of the ring, W_h e^{i h theta} with
+theta = phi + Omega t, is W_h e^{i h Omega t} there, and the tips see all h = k (mod N)
+as nodal diameter k. With q of the rotor and P_h of the ring, mass-orthonormal,
+
+    q'' + 2 xi w q' + w^2 q = -n N (r + mu t)^H lambda_k
+    (d/dt - i h Omega)^2 P + 2 xi w (d/dt - i h Omega) P + w^2 P = n N (W + mu U)^H lambda_k
+    sum_h W_h P_h - r q = 0,
+
+n = 2, or 1 for a simple harmonic; lambda_k the cyclic coordinate of the multipliers,
+mu with the sign of Omega. What is left free is a quadratic eigenvalue problem.
+"""  # noqa: E501
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model, tip_rows
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.structure import FourierOperator
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+SLOW = 2 * np.pi * 150.0  # rad/s: 1F and suspension of the paper lie below
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """Rotor and ring on one nodal diameter, x = (q, P), rotating frame.
+
+    Attributes
+    ----------
+    damping, stiffness : (m, m), of x'' + C x' + K x = push lambda
+    gap : (m,), w - u of x, m
+    push : (m,), what a multiplier lambda_k does to x
+    """
+
+    damping: Complexes
+    stiffness: Complexes
+    gap: Complexes
+    push: Complexes
+
+
+def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
+    """Return the two bodies on nodal diameter k of the rotor.
+
+    Parameters
+    ----------
+    model : a cyclic rotor in a ring of harmonics
+    k : nodal diameter, 0 .. N // 2
+    speed : Omega, rad/s
+    friction : mu; it drags against Omega
+    """
+    if not model.rotor.cyclic or not isinstance(model.ring, FourierOperator):
+        msg = "closed contacts need a tuned rotor of the scene and a ring of harmonics"
+        raise InputError(msg)
+    mu, blades = friction * float(np.sign(speed)), model.blades
+    orders = range(-model.ring.harmonics, model.ring.harmonics + 1)
+    seen = [h for h in orders if (h - k) % blades == 0]
+    parts = [_rotor_part(model, k, mu)]
+    parts += [_ring_part(model, model.ring, h, speed, mu) for h in seen]
+    damping, stiffness, gap, push = map(np.concatenate, zip(*parts, strict=True))
+    return Coupled(np.diag(damping), np.diag(stiffness), gap, push)
+
+
+def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
+    """Return (C, K, gap, push), each (m,), of the rotor's modes of diameter k."""
+    body, blades = model.rotor, model.blades
+    own = (body.diameter == k) & (body.phase == 0)
+    wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
+    radial, tangential = (wave @ rows[:, own] for rows in tip_rows(body, blades))
+    count = (1 if 2 * k % blades == 0 else 2) * blades
+    omega, ratios = body.omega[own], body.ratios[own]
+    push = -count * (radial + mu * tangential).conj()
+    return 2 * ratios * omega + 0j, omega**2 + 0j, -radial, push
+
+
+def _ring_part(
+    model: Model, ring: FourierOperator, h: int, speed: float, mu: float
+) -> tuple[Complexes, ...]:
+    """Return (C, K, gap, push), each (2,), of harmonic h of the ring, -H .. H."""
+    body = model.casing
+    if body is None:
+        msg = "closed contacts need an elastic casing"
+        raise InputError(msg)
+    own = (body.diameter == abs(h)) & (body.phase == 0)
+    outward, along = _amplitudes(body, own, ring, h)
+    share = 0.5 if h else 1.0
+    count = (2 if h else 1) * model.blades
+    push = count * share * (outward + mu * along).conj()
+    omega, ratios = body.omega[own], body.ratios[own]
+    turn = -1j * h * speed
+    damping = 2 * ratios * omega
+    return (
+        damping + 2 * turn,
+        omega**2 + damping * turn + turn**2,
+        share * outward,
+        push,
+    )
+
+
+def _amplitudes(
+    body: ModalModel, own: NDArray[np.bool_], ring: FourierOperator, h: int
+) -> tuple[Complexes, Complexes]:
+    """Return W and U of e^{i h theta}, each (2,).
+
+    w = W cos h theta comes with u = U sin |h| theta; for h = 0 the turn U is uniform.
+    """
+    at = abs(h)
+    cosine = max(2 * at - 1, 0)
+    sine = 2 * at
+    outward = body.shapes[ring.radial[cosine], own] + 0j
+    along = body.shapes[ring.tangential[sine], own] * (-1j * np.sign(h) if h else 1.0)
+    return outward, along
+
+
+def closed_roots(pair: Coupled) -> Complexes:
+    """Return the eigenvalues s, 1/s, with w = u held: motion ~ e^{s t}, (2 m - 2,)."""
+    right = null_space(pair.gap[None, :])
+    left = null_space(pair.push[None, :].conj())
+    mass, damping, stiffness = (
+        left.conj().T @ matrix @ right
+        for matrix in (np.eye(len(pair.gap)), pair.damping, pair.stiffness)
+    )
+    return _roots(np.linalg.solve(mass, damping), np.linalg.solve(mass, stiffness))
+
+
+def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
+    """Return the eigenvalues with springs for contacts, lambda = -stiffness (w - u).
+
+    A contact that is closed for a part of the time lies between none (0) and closed
+    (infinity).
+
+    Parameters
+    ----------
+    pair : of `coupled`
+    stiffness : N/m, of each blade
+    """
+    extra = stiffness * np.outer(pair.push, pair.gap)
+    return _roots(pair.damping, pair.stiffness + extra)
+
+
+def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
+    size = len(damping)
+    companion = np.block(
+        [[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]]
+    )
+    return np.asarray(np.linalg.eigvals(companion))
+
+
+def fastest(roots: Complexes, below: float = np.inf) -> complex:
+    """Return the root of largest growth, of those with |Im s| < `below`, rad/s.
+
+    Growth is -infinity where there is none.
+    """
+    slow = roots[np.abs(roots.imag) < below]
+    return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
+
+
+def growth_of_diameter(
+    model: Model, k: int, speed: float, friction: float
+) -> dict[str, float]:
+    """Return how fast contacts held closed let motion of a nodal diameter grow.
+
+    Returns
+    -------
+    record: `nodal_diameter`; `closed`, 1/s, the largest growth of all roots and
+    `closed_line`, rad/s, its frequency in the rotating frame; `slow` and `slow_line`,
+    the same of the roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW`
+    over springs of 1e3 .. 1e9 N/m a blade, `sprung_line`, and `spring`, N/m. Lines
+    are in the rotating frame; in the casing's they stand k Omega higher
+    """
+    pair = coupled(model, k, speed, friction)
+    roots = closed_roots(pair)
+    root, slow = fastest(roots), fastest(roots, SLOW)
+    springs = np.geomspace(1e3, 1e9, 61)
+    found = [fastest(sprung_roots(pair, s), SLOW) for s in springs]
+    best = int(np.argmax([r.real for r in found]))
+    return {
+        "nodal_diameter": float(k),
+        "closed": root.real,
+        "closed_line": root.imag,
+        "slow": slow.real,
+        "slow_line": slow.imag,
+        "sprung": found[best].real,
+        "sprung_line": found[best].imag,
+        "spring": float(springs[best]),
+    }
+
+
+def closed_growth(
+    model: Model, speed: float, friction: float
+) -> list[dict[str, float]]:
+    """Return `growth_of_diameter` for every nodal diameter of the rotor."""
+    diameters = range(model.blades // 2 + 1)
+    return [growth_of_diameter(model, k, speed, friction) for k in diameters]

@@ -1,0 +1,111 @@
+"""Modal contributions q_k of nodal diameter and family (Sec. 4.2), from traces.
+
+Tips and centre are two or three numbers a nodal diameter, its modes are more: space
+alone does not tell 1F from 2F. Frequency does. At each frequency the modal amplitudes
+taken are those that give the traces exactly with the least modal forces,
+
+    min sum_i |Q_i / H_i|^2  with  sum_i phi_i Q_i = Y,
+    H_i(omega) = 1 / (omega_i^2 - omega^2 + 2 i xi omega_i omega),
+
+so that a line near omega_i goes to mode i. The record is mirrored at its end, since a
+jump from there to its beginning would be a line at every frequency; some ms before the
+end are less certain.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.families import family_ranks
+from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+LEAST = 1e-9  # of singular values, relative: rows that say nothing new
+
+
+def contributions(
+    tips: Floats, centre: Floats, interval: float, model: Model, k: int
+) -> Complexes:
+    """Return the amplitudes of all modes of nodal diameter k over time.
+
+    Parameters
+    ----------
+    tips : (n, N, 2), m, rotating frame: radial, tangential
+    centre : (n, 2), m, ROTATING frame: x_o, y_o
+    interval : s between samples
+    model : with a cyclic rotor of N >= 3 blades
+    k : nodal diameter, 0 .. N // 2
+
+    Returns
+    -------
+    (n, modes of k), m sqrt(kg), by rank: q = q_0 + i q_1 of the two phases of a double
+    mode, mass-orthonormal; |q| is the amplitude of the nodal diameter's wave. Real for
+    a simple harmonic
+    """
+    _check(tips, model)
+    blades, body = model.blades, model.rotor
+    own = np.flatnonzero((body.diameter == k) & (body.phase == 0))
+    own = own[np.argsort(body.rank[own])]
+    wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
+    seen = [tips[:, :, a] @ wave for a in range(2)]
+    rows = [wave @ shapes[:, own] for shapes in tip_rows(body, blades)]
+    if k == 1:  # x_o + i y_o = conj(z_o), Eq. (11)
+        seen.append(centre[:, 0] - 1j * centre[:, 1])
+        hub = centre_rows(body, blades)[:, own]
+        rows.append(hub[0] - 1j * hub[1])
+    q = _least_forces(
+        np.array(seen), np.array(rows), body.omega[own], body.ratios[own], interval
+    )
+    return q.real.astype(np.complex128) if 2 * k % blades == 0 else q
+
+
+def _check(tips: Floats, model: Model) -> None:
+    if not model.rotor.cyclic or model.blades < 3:
+        msg = (
+            "modal contributions need a tuned rotor of the scene with 3 blades or more"
+        )
+        raise InputError(msg)
+    if tips.ndim != 3 or tips.shape[1:] != (model.blades, 2):
+        msg = f"tips must be (n, {model.blades}, 2), got {tips.shape}"
+        raise InputError(msg)
+
+
+def _least_forces(
+    seen: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
+) -> Complexes:
+    """Return (n, m) amplitudes of m modes that give `seen` (r, n) with least forces."""
+    count = seen.shape[1]
+    seen = np.hstack([seen, seen[:, ::-1]])
+    at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]
+    gain = 1.0 / np.abs(omega**2 - at**2 + 2j * ratios * omega * at)
+    gain /= gain.max(axis=1, keepdims=True)
+    lines = np.fft.fft(seen, axis=1).T
+    inverse = np.linalg.pinv(rows[None] * gain[:, None, :], rcond=LEAST)
+    amplitude = gain * np.einsum("fmr,fr->fm", inverse, lines)
+    return np.asarray(np.fft.ifft(amplitude, axis=0)[:count])
+
+
+def family_amplitudes(
+    tips: Floats, centre: Floats, interval: float, model: Model
+) -> dict[str, Floats]:
+    """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
+
+    Parameters: see `contributions`. Of a simple harmonic, which stands,
+    (q^2 + (q'/omega)^2)^(1/2) is taken. Where a family has no mode on a nodal diameter,
+    as the suspension but for k = 1, its column is 0.
+    """
+    diameters = model.blades // 2 + 1
+    out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}
+    for k in range(diameters):
+        q = contributions(tips, centre, interval, model, k)
+        if 2 * k % model.blades == 0 and len(q) > 1:
+            omega = np.sort(model.rotor.omega[model.rotor.diameter == k])
+            q = q.real + 1j * np.gradient(q.real, interval, axis=0) / omega
+        amplitude = np.abs(q)
+        for rank, name in family_ranks(model.rotor, k).items():
+            if name in out and rank < amplitude.shape[1]:
+                out[name][:, k] = amplitude[:, rank]
+    return out

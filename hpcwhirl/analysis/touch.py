@@ -1,0 +1,55 @@
+"""Contact map: which blade touched, where on the casing, when, with what impulse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Touches:
+    """Contacts of all blades, one entry a blade and sampling interval with contact.
+
+    Attributes
+    ----------
+    time : (c,), s, middle of the interval
+    blade : (c,), 0 .. N - 1
+    angle : (c,), rad in [0, 2 pi), place on the casing, static frame
+    impulse : (c,), N s, normal
+    """
+
+    time: Floats
+    blade: Integers
+    angle: Floats
+    impulse: Floats
+
+
+def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
+    """Return the contacts of a run, in the order of time.
+
+    Blade j stands at theta_j = Omega t + 2 pi j / N; within an interval it moves by
+    Omega times the interval, and the angle is that of the middle.
+
+    Parameters
+    ----------
+    time : (n,), s, equally spaced, the first one interval after the start
+    blade_impulse : (n, N), N s, cumulative
+    speed : Omega, rad/s
+    """
+    if not len(time):
+        none = np.zeros(0)
+        return Touches(none, np.zeros(0, np.int64), none, none)
+    change = np.diff(
+        blade_impulse, axis=0, prepend=np.zeros((1, blade_impulse.shape[1]))
+    )
+    sample, blade = np.nonzero(change > 0.0)
+    interval = time[1] - time[0] if len(time) > 1 else time[0]
+    when = time[sample] - interval / 2
+    around = 2 * np.pi
+    angle = (speed * when + around * blade / blade_impulse.shape[1]) % around
+    return Touches(when, blade, angle, change[sample, blade])

@@ -1,0 +1,272 @@
+"""Figures over many speeds: maps of frequency, cascades, bifurcations, interaction."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.cascade import after_revolutions, cascade
+from hpcwhirl.analysis.critical import campbell, coincidences
+from hpcwhirl.analysis.section import section
+from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.families import Line, first_family, modal_table
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.report.maps import REGIMES
+from hpcwhirl.store.cases import Cases
+
+Floats = NDArray[np.float64]
+STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
+TOP_HZ = 300.0
+DECADES = 4.0  # shown below the largest amplitude
+AT_REST = 1e-9  # mm
+ORDERS = 9  # of the casing's super-harmonics in the interaction diagram
+
+
+def edges_of(values: Floats) -> Floats:
+    """Return the (n + 1,) edges of cells around ascending values (n,)."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = (values[1:] + values[:-1]) / 2
+    ends = 2 * values[[0, -1]] - middle[[0, -1]]
+    return np.concatenate([ends[:1], middle, ends[1:]])
+
+
+def rotating(traces: dict[str, Floats], speed: float) -> Floats:
+    """Return the centre in the rotating frame, (n, 2), m: Eq. (12) undone."""
+    z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
+    return np.column_stack([z.real, z.imag])
+
+
+def _mesh(
+    axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
+) -> Any:
+    """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades.
+
+    What is nowhere above `least` is at rest, and nothing of it is drawn.
+    """
+    from matplotlib.colors import LogNorm
+
+    largest = float(np.nanmax(amplitude, initial=0.0))
+    if largest <= least:
+        axes.text(0.5, 0.5, f"at rest (≤ {largest:.1g} mm)", color="white",
+                  ha="center", transform=axes.transAxes)  # fmt: skip
+        largest = 1.0
+    norm = LogNorm(largest * 10.0**-DECADES, largest)
+    shown = np.maximum(amplitude, largest * 10.0**-DECADES)
+    return axes.pcolormesh(
+        edges_of(speeds), edges, shown, norm=norm, cmap="jet", rasterized=True
+    )
+
+
+def frequency_spectra(
+    cases: Cases, line: list[int], blade: int = 0
+) -> dict[str, list[tuple[Floats, Floats]]]:
+    """Return spectra (Hz, m) of a blade's tip and of the centre, after revolution 5.
+
+    Both in the rotating frame: the tip's tangential displacement, and x_o.
+
+    Parameters
+    ----------
+    cases : a campaign with `tips`
+    line : its cases, in the order wanted
+    blade : 0 .. N - 1
+    """
+    out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
+        if len(traces["time"][part]) < 16:  # ended before
+            part = slice(0, None)
+        signals = {
+            "tip": traces["tips"][part, blade, 1],
+            "centre": rotating(traces, row["speed"])[part, 0],
+        }
+        for name, signal in signals.items():
+            out[name].append(amplitude_spectrum(signal, row["sample_interval"]))
+    return out
+
+
+def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
+    """Return speed-frequency maps of a tip and of the centre (Figs. 6 and 7)."""
+    from matplotlib.figure import Figure
+
+    speeds = np.array([cases.rows[i]["speed"] for i in line])
+    spectra = frequency_spectra(cases, line)
+    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
+    edges = np.linspace(0.0, TOP_HZ, 301)
+    for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
+        amplitude = 1e3 * cascade(spectra[place], edges)
+        mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
+        axes.set(xlabel="Ω, rad/s", ylabel="f, Hz (rotating frame)", title=label)
+        if (amplitude > AT_REST).any():
+            figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
+    figure.suptitle(
+        title or f"After revolution {STEADY_AFTER:g}. {heading(cases, line)}"
+    )
+    return figure
+
+
+def heading(cases: Cases, line: list[int]) -> str:
+    """Return the inputs that the cases of a line share."""
+    row = cases.rows[line[0]]
+    told = f"k = {row['nodal_diameter']}, gap {1e3 * row['gap']:g} mm, "
+    other = cases.others(line[0])
+    return told + f"μ = {row['friction']:g}" + (f", {other}" if other else "")
+
+
+def draw_cascade(cases: Cases, line: list[int], *, transient: bool = False) -> Any:
+    """Return the full-spectrum cascade of the static-frame centre, steady part."""
+    from matplotlib.figure import Figure
+
+    top = 2 * np.pi * TOP_HZ / 2
+    edges = np.linspace(-top, top, 401)
+    speeds = np.array([cases.rows[i]["speed"] for i in line])
+    spectra = []
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        z = traces["centre"] @ np.array([1.0, 1j])
+        part = _part(traces, row, transient=transient)
+        omega, amplitude = full_spectrum(z[part], row["sample_interval"])
+        turned = -1 if row["speed"] < 0 else 1
+        spectra.append((turned * omega[::turned], amplitude[::turned]))
+    figure = Figure(figsize=(8.5, 6), layout="constrained")
+    axes = figure.subplots()
+    mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra, edges))
+    axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
+    axes.axhline(0.0, c="w", lw=0.6)
+    axes.set(
+        xlabel="Ω, rad/s",
+        ylabel="ω, rad/s, static frame:\nbackward < 0 < forward",
+        title=f"Full spectrum of the centre, {heading(cases, line)}\n(dashed: ω = Ω)",
+        ylim=(-top, top),
+    )
+    figure.colorbar(mesh, ax=axes, label="radius of the line's circle, mm")
+    return figure
+
+
+def _part(traces: dict[str, Floats], row: dict[str, Any], *, transient: bool) -> slice:
+    """Return the window of the words, or everything."""
+    start = 0.0 if transient else row["end_time"] - row["window"]
+    return slice(int(np.searchsorted(traces["time"], start, side="right")), None)
+
+
+def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) -> Any:
+    """Return X_o and |Z| once a revolution over the speed, steady part."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 6), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        part = _part(traces, row, transient=transient)
+        points = section(traces["time"][part], traces["centre"][part], row["speed"])
+        at = np.full(len(points), row["speed"])
+        colour = colour_of(row)
+        upper.plot(at, 1e3 * points[:, 0], ".", ms=2, c=colour, mew=0)
+        lower.plot(at, 1e3 * np.hypot(*points.T), ".", ms=2, c=colour, mew=0)
+    gap = 1e3 * cases.rows[line[0]]["gap"]
+    upper.set_yscale("symlog", linthresh=gap)
+    lower.axhline(gap, c="k", ls="--", lw=0.8)
+    lower.set(yscale="log", xlabel="Ω, rad/s", ylabel="|Z|, mm (dashed: gap)")
+    if lower.get_ylim()[0] < 1e-6 * gap:
+        lower.set_ylim(bottom=1e-6 * gap)
+    upper.set_ylabel("$X_o$, mm, static frame\n(linear within the gap)")
+    upper.set_title(f"Once a revolution, {heading(cases, line)}")
+    regime_legend(figure, cases, line)
+    return figure
+
+
+def colour_of(row: dict[str, Any]) -> str:
+    """Return the colour of a row's regime, dark enough for a dot."""
+    return "#B8A800" if row["regime"] == "sustained" else _shade(row["regime"])
+
+
+def _shade(regime: str) -> str:
+    return "#888888" if regime in {"undecided", "none"} else REGIMES[regime][0]
+
+
+def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
+    """Tell the colours of the regimes below a figure."""
+    from matplotlib.lines import Line2D
+
+    rows = {cases.rows[i]["regime"]: cases.rows[i] for i in line}
+    keys = [
+        Line2D([], [], marker="o", ls="", c=colour_of(row), label=regime)
+        for regime, row in sorted(rows.items())
+    ]
+    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
+
+
+def draw_interaction(cases: Cases, line: list[int]) -> Any:
+    """Return the interaction diagram: waves and regimes over the speed (Eq. 13).
+
+    Casing's frame, n omega_c = |k Omega +- omega_bd|; strips below are the regimes.
+    """
+    from matplotlib.figure import Figure
+
+    scene = cases.scene(line[0])
+    table = modal_table(model_of(scene))
+    k = scene.nodal_diameter
+    if k == 0 or not any(m.body == "casing" for m in table):
+        msg = "the interaction diagram needs k > 0 lobes and an elastic casing"
+        raise InputError(msg)
+    figure = Figure(figsize=(10, 6), layout="constrained")
+    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(8, 1))
+    speeds = np.array([cases.rows[i]["speed"] for i in line])
+    _waves(axes, table, k, speeds)
+    _crossings(axes, table, k, speeds)
+    cells = edges_of(speeds)
+    for i, case in enumerate(line):
+        strip.axvspan(cells[i], cells[i + 1], color=colour_of(cases.rows[case]), lw=0)
+    strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")
+    axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
+    axes.legend(loc="upper left", fontsize=8)
+    regime_legend(figure, cases, line)
+    return figure
+
+
+def _waves(axes: Any, table: list[Line], k: int, speeds: Floats) -> None:
+    """Draw both waves of 1F and suspension, and the casing's harmonics."""
+    span = np.array([speeds.min(), speeds.max()])
+    wanted = ("1F", "suspension")
+    own = {
+        m.family: 2 * np.pi * m.frequency_hz
+        for m in table
+        if m.body == "rotor" and m.nodal_diameter == k and m.family in wanted
+    }
+    colours = dict(zip(wanted, ("#0072B2", "#009E73"), strict=True))
+    for name, (plus, minus) in campbell(own, k, span).items():
+        label = f"{name}: kΩ ± ω$_{{bd}}$"
+        axes.plot(span, plus, c=colours[name], lw=1.2, label=label)
+        axes.plot(span, minus, c=colours[name], lw=1.2, ls="--")
+    first = first_family(table, "casing").get(k, 0.0)
+    for n in range(-ORDERS, ORDERS + 1):
+        told = f"±n ω$_c$, n = 1..{ORDERS}" if n == 1 else None
+        if n:
+            axes.axhline(n * first, c="#D55E00", lw=0.6, label=told)
+    axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
+    axes.set_ylim(-1000, 1400)
+
+
+def _crossings(axes: Any, table: list[Line], k: int, speeds: Floats) -> None:
+    """Mark the coincidences of 1F; the speed is told for n = 1 and the highest."""
+    rotor, casing = (
+        {k: f[k]} if k in (f := first_family(table, body)) else {}
+        for body in ("rotor", "casing")
+    )
+    for found in coincidences(rotor, casing, ORDERS):
+        speed, n = float(found["speed"]), int(found["order"])
+        if not speeds.min() <= speed <= speeds.max() or found["side"] == 1:
+            continue
+        height = (1.0 if found["side"] == -1 else -1.0) * n * casing[k]
+        axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3)
+        if n in {1, ORDERS} and found["side"] == -1:
+            name = "Eq. 13" if n == 1 else f"n = {n}"
+            place = (6, -34) if n == 1 else (6, 18)
+            axes.annotate(f"{name}: {speed:.0f} rad/s", (speed, height), place,
+                          textcoords="offset points", fontsize=8,
+                          arrowprops={"arrowstyle": "-", "lw": 0.5})  # fmt: skip

@@ -1,0 +1,247 @@
+"""Figures 4 to 14 of the paper and `paper.md`, from campaigns kept in DIR/campaigns.
+
+    python scripts/paper_figures.py --out DIR           # some 9 minutes on one core
+    python scripts/paper_figures.py --out DIR --quick   # coarse: a minute
+
+The same command again continues: no case is integrated twice. `paper.md` sets each of
+the paper's statements beside what was computed, misses first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from paper_found import PAPER_SPEEDS, Found
+from paper_statements import statements
+from paper_text import page
+from paper_why import why
+
+from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.report import growth, motions, shapes, sweeps
+from hpcwhirl.report.figures import save
+from hpcwhirl.report.maps import REGIMES
+from hpcwhirl.store.cases import Cases
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How fine the campaigns are: steps in s, speeds in rad/s, engine time in s."""
+
+    step: float
+    spacing: int
+    steps: tuple[float, ...]
+    modes: tuple[int, ...]
+    convergence: float
+
+
+FULL = Effort(
+    1e-6, 10, (8e-6, 4e-6, 2e-6, 1e-6, 5e-7), (22, 44, 66, 88, 110, 132, 176, 220), 2.5
+)
+QUICK = Effort(4e-6, 50, (8e-6, 4e-6, 2e-6), (66, 110, 132), 0.5)
+
+
+def designs(effort: Effort) -> dict[str, dict[str, Any]]:
+    """Return the campaigns but `motions`, as documents in TOML's structure."""
+    sweep = {"start": 20, "stop": 520, "step": effort.spacing}
+    table1 = {"gap": 1e-3, "friction": 0.2, "revolutions": 20.0}
+    solver = {"time_step": effort.step}
+    paper = [float(s) for s in PAPER_SPEEDS]
+    short = {"duration": effort.convergence}
+    return {
+        "table1": {
+            "scene": table1,
+            "solver": solver,
+            "output": {"traces": "full", "interval": 5e-4},
+            "sweep": {"nodal_diameter": [1, 2], "speed": sweep},
+        },
+        "table2": {
+            "solver": solver,
+            "sweep": {"centre": ["free", "clamped"], "speed": sweep},
+        },
+        "steps": {
+            "scene": short,
+            "sweep": {"speed": paper, "time_step": list(effort.steps)},
+        },
+        "modes": {
+            "scene": short,
+            "solver": solver,
+            "sweep": {"speed": paper, "modes": list(effort.modes)},
+        },
+    }
+
+
+def computed(folder: Path, document: Mapping[str, Any]) -> Cases:
+    """Return the cases of a campaign, integrating what is not there yet."""
+    design = design_of(document)
+    prepare(design, folder)
+    ending = run_campaign(design, folder)
+    if not ending.complete:
+        raise SystemExit(75)
+    return Cases(folder)
+
+
+def pick(cases: Cases, regime: str, whirl: str, near: float) -> float | None:
+    """Return the speed nearest to one at which a motion is found; centre free."""
+    free = [cases.rows[i] for i in cases.like(0)]
+    found = [
+        float(r["speed"]) for r in free if (r["regime"], r["whirl"]) == (regime, whirl)
+    ]
+    return min(found, key=lambda speed: abs(speed - near)) if found else None
+
+
+def backward(table2: Cases) -> dict[str, float | None]:
+    """Return the speeds of Figs. 9a and 11a, which the paper does not print."""
+    return {
+        "damped": pick(table2, "damped", "backward", 520.0),
+        "sustained": pick(table2, "sustained", "backward", 410.0),
+    }
+
+
+def motions_design(table2: Cases, effort: Effort) -> dict[str, Any]:
+    """Return the campaign of full traces: the paper's speeds and Figs. 9a, 11a."""
+    extra = [speed for speed in backward(table2).values() if speed]
+    return {
+        "solver": {"time_step": effort.step},
+        "output": {"traces": "full"},
+        "sweep": {"speed": sorted({*(float(s) for s in PAPER_SPEEDS), *extra})},
+    }
+
+
+def draw_opposed(cases: Cases, line: list[int]) -> Any:
+    """Return Fig. 8: tangential tips of two opposed blades, last five revolutions."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    axes = figure.subplots()
+    case = min(line, key=lambda i: abs(cases.rows[i]["speed"] - 270.0))
+    traces, row = cases.traces(case), cases.rows[case]
+    turns = traces["time"] * row["speed"] / (2 * np.pi)
+    late = turns >= turns[-1] - 5
+    half = traces["tips"].shape[1] // 2
+    for blade, look in (
+        (0, {"lw": 2.5, "c": "#9ecae1"}),
+        (half, {"lw": 0.9, "c": "k"}),
+    ):
+        tip = 1e3 * traces["tips"][late, blade, 1]
+        axes.plot(turns[late], tip, label=f"blade {blade}", **look)
+    axes.set(xlabel="revolutions", ylabel="$v_{tip}$, mm (rotating frame)")
+    axes.set_title(motions.title_of(row))
+    axes.legend()
+    return figure
+
+
+def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
+    """Return static-frame orbits with transient and steady part (Figs. 9, 11, 13)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 5.6), layout="constrained")
+    for axes, speed in zip(figure.subplots(1, 2), speeds, strict=True):
+        if speed is None:
+            axes.text(0.5, 0.5, "no such motion was found", ha="center")
+            axes.axis("off")
+            continue
+        case = case_at(cases, speed)
+        traces, row = cases.traces(case), cases.rows[case]
+        late = motions.steady(traces["time"], row)
+        motions.draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
+        unit = axes.get_label()
+        axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
+        axes.set_title(motions.title_of(row))
+    return figure
+
+
+def case_at(cases: Cases, speed: float) -> int:
+    """Return the case nearest to a speed."""
+    return int(np.argmin([abs(row["speed"] - speed) for row in cases.rows]))
+
+
+def draw_convergence(found: Found) -> Any:
+    """Return Sec. 3.3: displacements above, kind of motion below, dt and eta."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 7), layout="constrained")
+    (upper, lower) = figure.subplots(2, 2, sharex="col", height_ratios=(3, 2))
+    for place, (name, title) in enumerate((("steps", "Δt, s"), ("modes", "η"))):
+        for level, speed in enumerate(PAPER_SPEEDS):
+            rows = found.convergence(name, speed)
+            early = [row["early"] for row in rows[:-1]]  # the finest differs by nothing
+            upper[place].plot(early, "o-", label=f"{speed:g} rad/s")
+            draw_kinds(lower[place], rows, level)
+        upper[place].set(yscale="log", ylabel="difference from the finest, relative")
+        upper[place].set_title("centre (static frame), rms of the first 20 ms")
+        lower[place].set(xlabel=title, ylabel="Ω, rad/s", ylim=(-0.6, 3.6))
+        lower[place].set_title("kind of motion (letter: regime, arrow: whirl)")
+        lower[place].set_yticks(
+            range(len(PAPER_SPEEDS)), [f"{s:g}" for s in PAPER_SPEEDS]
+        )
+        lower[place].set_xticks(range(len(rows)), [f"{row['value']:g}" for row in rows])
+        upper[place].legend(fontsize=8)
+    return figure
+
+
+def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
+    """Draw regime and whirl of each row beside one another, as the map has them."""
+    for x, row in enumerate(rows):
+        colour, letter = REGIMES[row["regime"]]
+        whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
+        axes.text(x, level, f"{letter} {whirl}", ha="center", va="center",
+                  bbox={"fc": colour, "ec": "none"})  # fmt: skip
+    axes.set_xlim(-0.5, len(rows) - 0.5)
+
+
+def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
+    """Draw Figs. 4 to 14 and the convergence."""
+    table1, table2, full = (found.cases[n] for n in ("table1", "table2", "motions"))
+    rotor = table2.scene(0).engine.rotor
+    lobes = {k: found.line("table1", nodal_diameter=k) for k in (1, 2)}
+    free = found.line("table2", centre="free")
+    title = "Table 1, after revolution 5, k = {}"
+    figures = {
+        "fig04": shapes.draw_shapes(rotor),
+        "fig05": shapes.draw_veering(rotor),
+        "fig06": sweeps.draw_frequency(table1, lobes[1], title.format(1)),
+        "fig07": sweeps.draw_frequency(table1, lobes[2], title.format(2)),
+        "fig08": draw_opposed(table1, lobes[2]),
+        "fig09": draw_pair(full, [pair["damped"], 520.0]),
+        "fig11": draw_pair(full, [pair["sustained"], 410.0]),
+        "fig13": draw_pair(full, [270.0, 420.0]),
+        "convergence": draw_convergence(found),
+        "cascade": sweeps.draw_cascade(table2, free),
+        "bifurcation": sweeps.draw_bifurcation(table2, free),
+        "interaction": sweeps.draw_interaction(table2, free),
+        "growth": growth.draw_growth(table2, free),
+    }
+    for name, speed in (("fig10", 520.0), ("fig12", 410.0), ("fig14", 420.0)):
+        figures[name] = motions.draw_contributions(full, case_at(full, speed))
+    for name, figure in sorted(figures.items()):
+        print(save(figure, out / f"{name}.png"))
+
+
+def main() -> int:
+    """Integrate what is missing, draw, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--quick", action="store_true", help="coarse, a minute")
+    args = parser.parse_args()
+    effort = QUICK if args.quick else FULL
+    place = args.out / "campaigns"
+    cases = {n: computed(place / n, d) for n, d in designs(effort).items()}
+    full = motions_design(cases["table2"], effort)
+    cases["motions"] = computed(place / "motions", full)
+    found = Found(cases)
+    draw_all(found, args.out, backward(cases["table2"]))
+    text = page(statements(found), why(found), quick=args.quick)
+    (args.out / "paper.md").write_text(text, encoding="utf-8")
+    print(args.out / "paper.md")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,240 @@
+"""Figures of real campaigns: every kind, its axes and units, and its refusals."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hpcwhirl.campaign.case import simulate
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.report import figures, growth, motions, shapes, sweeps
+from hpcwhirl.scene import Rotor, apply_settings
+from hpcwhirl.store.cases import Cases
+
+SCRIPTS = Path(__file__).parent.parent / "scripts"
+FULL = """
+[scene]
+duration = 0.1
+[output]
+traces = "full"
+[solver]
+time_step = 4e-6
+[sweep]
+speed = [410, 300, 520]
+"""
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    place = tmp_path_factory.mktemp("full")
+    (place / "full.toml").write_text(FULL)
+    assert (
+        main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
+    )
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def cases(full):
+    return Cases(full)
+
+
+def texts(figure):
+    """Every title and axis label of a figure."""
+    out = [a.get_title() + a.get_xlabel() + a.get_ylabel() for a in figure.axes]
+    return " ".join(out)
+
+
+def test_rows_and_traces_are_those_of_the_case(cases):
+    assert [row["speed"] for row in cases.rows] == [410.0, 300.0, 520.0]
+    assert cases.like(0) == [1, 0, 2]
+    scene = cases.scene(1)
+    assert (scene.speed, scene.output.traces) == (300.0, "full")
+    result = simulate(scene)
+    traces = cases.traces(1)
+    assert traces.keys() == result.traces.keys()
+    for name, values in result.traces.items():
+        assert np.allclose(traces[name], values, rtol=1e-14, atol=0), name
+    assert cases.rows[1]["late_friction"] == result.row["late_friction"]
+    assert cases.value(1, "gap") == scene.gap
+
+
+def test_the_rotating_frame_undoes_the_static_one(cases):
+    traces, row = cases.traces(0), cases.rows[0]
+    turned = sweeps.rotating(traces, row["speed"]) @ [1, 1j]
+    again = turned * np.exp(1j * row["speed"] * traces["time"])
+    assert again == pytest.approx(traces["centre"] @ [1, 1j], abs=1e-15)
+
+
+def test_a_kind_is_drawn_of_the_case_that_was_asked_for(full, tmp_path, capsys):
+    words = ["--kind", "cascade", "--kind", "ledger", "--case", "2"]
+    assert main(["figures", str(full), "--out", str(tmp_path), *words]) == 0
+    lines = capsys.readouterr().out.split()
+    assert [Path(li).name for li in lines] == ["cascade.png", "ledger-0002.png"]
+
+
+@pytest.mark.slow
+def test_every_kind_is_drawn_once_or_once_a_case(full, tmp_path, capsys):
+    assert main(["figures", str(full), "--out", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.split()
+    assert sorted(Path(li).name for li in lines) == sorted(
+        p.name for p in tmp_path.iterdir()
+    )
+    for name, kind in figures.KINDS.items():
+        found = [li for li in lines if Path(li).stem.startswith(name)]
+        assert len(found) == (1 if kind.sweep else 3), name
+    assert all(p.stat().st_size > 5000 for p in tmp_path.iterdir())
+
+
+def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys):
+    words = ["figures", str(finished), "--out", str(tmp_path)]
+    assert main([*words, "--kind", "contributions", "--kind", "orbit"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert re.search("^contributions: needs traces = full, .* none of tips$", lines[0])
+    assert [Path(li).name for li in lines[1:]] == ["orbit-0000.png", "orbit-0001.png"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--kind", "orbits"], "did you mean 'orbit'"),
+     (["--case", "7"], "--case must be a finished case, 0 to 2, got 7")],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_refused(full, tmp_path, capsys, words, said):
+    assert main(["figures", str(full), "--out", str(tmp_path), *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_directory_without_results_is_one_line(tmp_path, capsys):
+    assert main(["figures", str(tmp_path)]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_orbits_show_the_steady_part_alone_unless_asked(cases):
+    static, rotating = motions.draw_orbits(cases, 0).axes
+    late = motions.steady(cases.traces(0)["time"], cases.rows[0])
+    drawn = {line.get_label(): len(line.get_xdata()) for line in static.lines}
+    assert drawn["steady part"] == late.sum()
+    assert "transient" not in drawn
+    assert "static frame" in static.get_xlabel()
+    assert "rotating frame" in rotating.get_xlabel()
+    asked = motions.draw_orbits(cases, 0, transient=True).axes[0]
+    drawn = {line.get_label(): len(line.get_xdata()) for line in asked.lines}
+    assert drawn["transient"] == (~late).sum()
+
+
+def test_the_orbit_drawn_is_the_one_kept_in_its_unit(cases):
+    axes = motions.draw_orbits(cases, 0, transient=True).axes[0]
+    factor = {"mm": 1e3, "µm": 1e6, "nm": 1e9}[axes.get_label()]
+    late = motions.steady(cases.traces(0)["time"], cases.rows[0])
+    line = next(li for li in axes.lines if li.get_label() == "steady part")
+    assert line.get_xydata() == pytest.approx(factor * cases.traces(0)["centre"][late])
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit"),
+    [(2e-3, "mm"), (2e-4, "mm"), (3e-6, "µm"), (1e-9, "nm"), (0, "pm")],
+)
+def test_lengths_are_told_in_a_unit_of_their_size(largest, unit):
+    assert motions.unit_of(largest)[1] == unit
+
+
+def test_amplitudes_and_frames_are_told(cases):
+    line = cases.like(0)
+    told = texts(sweeps.draw_frequency(cases, line))
+    assert "f, Hz (rotating frame)" in told
+    assert "amplitude, mm (peak of the sine)" in told
+    told = texts(sweeps.draw_cascade(cases, line))
+    assert "static frame:\nbackward < 0 < forward" in told
+    assert "m √kg" in texts(motions.draw_contributions(cases, 0))
+    assert "N s" in texts(motions.draw_contacts(cases, 0))
+    assert "J, cumulative" in texts(motions.draw_ledger(cases, 0))
+
+
+def test_regimes_lie_under_the_interaction_diagram(cases):
+    waves, strip = sweeps.draw_interaction(cases, cases.like(0)).axes
+    assert len(strip.patches) == 3
+    assert any("Eq. 13" in t.get_text() or "n = 9" in t.get_text() for t in waves.texts)
+    assert "casing's frame" in waves.get_ylabel()
+
+
+def test_measured_growth_stands_beside_the_linear_check(cases):
+    upper, lower = growth.draw_growth(cases, cases.like(0)).axes
+    dots = [li for li in upper.lines if li.get_marker() == "o"]
+    drawn = [(li.get_xdata()[0], li.get_ydata()[0]) for li in dots]
+    assert sorted(drawn) == sorted((r["speed"], r["growth_rate"]) for r in cases.rows)
+    rubbed = next(li for li in lower.lines if li.get_label() == "friction")
+    row = cases.rows[1]
+    assert rubbed.get_ydata()[0] == row["late_friction"] / row["late_lost"]
+
+
+def test_a_clamped_centre_moves_only_nodal_diameter_one():
+    free = shapes.frequencies(shapes.full_rotor(Rotor()))
+    held = shapes.frequencies(shapes.full_rotor(Rotor(), clamped=True))
+    for (k, family), hertz in held.items():
+        if k != 1:
+            assert hertz == pytest.approx(free[k, family], rel=1e-9)
+    assert abs(held[1, "2F"] / free[1, "2F"] - 1) > 0.01
+    assert (1, "suspension") not in held
+
+
+def test_shapes_and_veering_are_drawn(tmp_path):
+    for name, figure in (
+        ("shapes", shapes.draw_shapes(Rotor())),
+        ("veering", shapes.draw_veering(Rotor())),
+    ):
+        assert figures.save(figure, tmp_path / f"{name}.png").stat().st_size > 5000
+    assert "k = 1, f = 40.77 Hz" in texts(shapes.draw_shapes(Rotor()))
+
+
+def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
+    rigid = apply_settings(cases.scene(0), {"kind": "rigid"})
+    monkeypatch.setattr(cases, "scene", lambda _: rigid)
+    with pytest.raises(InputError, match="elastic casing"):
+        sweeps.draw_interaction(cases, [0])
+
+
+@pytest.fixture
+def paper_text(monkeypatch):
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    import paper_text
+
+    return paper_text
+
+
+def test_misses_come_first_and_numbers_are_judged_by_their_tolerance(paper_text):
+    number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
+    near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
+    assert [s.verdict for s in (near, far, none)] == [
+        "agrees",
+        "differs",
+        "cannot be judged",
+    ]
+    text = paper_text.page([near, none, far], [], quick=False)
+    assert "3 statements: 1 differ, 1 cannot be judged, 1 agree." in text
+    verdicts = re.findall(r"^\| (differs|cannot be judged|agrees) ", text, re.MULTILINE)
+    assert verdicts == ["differs", "cannot be judged", "agrees"]
+    with pytest.raises(ValueError, match="verdict must be one of"):
+        paper_text.Statement("", "", "", "perfect")
+
+
+@pytest.mark.slow
+def test_the_quick_paper_is_whole_and_continues(tmp_path):
+    call = [
+        sys.executable,
+        str(SCRIPTS / "paper_figures.py"),
+        "--out",
+        str(tmp_path),
+        "--quick",
+    ]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=290, check=True)
+    assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {
+        p.name for p in tmp_path.iterdir()
+    }
+    page = (tmp_path / "paper.md").read_text()
+    assert page.count("\n| ") > 50
+    assert str(tmp_path / "paper.md") in done.stdout
