@@ -131,7 +131,7 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
 
 
 def ring_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
-    """Return the pass over the ring, as `rotor_lanes`; it adds to `out`."""
+    """Return the pass over the ring, as `rotor_lanes`."""
 
     @njit(error_model="numpy", cache=True, inline="always")
     def pass_lanes(s, c, own, slots, lam, odd, out, sums):
