@@ -23,7 +23,15 @@ from typing import Any
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.passes import KEEP, PULL, RADIAL, RATE, SI, SR
-from hpcwhirl.dynamics.kernels.vectors import FOUR, fma, fnma, load, spread, store
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    fma,
+    fnma,
+    load,
+    spread,
+    spread_at,
+    store,
+)
 
 SHARED = (RATE, RADIAL, SR, SI, PULL, KEEP)
 ITEMS = len(SHARED)
@@ -61,13 +69,13 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
                         q, d = q + change, d + change
                         store(s, i + now, d)
                     both = d + load(s, i + then)
-                    loss = fma(spread(c[j]) * both, both, loss)
-                    radial = spread(c[j + 1])
+                    loss = fma(spread_at(c, j) * both, both, loss)
+                    radial = spread_at(c, j + 1)
                     if touched:
                         normal = fma(radial, both, normal)
-                        drag_re = fma(spread(c[j + 2]), both, drag_re)
-                        drag_im = fma(spread(c[j + 3]), both, drag_im)
-                    d = fnma(spread(c[j + 4]), q, spread(c[j + 5]) * d)
+                        drag_re = fma(spread_at(c, j + 2), both, drag_re)
+                        drag_im = fma(spread_at(c, j + 3), both, drag_im)
+                    d = fnma(spread_at(c, j + 4), q, spread_at(c, j + 5) * d)
                     q = q + d
                     store(s, i + then, d)
                     store(s, i, q)
@@ -98,15 +106,15 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
                     store(s, i + now, dr)
                     store(s, i + now + FOUR, di)
                 br, bi = dr + load(s, i + then), di + load(s, i + then + FOUR)
-                rate, radial = spread(c[j]), spread(c[j + 1])
+                rate, radial = spread_at(c, j), spread_at(c, j + 1)
                 loss_r, loss_i = fma(rate * br, br, loss_r), fma(rate * bi, bi, loss_i)
                 if touched:
-                    sr, si = spread(c[j + 2]), spread(c[j + 3])
+                    sr, si = spread_at(c, j + 2), spread_at(c, j + 3)
                     normal_r = fma(radial, br, normal_r)
                     normal_i = fma(radial, bi, normal_i)
                     along_rr, along_ri = fma(sr, br, along_rr), fma(si, br, along_ri)
                     along_ir, along_ii = fma(sr, bi, along_ir), fma(si, bi, along_ii)
-                pull, keep = spread(c[j + 4]), spread(c[j + 5])
+                pull, keep = spread_at(c, j + 4), spread_at(c, j + 5)
                 dr, di = fnma(pull, qr, keep * dr), fnma(pull, qi, keep * di)
                 qr, qi = qr + dr, qi + di
                 store(s, i + then, dr)
@@ -157,15 +165,15 @@ def ring_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
                     store(s, i + now + FOUR, di)
                 gr, gi = load(s, i + then), load(s, i + then + FOUR)
                 br, bi = fnma(ei, gi, er * gr) + dr, fma(er, gi, ei * gr) + di
-                loss = fma(spread(c[j]), fma(br, br, bi * bi), loss)
-                psi = spread(c[j + 1])
+                loss = fma(spread_at(c, j), fma(br, br, bi * bi), loss)
+                psi = spread_at(c, j + 1)
                 if touched:
-                    sr, si = spread(c[j + 2]), spread(c[j + 3])
+                    sr, si = spread_at(c, j + 2), spread_at(c, j + 3)
                     normal_re = fma(psi, br, normal_re)
                     normal_im = fma(psi, bi, normal_im)
                     drag_re = fnma(si, bi, fma(sr, br, drag_re))
                     drag_im = fma(si, br, fma(sr, bi, drag_im))
-                pull, keep = spread(c[j + 4]), spread(c[j + 5])
+                pull, keep = spread_at(c, j + 4), spread_at(c, j + 5)
                 pr, pi = fnma(ei, di, er * dr), fma(er, di, ei * dr)
                 zr, zi = fnma(ei, yi, er * yr), fma(er, yi, ei * yr)
                 dr, di = fnma(pull, zr, keep * pr), fnma(pull, zi, keep * pi)

@@ -35,7 +35,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     STOP,
     TOUCHDOWNS,
     TOUCHED,
-    contact_space,
     pulse_of,
     write_sample,
 )
@@ -63,12 +62,16 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    all_at_least,
     element,
     fma,
     fnma,
+    get,
     load,
     lower_of,
+    put,
     spread,
+    spread_at,
     store,
     transpose,
 )
@@ -95,10 +98,10 @@ def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
         for c in range(k):
             re, im = load(out_b, c * FOUR), load(out_b, (k + c) * FOUR)
             p, q = c * wide + j, (k + c) * wide + j
-            e0, o0 = fma(re, spread(wave[p]), e0), fma(im, spread(wave[q]), o0)
-            e1, o1 = fma(re, spread(wave[p + 1]), e1), fma(im, spread(wave[q + 1]), o1)
-            e2, o2 = fma(re, spread(wave[p + 2]), e2), fma(im, spread(wave[q + 2]), o2)
-            e3, o3 = fma(re, spread(wave[p + 3]), e3), fma(im, spread(wave[q + 3]), o3)
+            e0, o0 = fma(re, spread_at(wave, p), e0), fma(im, spread_at(wave, q), o0)
+            e1, o1 = fma(re, spread_at(wave, p + 1), e1), fma(im, spread_at(wave, q + 1), o1)
+            e2, o2 = fma(re, spread_at(wave, p + 2), e2), fma(im, spread_at(wave, q + 2), o2)
+            e3, o3 = fma(re, spread_at(wave, p + 3), e3), fma(im, spread_at(wave, q + 3), o3)
         h0, h1, h2, h3 = e0 - o0, e1 - o1, e2 - o2, e3 - o3
         t0, t1, t2, t3 = e0 + o0, e1 + o1, e2 + o2, e3 + o3
         least = lower_of(least, lower_of(lower_of(h0, t0), lower_of(h1, t1)))
@@ -117,110 +120,176 @@ def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def hold(gaps, row, lowest, blades, wide, padded, lane, known, push, inverse, rows,
-         opened):  # fmt: skip
+def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
     """Open the gaps with the blades of the last solution, as `guess` tries first.
 
-    Returns their number, with their multipliers in the lane's part of `push`; or -1,
-    and leaves the row alone, where they are not the solution.
+    Returns whether they are the solution; if not, the row is left alone. What pads
+    the blades to vectors adds zeros. known : whether their inverse is sound
+
+    kept : of `lanes_space`; opened : (n,), work space
     """
-    at, p = lane * (blades + 2), lane * padded
-    size, n = known[at + blades], 2 * wide
-    if size == 0 or known[at + blades + 1] != 1:
-        return -1
-    for v in range(0, size, FOUR):
-        total = spread(0.0)
-        for s in range(size):
-            gap = gaps[row + place_of(known[at + s], blades, wide)]
-            column = load(inverse, (p + s) * padded + v)
-            total = fnma(column, spread(gap), total)
+    size, push, inverse, rows, _, place, _ = kept
+    count, p = get(size, lane), lane * padded
+    zero, sound = spread(0.0), known == 1 and count > 0
+    for v in range(0, count, FOUR):
+        total = zero
+        for s in range(p, p + count, FOUR):
+            a, b = row + get(place, s), row + get(place, s + 1)
+            c, d = row + get(place, s + 2), row + get(place, s + 3)
+            i = s * padded + v
+            total = fnma(load(inverse, i), spread_at(gaps, a), total)
+            total = fnma(load(inverse, i + padded), spread_at(gaps, b), total)
+            total = fnma(load(inverse, i + 2 * padded), spread_at(gaps, c), total)
+            total = fnma(load(inverse, i + 3 * padded), spread_at(gaps, d), total)
+        sound = sound and all_at_least(total, zero)
         store(push, p + v, total)
-    sound = True
-    for s in range(size):
-        sound = sound and push[p + s] >= 0.0
-    least = spread(0.0)
-    for v in range(0, n, FOUR):
-        total = load(gaps, row + v)
-        for s in range(size):
-            opening = load(rows, (lane * blades + known[at + s]) * n + v)
-            total = fma(opening, spread(push[p + s]), total)
-        store(opened, v, total)
-        least = lower_of(least, total)
-    for i in range(FOUR):
-        sound = sound and element(least, i) >= 1e-13 * lowest
-    if not sound:
-        return -1
-    for v in range(0, n, FOUR):
-        store(gaps, row + v, load(opened, v))
-    for s in range(size):
-        gaps[row + place_of(known[at + s], blades, wide)] = 0.0
-    return size
+    least = zero
+    for v in range(0, n, 2 * FOUR):
+        one, two = load(gaps, row + v), load(gaps, row + v + FOUR)
+        for s in range(p, p + count, FOUR):
+            i = s * n + v
+            a, b = spread_at(push, s), spread_at(push, s + 1)
+            c, d = spread_at(push, s + 2), spread_at(push, s + 3)
+            one, two = fma(load(rows, i), a, one), fma(load(rows, i + FOUR), a, two)
+            i += n
+            one, two = fma(load(rows, i), b, one), fma(load(rows, i + FOUR), b, two)
+            i += n
+            one, two = fma(load(rows, i), c, one), fma(load(rows, i + FOUR), c, two)
+            i += n
+            one, two = fma(load(rows, i), d, one), fma(load(rows, i + FOUR), d, two)
+        store(opened, v, one)
+        store(opened, v + FOUR, two)
+        least = lower_of(least, lower_of(one, two))
+    sound = sound and all_at_least(least, spread(1e-13 * lowest))
+    if sound:
+        for v in range(0, n, FOUR):
+            store(gaps, row + v, load(opened, v))
+    return sound
+
+
+@njit(error_model="numpy", cache=True, inline="always")
+def spectrum_of(lane, n, padded, kept, fresh):
+    """Set the lane's part of `fresh` (lanes n,) to the multipliers' spectrum."""
+    size, push, _, _, turns, _, _ = kept
+    count, p = get(size, lane), lane * padded
+    for v in range(0, n, 2 * FOUR):
+        one, two = spread(0.0), spread(0.0)
+        for s in range(p, p + count, FOUR):
+            i = s * n + v
+            a, b = spread_at(push, s), spread_at(push, s + 1)
+            c, d = spread_at(push, s + 2), spread_at(push, s + 3)
+            one, two = fma(load(turns, i), a, one), fma(load(turns, i + FOUR), a, two)
+            i += n
+            one, two = fma(load(turns, i), b, one), fma(load(turns, i + FOUR), b, two)
+            i += n
+            one, two = fma(load(turns, i), c, one), fma(load(turns, i + FOUR), c, two)
+            i += n
+            one, two = fma(load(turns, i), d, one), fma(load(turns, i + FOUR), d, two)
+        store(fresh, lane * n + v, one)
+        store(fresh, lane * n + v + FOUR, two)
 
 
 @njit(error_model="numpy", cache=True)
-def lanes_space(blades, wide, column, known):
-    """Return (push, inverse, rows), lanes one behind the other; `circulant_space`."""
-    padded, lanes = -(-blades // FOUR) * FOUR, len(column)
-    push, inverse = np.zeros((lanes, padded)), np.zeros((lanes, padded * padded))
-    rows = np.zeros((lanes, blades * 2 * wide))
+def lanes_space(blades, wide, column, known, turns):
+    """Return what is kept of each lane's contact, lanes one behind the other.
+
+    size : (lanes,), blades of the last solution, padded to vectors
+    push : (lanes, padded), their multipliers, N
+    inverse : (lanes, padded, padded), of their W, transposed
+    rows, turns : (lanes, padded, 2 wide), what each opens, folded, and its spectrum
+    place : (lanes, padded + 1), of each in a folded row
+    whole : all rows of W and all turns, (lanes, N, 2 wide) and (N, 2 wide)
+    """
+    padded, lanes, n = -(-blades // FOUR) * FOUR, len(column), 2 * wide
+    whole = np.zeros(lanes * blades * n)
+    kept = (
+        np.zeros(lanes, np.int64),
+        np.zeros(lanes * padded),
+        np.zeros(lanes * padded * padded),
+        np.zeros(lanes * padded * n),
+        np.zeros(lanes * padded * n),
+        np.zeros(lanes * padded, np.int64),
+        (whole, turns),
+    )
     for i in range(lanes):
         space = circulant_space(blades, wide, column[i], known[i])
-        inverse[i], rows[i] = space[2], space[3]
-    return push.reshape(-1), inverse.reshape(-1), rows.reshape(-1)
+        whole[i * blades * n : (i + 1) * blades * n] = space[3]
+        learn(i, blades, wide, known[i], space[2], kept)
+    return kept
 
 
 @njit(error_model="numpy", cache=True)
-def search(gaps, row, lowest, blades, wide, lane, known, push, inverse, rows, column):
-    """Open the gaps of a lane by `guess` or pivoting; return the blades, or -1."""
-    padded, n = -(-blades // FOUR) * FOUR, blades * 2 * wide
-    fallback = contact_space(blades, 0)
-    for j in range(blades):
-        for i in range(blades):
-            fallback[1][j, i] = column[lane, (i - j) % blades]
-        fallback[2][j] = 1
-    space = (
-        push[lane * padded : (lane + 1) * padded],
-        known[lane],
-        inverse[lane * padded * padded : (lane + 1) * padded * padded],
-        rows[lane * n : (lane + 1) * n],
-        fallback[6],
-        column[lane],
-        fallback,
-    )
-    active = guess(gaps, row, lowest, blades, wide, padded, space)
+def learn(lane, blades, wide, known, inverse, kept):
+    """Keep the blades `known` of a lane and the inverse (padded padded,) of their W."""
+    size, push, inverses, rows, turns, place, (all_rows, all_turns) = kept
+    padded, n, count = -(-blades // FOUR) * FOUR, 2 * wide, known[blades]
+    size[lane] = -(-count // FOUR) * FOUR
+    for s in range(size[lane]):
+        to = lane * padded + s
+        real, j = s < count, known[s] if s < count else 0
+        place[to] = place_of(j, blades, wide)
+        push[to] = push[to] if real else 0.0
+        for v in range(padded):
+            within = real and v < count
+            inverses[to * padded + v] = inverse[s * padded + v] if within else 0.0
+        for v in range(n):
+            row, turn = all_rows[(lane * blades + j) * n + v], all_turns[j * n + v]
+            rows[to * n + v] = row if real else 0.0
+            turns[to * n + v] = turn if real else 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def search(gaps, row, lowest, blades, wide, lane, known, column, kept):
+    """Open the gaps of a lane by `guess` or pivoting and keep the solution's blades.
+
+    Returns whether it could.
+    """
+    padded, n = -(-blades // FOUR) * FOUR, 2 * wide
+    push, first, length = kept[1], lane * padded, blades * n
+    where, inverse = np.zeros(blades + 1, np.int64), np.zeros(padded * padded)
+    rows = kept[6][0][lane * length : (lane + 1) * length]
+    nothing, none = np.zeros(0), np.zeros((0, 0))
+    indices = np.zeros(0, np.int64)
+    fallback = (nothing, none, indices, none, nothing, indices, indices)
+    mine = push[first : first + padded]
+    known[blades + 1] = 0  # `hold` has tried them
+    active = guess(
+        gaps, row, lowest, blades, wide, padded,
+        (mine, known, inverse, rows, where, column, fallback),
+    )  # fmt: skip
     if active < 0:
+        space = circulant_space(blades, wide, column, known)
         active = solve_any(gaps, row, blades, wide, space)
-    return active
+        mine[:], inverse[:] = space[0], space[2]
+    if active < 0:
+        return False
+    learn(lane, blades, wide, known, inverse, kept)
+    return True
 
 
 @njit(error_model="numpy", cache=True, inline="always")
-def spectrum_of(push, p, known, at, size, turns, width, fresh, lane):
-    """Set the lane's part of `fresh` (lanes width,) to the multipliers' spectrum."""
-    for v in range(0, width, FOUR):
-        total = load(turns, known[at] * width + v) * spread(push[p])
-        for s in range(1, size):
-            row = load(turns, known[at + s] * width + v)
-            total = fma(row, spread(push[p + s]), total)
-        store(fresh, lane * width + v, total)
+def book(push, p, known, place, size, gaps, row, older, lane, blades, state, step):
+    """Enter a lane's multipliers, as `book_contacts`, and close its gaps.
 
-
-@njit(error_model="numpy", cache=True, inline="always")
-def book(push, p, known, at, size, blades, wide, gaps, older, lane, state, step):
-    """Enter a lane's multipliers, as `book_contacts`; older : its row of n - 1."""
+    row, older : of this step and of that before the last
+    """
     last, counter, ledger, impulse = state
-    work, total = 0.0, 0.0
+    at, j0 = lane * (blades + 2), lane * blades
+    work, total, now, begun = 0.0, 0.0, counter[lane, STEP], 0
     for s in range(size):
-        j = known[at + s]
-        force = push[p + s]
-        work -= 0.5 * force * gaps[older + place_of(j, blades, wide)]
+        j, where = j0 + get(known, at + s), get(place, p + s)
+        force = get(push, p + s)
+        work -= 0.5 * force * get(gaps, older + where)
         total += force * step
-        impulse[lane, j] += force * step
-        counter[lane, TOUCHDOWNS] += last[lane, j] != counter[lane, STEP] - 1
-        last[lane, j] = counter[lane, STEP]
+        put(impulse, j, get(impulse, j) + force * step)
+        begun += get(last, j) != now - 1
+        put(last, j, now)
+        put(gaps, row + where, 0.0)
+    counter[lane, TOUCHDOWNS] += begun
     ledger[lane, IMPACT] -= work
     ledger[lane, ROTATION] -= work
     ledger[lane, IMPULSE] += total
-    counter[lane, LAST] = counter[lane, STEP]
+    counter[lane, LAST] = now
     counter[lane, TOUCHED] += 1
 
 
@@ -400,12 +469,12 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         gaps, lams, knowns, last, counter, ledger, impulse = state
         gaps, known = gaps.reshape(-1), knowns.reshape(-1)
         places = fixed[1][0]
-        push, inverse, rows_w = lanes_space(blades, wide, column, knowns)
+        kept = lanes_space(blades, wide, column, knowns, turns)
         out_b, out_c = np.zeros(width * FOUR), np.zeros(width * FOUR)
         lam, fresh, opened = np.zeros(width * FOUR), np.zeros(width * FOUR), np.zeros(n)
         thrust, angle = np.zeros(FOUR), np.zeros(FOUR)
         touched = np.zeros(FOUR, np.int64)
-        booked = (last, counter, ledger, impulse)
+        booked = (last.reshape(-1), counter, ledger, impulse.reshape(-1))
         any_touched = False
         for i in range(FOUR):
             if wholes[i, ACTIVE] == 1 and counter[i, LAST] == counter[i, STEP]:
@@ -446,28 +515,26 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
             for i in range(FOUR):
                 lowest = element(least, i)
                 if lowest < 0.0:
-                    at, mine = i * (blades + 2), i * 3 * n
-                    active = hold(
-                        gaps, mine + row, lowest, blades, wide, padded, i, known, push,
-                        inverse, rows_w, opened,
+                    mine = i * 3 * n
+                    found = hold(
+                        gaps, mine + row, lowest, i, knowns[i, blades + 1], n, padded,
+                        kept, opened,
                     )  # fmt: skip
-                    if active < 0:
-                        active = search(
-                            gaps, mine + row, lowest, blades, wide, i, knowns, push,
-                            inverse, rows_w, column,
+                    if not found:
+                        found = search(
+                            gaps, mine + row, lowest, blades, wide, i, knowns[i],
+                            column[i], kept,
                         )  # fmt: skip
-                    if active < 0:
+                    if not found:
                         counter[i, STOP] = COMPLEMENTARITY
                         running = False
                         continue
                     any_touched = True
                     touched[i] = 1
-                    spectrum_of(
-                        push, i * padded, known, at, active, turns, width, fresh, i
-                    )
+                    spectrum_of(i, n, padded, kept, fresh)
                     book(
-                        push, i * padded, known, at, active, blades, wide, gaps,
-                        mine + older, i, booked, step,
+                        kept[1], i * padded, known, kept[5], knowns[i, blades], gaps,
+                        mine + row, mine + older, i, blades, booked, step,
                     )  # fmt: skip
                 elif touched[i] == 1:
                     touched[i] = 0

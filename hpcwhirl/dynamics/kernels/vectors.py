@@ -68,6 +68,13 @@ def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, types.intp, four), code
 
 
+def _spread(builder: Any, value: Any) -> Any:
+    empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
+    first = builder.insert_element(empty, value, ir.Constant(whole, 0))
+    zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
+    return builder.shuffle_vector(first, empty, zeros)
+
+
 @intrinsic
 def spread(typing: Any, value: Any) -> Any:
     """Return four times the same double."""
@@ -75,12 +82,21 @@ def spread(typing: Any, value: Any) -> Any:
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         del context, sig
-        empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
-        first = builder.insert_element(empty, args[0], ir.Constant(whole, 0))
-        zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
-        return builder.shuffle_vector(first, empty, zeros)
+        return _spread(builder, args[0])
 
     return four(types.float64), code
+
+
+@intrinsic
+def spread_at(typing: Any, array: Any, index: Any) -> Any:
+    """Return four times array[index]; array (n,), not checked."""
+    del typing, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        return _spread(builder, builder.load(builder.gep(data, [args[1]])))
+
+    return four(array, types.intp), code
 
 
 def _call(builder: Any, name: str, *args: Any) -> Any:
@@ -164,6 +180,45 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
         return context.make_tuple(builder, kind, out)
 
     return kind(four, four, four, four), code
+
+
+@intrinsic
+def all_at_least(typing: Any, a: Any, b: Any) -> Any:
+    """Return whether each of `a` is at least its partner in `b`; NaN is not."""
+    del typing, a, b
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        bits = ir.IntType(FOUR)
+        found = builder.bitcast(builder.fcmp_ordered(">=", *args), bits)
+        return builder.icmp_unsigned("==", found, ir.Constant(bits, 2**FOUR - 1))
+
+    return types.boolean(four, four), code
+
+
+@intrinsic
+def get(typing: Any, array: Any, index: Any) -> Any:
+    """Return array[index]; array (n,), not checked, index not from the end."""
+    del typing, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        return builder.load(builder.gep(data, [args[1]]))
+
+    return array.dtype(array, types.intp), code
+
+
+@intrinsic
+def put(typing: Any, array: Any, index: Any, value: Any) -> Any:
+    """Set array[index] = value; as `get`."""
+    del typing, index, value
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        builder.store(args[2], builder.gep(data, [args[1]]))
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, array.dtype), code
 
 
 def _arithmetic(symbol: Any, instruction: str) -> None:
