@@ -143,7 +143,26 @@ class Lanes:
         )
         rest = (state[3], state[2], *state[6:])
         self.state = tuple(np.zeros((FOUR, len(a)), dtype=a.dtype) for a in rest)
+        self._work_space(first)
+
+    def _work_space(self, first: March) -> None:
+        """Make what the kernel works in, and the tracks of an idle lane."""
         blades = first.model.blades
+        k, wide = widths(blades)
+        n, padded = 2 * wide, -(-blades // FOUR) * FOUR
+        self.work = (*(np.zeros(2 * k * FOUR) for _ in range(4)), np.zeros(n))
+        self.touching = np.zeros(FOUR, dtype=np.int64)
+        lanes_padded = FOUR * padded
+        self.kept = (
+            np.zeros(FOUR, dtype=np.int64),
+            np.zeros(lanes_padded),
+            np.zeros(lanes_padded * padded),
+            np.zeros(lanes_padded * n),
+            np.zeros(lanes_padded * n),
+            np.zeros(lanes_padded, dtype=np.int64),
+            np.zeros(FOUR * blades * n),
+            self.shared[4],
+        )
         self.nothing = (
             np.zeros((0, 2)),
             *(np.zeros(0) for _ in range(4)),
@@ -268,7 +287,7 @@ class Lanes:
         self.kernel(
             steps, self.step, self.gap, self.shared, self.fixed, self.items, own,
             self.numbers, self.wholes, self.column, self.lobes, self.bodies, self.state,
-            self.turn, tracks,
+            self.turn, tracks, self.work, self.touching, self.kept,
         )  # fmt: skip
         spent = (time.perf_counter() - start) / max(len(riding), 1)
         for lane in riding:

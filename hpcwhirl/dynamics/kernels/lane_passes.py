@@ -4,7 +4,7 @@ The arithmetic of every case is that of `passes`, operation by operation; what i
 row without a mode is left out, and both phases of a double mode are marched together.
 Central differences only.
 
-Arrays are flat, the lane last. The modes stand slot by slot, row by row:
+Arrays are flat, the lane last, and given by their addresses. The modes stand slot by slot, row by row:
 
 state : q, d in two places; of a double mode and of the ring re and im of each
 shared : (6 modes,): `SHARED`, the same for all lanes
@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     fma,
     fnma,
+    get,
     load,
     spread,
     spread_at,
@@ -46,22 +47,22 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
     """
     width = 2 * k
 
-    @njit(error_model="numpy", cache=True, inline="always")
-    def pass_lanes(s, c, own, slots, lam, odd, out, sums):
+    @njit(error_model="numpy", cache=True)
+    def pass_lanes(s, c, own, slots, count, lam, odd, out, sums):
         """End a step of the rotor and predict the next, as `pass_rotor`.
 
-        slots : (slots in use, 2): modes of each, and whether they are double
+        slots : (count, 2): modes of each, and whether they are double
         odd : which place holds d, 0 or 1; the next goes to the other
         """
         i, j, o = 0, 0, 0
-        for slot in range(len(slots)):
+        for slot in range(count):
             here, there = slot * FOUR, (k + slot) * FOUR
-            if slots[slot, 1] == 0:
+            if get(slots, 2 * slot + 1) == 0:
                 now, then = (1 + odd) * FOUR, (2 - odd) * FOUR
                 straight, quarter = load(lam, here), load(lam, there)
                 loss, spectrum = load(sums, 2 * width * FOUR + here), spread(0.0)
                 normal, drag_re, drag_im = spread(0.0), spread(0.0), spread(0.0)
-                for _ in range(slots[slot, 0]):
+                for _ in range(get(slots, 2 * slot)):
                     q, d = load(s, i), load(s, i + now)
                     if touched:
                         change = load(own, o + FOUR) * quarter
@@ -96,7 +97,7 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
             real, imag = spread(0.0), spread(0.0)
             normal_r, along_rr, along_ri = spread(0.0), spread(0.0), spread(0.0)
             normal_i, along_ir, along_ii = spread(0.0), spread(0.0), spread(0.0)
-            for _ in range(slots[slot, 0]):
+            for _ in range(get(slots, 2 * slot)):
                 qr, qi = load(s, i), load(s, i + FOUR)
                 dr, di = load(s, i + now), load(s, i + now + FOUR)
                 if touched:
@@ -141,19 +142,19 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
 def ring_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
     """Return the pass over the ring, as `rotor_lanes`."""
 
-    @njit(error_model="numpy", cache=True, inline="always")
-    def pass_lanes(s, c, own, slots, lam, odd, out, sums):
+    @njit(error_model="numpy", cache=True)
+    def pass_lanes(s, c, own, slots, count, lam, odd, out, sums):
         """End a step of the ring and predict the next, as `pass_ring`."""
         i, j, o = 0, 0, 0
         now, then = (2 + 2 * odd) * FOUR, (4 - 2 * odd) * FOUR
-        for slot in range(len(slots)):
+        for slot in range(count):
             here, there = slot * FOUR, (k + slot) * FOUR
             lr, li = load(lam, here), load(lam, there)
             loss = load(sums, 2 * k * FOUR + here)
             real, imag = spread(0.0), spread(0.0)
             normal_re, normal_im = spread(0.0), spread(0.0)
             drag_re, drag_im = spread(0.0), spread(0.0)
-            for _ in range(slots[slot, 0]):
+            for _ in range(get(slots, 2 * slot)):
                 er, ei = load(own, o + 2 * FOUR), load(own, o + 3 * FOUR)
                 yr, yi = load(s, i), load(s, i + FOUR)
                 dr, di = load(s, i + now), load(s, i + now + FOUR)

@@ -24,6 +24,7 @@ from hpcwhirl.dynamics.kernels.circulant import (
 )
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
+    COUNTERS,
     FRICTION,
     IMPACT,
     IMPULSE,
@@ -62,6 +63,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    address,
     all_at_least,
     element,
     fma,
@@ -81,6 +83,7 @@ SPEED, LOBES, FORCE, DURATION, SIGN, MU, LIMIT = range(7)  # scalars of a lane
 SCALARS = 7
 STRIDE, ACTIVE = 0, 1  # whole numbers of a lane
 WHOLES = 2
+ENTRIES = 5  # of a ledger
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -126,9 +129,9 @@ def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
     Returns whether they are the solution; if not, the row is left alone. What pads
     the blades to vectors adds zeros. known : whether their inverse is sound
 
-    kept : of `lanes_space`; opened : (n,), work space
+    kept : addresses of what `fill` sets, all but whole; opened : (n,), work space
     """
-    size, push, inverse, rows, _, place, _ = kept
+    size, push, inverse, rows, _, place = kept
     count, p = get(size, lane), lane * padded
     zero, sound = spread(0.0), known == 1 and count > 0
     for v in range(0, count, FOUR):
@@ -170,7 +173,7 @@ def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
 @njit(error_model="numpy", cache=True, inline="always")
 def spectrum_of(lane, n, padded, kept, fresh):
     """Set the lane's part of `fresh` (lanes n,) to the multipliers' spectrum."""
-    size, push, _, _, turns, _, _ = kept
+    size, push, _, _, turns, _ = kept
     count, p = get(size, lane), lane * padded
     for v in range(0, n, 2 * FOUR):
         one, two = spread(0.0), spread(0.0)
@@ -190,38 +193,27 @@ def spectrum_of(lane, n, padded, kept, fresh):
 
 
 @njit(error_model="numpy", cache=True)
-def lanes_space(blades, wide, column, known, turns):
-    """Return what is kept of each lane's contact, lanes one behind the other.
+def fill(blades, wide, column, known, kept):
+    """Set `kept`, what is known of each lane's contact, from the states.
 
     size : (lanes,), blades of the last solution, padded to vectors
-    push : (lanes, padded), their multipliers, N
-    inverse : (lanes, padded, padded), of their W, transposed
-    rows, turns : (lanes, padded, 2 wide), what each opens, folded, and its spectrum
-    place : (lanes, padded + 1), of each in a folded row
-    whole : all rows of W and all turns, (lanes, N, 2 wide) and (N, 2 wide)
+    push : (lanes padded,), their multipliers, N
+    inverse : (lanes padded padded,), of their W, transposed
+    rows, turns : (lanes padded 2 wide,), what each opens, folded, and its spectrum
+    place : (lanes padded,), of each in a folded row
+    whole : all rows of W (lanes N 2 wide,), all turns (N 2 wide,)
     """
-    padded, lanes, n = -(-blades // FOUR) * FOUR, len(column), 2 * wide
-    whole = np.zeros(lanes * blades * n)
-    kept = (
-        np.zeros(lanes, np.int64),
-        np.zeros(lanes * padded),
-        np.zeros(lanes * padded * padded),
-        np.zeros(lanes * padded * n),
-        np.zeros(lanes * padded * n),
-        np.zeros(lanes * padded, np.int64),
-        (whole, turns),
-    )
-    for i in range(lanes):
+    length, whole = blades * 2 * wide, kept[6]
+    for i in range(len(column)):
         space = circulant_space(blades, wide, column[i], known[i])
-        whole[i * blades * n : (i + 1) * blades * n] = space[3]
+        whole[i * length : (i + 1) * length] = space[3]
         learn(i, blades, wide, known[i], space[2], kept)
-    return kept
 
 
 @njit(error_model="numpy", cache=True)
 def learn(lane, blades, wide, known, inverse, kept):
     """Keep the blades `known` of a lane and the inverse (padded padded,) of their W."""
-    size, push, inverses, rows, turns, place, (all_rows, all_turns) = kept
+    size, push, inverses, rows, turns, place, all_rows, all_turns = kept
     padded, n, count = -(-blades // FOUR) * FOUR, 2 * wide, known[blades]
     size[lane] = -(-count // FOUR) * FOUR
     for s in range(size[lane]):
@@ -247,7 +239,7 @@ def search(gaps, row, lowest, blades, wide, lane, known, column, kept):
     padded, n = -(-blades // FOUR) * FOUR, 2 * wide
     push, first, length = kept[1], lane * padded, blades * n
     where, inverse = np.zeros(blades + 1, np.int64), np.zeros(padded * padded)
-    rows = kept[6][0][lane * length : (lane + 1) * length]
+    rows = kept[6][lane * length : (lane + 1) * length]
     nothing, none = np.zeros(0), np.zeros((0, 0))
     indices = np.zeros(0, np.int64)
     fallback = (nothing, none, indices, none, nothing, indices, indices)
@@ -275,22 +267,23 @@ def book(push, p, known, place, size, gaps, row, older, lane, blades, state, ste
     """
     last, counter, ledger, impulse = state
     at, j0 = lane * (blades + 2), lane * blades
-    work, total, now, begun = 0.0, 0.0, counter[lane, STEP], 0
+    count, entry = lane * COUNTERS, lane * ENTRIES
+    work, total, now, begun = 0.0, 0.0, get(counter, count + STEP), 0
     for s in range(size):
         j, where = j0 + get(known, at + s), get(place, p + s)
         force = get(push, p + s)
         work -= 0.5 * force * get(gaps, older + where)
         total += force * step
         put(impulse, j, get(impulse, j) + force * step)
-        begun += get(last, j) != now - 1
+        begun += 1 if get(last, j) != now - 1 else 0
         put(last, j, now)
         put(gaps, row + where, 0.0)
-    counter[lane, TOUCHDOWNS] += begun
-    ledger[lane, IMPACT] -= work
-    ledger[lane, ROTATION] -= work
-    ledger[lane, IMPULSE] += total
-    counter[lane, LAST] = now
-    counter[lane, TOUCHED] += 1
+    put(counter, count + TOUCHDOWNS, get(counter, count + TOUCHDOWNS) + begun)
+    put(ledger, entry + IMPACT, get(ledger, entry + IMPACT) - work)
+    put(ledger, entry + ROTATION, get(ledger, entry + ROTATION) - work)
+    put(ledger, entry + IMPULSE, get(ledger, entry + IMPULSE) + total)
+    put(counter, count + LAST, now)
+    put(counter, count + TOUCHED, get(counter, count + TOUCHED) + 1)
 
 
 @njit(error_model="numpy", cache=True)
@@ -448,7 +441,8 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
 
     @njit(error_model="numpy", cache=True)
     def march_lanes(steps, step, gap, shared, fixed, items, own, numbers, wholes,
-                    column, lobes, bodies, state, turn, tracks):  # fmt: skip
+                    column, lobes, bodies, state, turn, tracks, work, touching,
+                    kept):  # fmt: skip
         """March all active lanes `steps` steps, or until one of them stops.
 
         Parameters
@@ -463,48 +457,71 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         state : (gaps, lam, known, last, counter, ledger, impulse), a row each lane
         turn : (1,), number of the step modulo 6
         tracks : of each lane
+        work : spectra of rotor, ring, multipliers, by lane last and lane first,
+            (2 k lanes,) each; (2 wide,)
+        touching : (lanes,), work space; kept : of `fill`
         """
-        c_b, slots_b, c_c, slots_c, turns, wave = shared
-        s_b, s_c, sums_b, sums_c = bodies
-        gaps, lams, knowns, last, counter, ledger, impulse = state
-        gaps, known = gaps.reshape(-1), knowns.reshape(-1)
-        places = fixed[1][0]
-        kept = lanes_space(blades, wide, column, knowns, turns)
-        out_b, out_c = np.zeros(width * FOUR), np.zeros(width * FOUR)
-        lam, fresh, opened = np.zeros(width * FOUR), np.zeros(width * FOUR), np.zeros(n)
+        lams, knowns, counter, ledger = state[1], state[2], state[4], state[5]
+        s_b, s_c = address(bodies[0]), address(bodies[1])
+        sums_b, sums_c = address(bodies[2]), address(bodies[3])
+        c_b, slots_b, count_b = address(shared[0]), address(shared[1]), len(shared[1])
+        c_c, slots_c, count_c = address(shared[2]), address(shared[3]), len(shared[3])
+        wave, own_b, own_c = address(shared[5]), address(own[0]), address(own[1])
+        gaps, known = address(state[0]), address(knowns)
+        steps_of, active_of = address(counter), address(wholes)
+        booked = address(state[3]), steps_of, address(ledger), address(state[6])
+        places, fresh_all, touched = fixed[1][0], work[3], touching
+        out_b, out_c, lam = address(work[0]), address(work[1]), address(work[2])
+        fresh, opened = address(work[3]), address(work[4])
         thrust, angle = np.zeros(FOUR), np.zeros(FOUR)
-        touched = np.zeros(FOUR, np.int64)
-        booked = (last.reshape(-1), counter, ledger, impulse.reshape(-1))
+        fill(blades, wide, column, knowns, kept)
+        held = (
+            address(kept[0]), address(kept[1]), address(kept[2]), address(kept[3]),
+            address(kept[4]), address(kept[5]),
+        )  # fmt: skip
         any_touched = False
+        work[2][:] = 0.0
+        fresh_all[:] = 0.0
         for i in range(FOUR):
+            touched[i] = 0
             if wholes[i, ACTIVE] == 1 and counter[i, LAST] == counter[i, STEP]:
                 any_touched = True
                 touched[i] = 1
                 for v in range(width):
-                    fresh[i * width + v] = lams[i, v]
-                    lam[v * FOUR + i] = lams[i, v]
+                    fresh_all[i * width + v] = lams[i, v]
+                    work[2][v * FOUR + i] = lams[i, v]
         quiet = until_event(counter, wholes)
         pulse = any_pulse(counter, wholes, numbers, step)
         running = True
         for _ in range(steps):
             odd = turn[0] & 1
             if any_touched:
-                rotor_touched(s_b, c_b, own[0], slots_b, lam, odd, out_b, sums_b)
-                ring_touched(s_c, c_c, own[1], slots_c, lam, odd, out_c, sums_c)
+                rotor_touched(
+                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b
+                )
+                ring_touched(
+                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c
+                )
             else:
-                rotor_free(s_b, c_b, own[0], slots_b, lam, odd, out_b, sums_b)
-                ring_free(s_c, c_c, own[1], slots_c, lam, odd, out_c, sums_c)
+                rotor_free(
+                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b
+                )
+                ring_free(
+                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c
+                )
             turn[0] = turn[0] + 1 if turn[0] < CYCLE - 1 else 0
             for i in range(FOUR):
-                counter[i, STEP] += wholes[i, ACTIVE]
+                at = i * COUNTERS + STEP
+                active = get(active_of, i * WHOLES + ACTIVE)
+                put(steps_of, at, get(steps_of, at) + active)
             ring_now, ring_then = (2 + 2 * odd) * ring_size, (4 - 2 * odd) * ring_size
             if pulse:
                 thrusts(step, numbers, wholes, counter, thrust, angle)
                 for i in range(FOUR):
                     if thrust[i] != 0.0:
                         push_lane(
-                            s_c, places, i, items[1][i], ring_size, thrust[i],
-                            lobes[i], numbers[i, SIGN], angle[i], ring_then, out_c, k,
+                            bodies[1], places, i, items[1][i], ring_size, thrust[i],
+                            lobes[i], numbers[i, SIGN], angle[i], ring_then, work[1], k,
                         )  # fmt: skip
             row = turn[0] % 3 * n
             least = to_gaps_lanes(
@@ -517,13 +534,14 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 if lowest < 0.0:
                     mine = i * 3 * n
                     found = hold(
-                        gaps, mine + row, lowest, i, knowns[i, blades + 1], n, padded,
-                        kept, opened,
+                        gaps, mine + row, lowest, i,
+                        get(known, i * (blades + 2) + blades + 1), n, padded, held,
+                        opened,
                     )  # fmt: skip
                     if not found:
                         found = search(
-                            gaps, mine + row, lowest, blades, wide, i, knowns[i],
-                            column[i], kept,
+                            state[0].reshape(-1), mine + row, lowest, blades, wide, i,
+                            knowns[i], column[i], kept,
                         )  # fmt: skip
                     if not found:
                         counter[i, STOP] = COMPLEMENTARITY
@@ -531,16 +549,17 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                         continue
                     any_touched = True
                     touched[i] = 1
-                    spectrum_of(i, n, padded, kept, fresh)
+                    spectrum_of(i, n, padded, held, fresh)
                     book(
-                        kept[1], i * padded, known, kept[5], knowns[i, blades], gaps,
+                        held[1], i * padded, known, held[5],
+                        get(known, i * (blades + 2) + blades), gaps,
                         mine + row, mine + older, i, blades, booked, step,
                     )  # fmt: skip
                 elif touched[i] == 1:
                     touched[i] = 0
                     for v in range(width):
-                        lams[i, v] = fresh[i * width + v]
-                        fresh[i * width + v] = 0.0
+                        lams[i, v] = fresh_all[i * width + v]
+                        fresh_all[i * width + v] = 0.0
             if any_touched or before:
                 for v in range(0, width, FOUR):
                     a, b, c, d = transpose(
@@ -555,13 +574,13 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 for i in range(FOUR):
                     if thrust[i] != 0.0 and counter[i, STOP] == RUNNING:
                         ledger[i, PULSE] += work_lane(
-                            s_c, places, i, items[1][i], fresh, ring_size, k,
+                            bodies[1], places, i, items[1][i], fresh_all, ring_size, k,
                             thrust[i], lobes[i], numbers[i, SIGN], angle[i], ring_then,
                             ring_now,
                         )  # fmt: skip
             quiet -= 1
             if quiet == 0 or not running:
-                keep_spectra(touched, fresh, lams, k)
+                keep_spectra(touched, fresh_all, lams, k)
                 events(
                     turn[0], step, bodies, fixed, items, numbers, wholes, state, tracks
                 )
@@ -571,7 +590,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                     running = running and counter[i, STOP] == RUNNING
                 if not running:
                     break
-        keep_spectra(touched, fresh, lams, k)
+        keep_spectra(touched, fresh_all, lams, k)
 
     return march_lanes
 

@@ -37,9 +37,30 @@ class _FourModel(models.PrimitiveModel):
         super().__init__(manager, kind, _VECTOR)
 
 
+def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    if isinstance(kind, types.CPointer):
+        return array
+    return context.make_array(kind)(context, builder, array).data
+
+
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    data = context.make_array(kind)(context, builder, array).data
+    data = _data(context, builder, kind, array)
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
+
+
+@intrinsic
+def address(typing: Any, array: Any) -> Any:
+    """Return where an array begins; `load` and its like take it for the array.
+
+    It is not counted as a use: the caller must hold the array. Counting costs a locked
+    instruction each time an array enters or leaves inlined code.
+    """
+    del typing
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _data(context, builder, sig.args[0], args[0])
+
+    return types.CPointer(array.dtype)(array), code
 
 
 @intrinsic
@@ -93,7 +114,7 @@ def spread_at(typing: Any, array: Any, index: Any) -> Any:
     del typing, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        data = _data(context, builder, sig.args[0], args[0])
         return _spread(builder, builder.load(builder.gep(data, [args[1]])))
 
     return four(array, types.intp), code
@@ -202,7 +223,7 @@ def get(typing: Any, array: Any, index: Any) -> Any:
     del typing, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        data = _data(context, builder, sig.args[0], args[0])
         return builder.load(builder.gep(data, [args[1]]))
 
     return array.dtype(array, types.intp), code
@@ -214,7 +235,7 @@ def put(typing: Any, array: Any, index: Any, value: Any) -> Any:
     del typing, index, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        data = _data(context, builder, sig.args[0], args[0])
         builder.store(args[2], builder.gep(data, [args[1]]))
         return context.get_dummy_value()
 
