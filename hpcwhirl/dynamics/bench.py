@@ -12,6 +12,8 @@ import numpy as np
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
@@ -20,6 +22,8 @@ SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAR = 1.0  # m, a gap that no blade crosses
 SCHEMES = ("paper", "general", "modal")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
+LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
+APART = 0.5  # rad/s between the speeds of the cases in the lanes
 CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
 
@@ -57,9 +61,10 @@ def _restore(march: March, saved: list[object]) -> None:
         array[...] = value
 
 
-def _timing(scheme: str, contact: float, spent: list[float]) -> Timing:
+def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
     middle = statistics.median(spent)
-    return Timing(scheme, 1, contact, middle, (max(spent) - min(spent)) / middle)
+    spread = (max(spent) - min(spent)) / middle
+    return Timing(scheme, lanes, contact, middle, spread)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -87,11 +92,59 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
     return _timing(scheme, share, spent)
 
 
+def time_lanes(
+    scene: Scene, lanes: int, repeats: int, *, contact: bool
+) -> Timing | None:
+    """Return what a step of a case in a batch costs, as `time_step` of `modal`.
+
+    The cases differ in their speeds, `APART` from lane to lane; None where the scene
+    cannot ride.
+    """
+    marches = [
+        _settled(
+            apply_settings(scene, {"speed": scene.speed + i * APART, "revolutions": 0}),
+            "modal",
+            contact=contact,
+        )
+        for i in range(lanes)
+    ]
+    if not can_ride(marches[0].scene, marches[0].model):
+        return None
+    saved = [[array.copy() for array in march.state] for march in marches]
+    groups = [Lanes(march) for march in marches[::FOUR]]
+    before = sum(march.counter[TOUCHED] for march in marches)
+    spent = []
+    for _ in range(repeats):
+        for march, state in zip(marches, saved, strict=True):
+            _restore(march, list(state))
+            march.total, march.stride, march.seconds = 10**9, 10**9, 0.0
+        _advance_all(groups, marches)
+        spent.append(1e6 * sum(m.seconds for m in marches) / (STEPS * lanes))
+    touched = sum(march.counter[TOUCHED] for march in marches) - before
+    return _timing("modal", float(touched) / (STEPS * lanes), spent, lanes)
+
+
+def _advance_all(groups: list[Lanes], marches: list[March]) -> None:
+    """March all marches `STEPS` steps, four in each group."""
+    for number, group in enumerate(groups):
+        riding = marches[number * FOUR : (number + 1) * FOUR]
+        for lane, march in enumerate(riding):
+            group.load(lane, march)
+        group.advance(STEPS)
+        for lane in range(len(riding)):
+            group.unload(lane)
+
+
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
-    """Yield the cost of every scheme, in flight and in contact."""
+    """Yield the cost of every scheme and of batches, in flight and in contact."""
     for scheme in SCHEMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
+    for lanes in LANES:
+        for contact in (False, True):
+            timing = time_lanes(scene, lanes, repeats, contact=contact)
+            if timing:
+                yield timing
 
 
 def fma_peak(repeats: int) -> float:

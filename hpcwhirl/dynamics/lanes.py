@@ -29,7 +29,7 @@ def can_ride(scene: Scene, model: Model) -> bool:
     march alone.
     """
     fourier = scene.engine.casing.discretization == "fourier"
-    cyclic = model.rotor.cyclic and model.blades > 2  # noqa: PLR2004
+    cyclic = model.rotor.cyclic and model.blades > 2
     modal = scene.solver.scheme == "modal"
     return modal and cyclic and fourier and model.casing is not None
 
@@ -67,7 +67,7 @@ def _layout(modes: NDArray[np.bool_], twin: int, *, ring: bool) -> Layout:
     """
     rows, _, k = modes.shape
     count = modes[:, 0].sum(axis=0)
-    double = modes[:, -1].any(axis=0) | ring
+    double = np.logical_or(modes[:, -1].any(axis=0), ring)
     used = 1 + int(np.flatnonzero(count).max())
     whole = rows * k * 2
     places, order, at = np.full((3, whole), -1), [], 0
@@ -85,7 +85,9 @@ def _layout(modes: NDArray[np.bool_], twin: int, *, ring: bool) -> Layout:
     return Layout(slots.astype(np.int64), np.array(order), both, at)
 
 
-def layouts(rotor: Floats, ring: Floats, blades: int) -> tuple[Layout, Layout, int, int]:
+def layouts(
+    rotor: Floats, ring: Floats, blades: int
+) -> tuple[Layout, Layout, int, int]:
     """Return both bodies' layouts and rows, from their items, see `cyclic_arrays`."""
     k, _ = widths(blades)
     of_rotor = rotor.reshape(passes.ITEMS, -1, 2, k)[passes.GIVE] != 0.0

@@ -4,7 +4,8 @@ The arithmetic of every case is that of `passes`, operation by operation; what i
 row without a mode is left out, and both phases of a double mode are marched together.
 Central differences only.
 
-Arrays are flat, the lane last, and given by their addresses. The modes stand slot by slot, row by row:
+Arrays are flat, the lane last, and given by their addresses. The modes stand slot by
+slot, row by row:
 
 state : q, d in two places; of a double mode and of the ring re and im of each
 shared : (6 modes,): `SHARED`, the same for all lanes
@@ -40,7 +41,7 @@ SIMPLE, DOUBLE, RING = 3 * FOUR, 6 * FOUR, 6 * FOUR  # state of a mode
 OWN_ROTOR, OWN_RING = 2 * FOUR, 4 * FOUR
 
 
-def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
+def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:
     """Return the pass over the rotor, with or without contact in the step that ends.
 
     k : slots
@@ -139,7 +140,7 @@ def rotor_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
     return pass_lanes
 
 
-def ring_lanes(touched: bool, k: int) -> Callable[..., Any]:  # noqa: FBT001
+def ring_lanes(touched: bool, k: int) -> Callable[..., Any]:
     """Return the pass over the ring, as `rotor_lanes`."""
 
     @njit(error_model="numpy", cache=True)

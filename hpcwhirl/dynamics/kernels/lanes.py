@@ -87,6 +87,12 @@ ENTRIES = 5  # of a ledger
 
 
 @njit(error_model="numpy", cache=True, inline="always")
+def add_wave(re, im, wave, p, q, even, odd):
+    """Return the sums at a blade with one more column of the spectrum."""
+    return fma(re, spread_at(wave, p), even), fma(im, spread_at(wave, q), odd)
+
+
+@njit(error_model="numpy", cache=True, inline="always")
 def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
     """Transform all lanes; set row `row` of each lane's gaps; return the least four.
 
@@ -101,10 +107,10 @@ def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
         for c in range(k):
             re, im = load(out_b, c * FOUR), load(out_b, (k + c) * FOUR)
             p, q = c * wide + j, (k + c) * wide + j
-            e0, o0 = fma(re, spread_at(wave, p), e0), fma(im, spread_at(wave, q), o0)
-            e1, o1 = fma(re, spread_at(wave, p + 1), e1), fma(im, spread_at(wave, q + 1), o1)
-            e2, o2 = fma(re, spread_at(wave, p + 2), e2), fma(im, spread_at(wave, q + 2), o2)
-            e3, o3 = fma(re, spread_at(wave, p + 3), e3), fma(im, spread_at(wave, q + 3), o3)
+            e0, o0 = add_wave(re, im, wave, p, q, e0, o0)
+            e1, o1 = add_wave(re, im, wave, p + 1, q + 1, e1, o1)
+            e2, o2 = add_wave(re, im, wave, p + 2, q + 2, e2, o2)
+            e3, o3 = add_wave(re, im, wave, p + 3, q + 3, e3, o3)
         h0, h1, h2, h3 = e0 - o0, e1 - o1, e2 - o2, e3 - o3
         t0, t1, t2, t3 = e0 + o0, e1 + o1, e2 + o2, e3 + o3
         least = lower_of(least, lower_of(lower_of(h0, t0), lower_of(h1, t1)))
@@ -422,9 +428,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                     flush_lane(bodies[0], i)
                     flush_lane(bodies[1], i)
                 if counter[i, STEP] % wholes[i, STRIDE] == 0:
-                    sample(
-                        i, turn, step, bodies, fixed, items, numbers, state, tracks
-                    )
+                    sample(i, turn, step, bodies, fixed, items, numbers, state, tracks)
 
     @njit(error_model="numpy", cache=True)
     def thrusts(step, numbers, wholes, counter, thrust, angle):
@@ -499,16 +503,10 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 rotor_touched(
                     s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b
                 )
-                ring_touched(
-                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c
-                )
+                ring_touched(s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c)
             else:
-                rotor_free(
-                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b
-                )
-                ring_free(
-                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c
-                )
+                rotor_free(s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b)
+                ring_free(s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c)
             turn[0] = turn[0] + 1 if turn[0] < CYCLE - 1 else 0
             for i in range(FOUR):
                 at = i * COUNTERS + STEP
@@ -524,9 +522,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                             lobes[i], numbers[i, SIGN], angle[i], ring_then, work[1], k,
                         )  # fmt: skip
             row = turn[0] % 3 * n
-            least = to_gaps_lanes(
-                out_b, out_c, wave, gap, k, wide, gaps, 3 * n, row
-            )
+            least = to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, 3 * n, row)
             older = (turn[0] + 1) % 3 * n
             before, any_touched = any_touched, False
             for i in range(FOUR):
