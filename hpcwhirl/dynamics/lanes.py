@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels import contact, lane_passes, lanes, passes
+from hpcwhirl.dynamics.kernels import contact, lane_passes, lane_state, lanes, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
@@ -189,7 +189,7 @@ class Lanes:
             limit,
         )
         self.wholes[lane] = march.stride, 1
-        self._exchange(lane, march, lanes.put_lane)
+        self._exchange(lane, march, lane_state.put_lane)
         self._rows(lane, march, into_lane=True)
 
     def _coefficients(self, lane: int, rotor: Floats, ring: Floats) -> None:
@@ -239,7 +239,7 @@ class Lanes:
             msg = f"lane {lane} is idle"
             raise ValueError(msg)
         march.counter[:] = self.state[4][lane]  # its steps tell where things lie
-        self._exchange(lane, march, lanes.take_lane)
+        self._exchange(lane, march, lane_state.take_lane)
         self._rows(lane, march, into_lane=False)
         self._clear(lane)
         return march
