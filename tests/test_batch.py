@@ -1,5 +1,8 @@
 """A case in a lane has the bits it has alone, whoever rides beside it."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -132,6 +135,28 @@ def test_a_nonfinite_case_ends_alone():
     while not lanes.ended():
         lanes.advance(10**6)
     assert_same_bits(lanes.unload(1), alone(scene()))
+
+
+@pytest.mark.slow
+def test_compiled_kernels_are_found_in_the_cache():
+    # by a second process: what closes over compiled functions would be missed
+    script = (
+        "from hpcwhirl.dynamics.lanes import Lanes\n"
+        "from hpcwhirl.dynamics.march import March\n"
+        "from hpcwhirl.scene import named_scene\n"
+        "march = March(named_scene('table2'))\n"
+        "march.advance(1)\n"
+        "lanes = Lanes(march)\n"
+        "lanes.load(0, march)\n"
+        "lanes.advance(1)\n"
+        "kernels = march.scheme.kernel, lanes.kernel\n"
+        "print(sum(len(k.stats.cache_misses) for k in kernels))\n"
+    )
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        )
+    assert done.stdout.split() == ["0"]
 
 
 def test_only_what_the_kernel_knows_may_ride():

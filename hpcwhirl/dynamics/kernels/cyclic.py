@@ -192,6 +192,30 @@ def flush(s):
             s[m] = 0.0
 
 
+@njit(error_model="numpy", cache=True)
+def end_step(c_b, c_c, state, ended, rows, ring_rows, k, exact):
+    """Set `ended`, copies of bodies and sums, to the state with its step ended.
+
+    Not a closure: numba's cache misses what closes over compiled functions.
+    """
+    s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
+    t_b, t_c, end_b, end_c = ended
+    end_b[:] = sums_b
+    end_c[:] = sums_c
+    width = 2 * k
+    size, ring_size = rows * width, ring_rows * k
+    odd = counter[STEP] & 1
+    touched = counter[LAST] == counter[STEP]
+    pass_rotor(
+        s_b, t_b, c_b, lam, rows, width, (1 + odd) * size, (2 - odd) * size,
+        True, touched, False, exact, lam, end_b,
+    )  # fmt: skip
+    pass_ring(
+        s_c, t_c, c_c, lam, ring_rows, k, (2 + 2 * odd) * ring_size,
+        (4 - 2 * odd) * ring_size, True, touched, False, exact, lam, end_c,
+    )  # fmt: skip
+
+
 def widths(blades: int) -> tuple[int, int]:
     """Return (slots, columns of the transform): K = N // 2 + 1, padded to vectors."""
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
@@ -218,20 +242,7 @@ def cyclic_kernel(
     @njit(error_model="numpy", cache=True)
     def settle(rotor, casing, state, ended):
         """Set `ended`, copies of bodies and sums, to the state with its step ended."""
-        s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
-        t_b, t_c, end_b, end_c = ended
-        end_b[:] = sums_b
-        end_c[:] = sums_c
-        odd = counter[STEP] & 1
-        touched = counter[LAST] == counter[STEP]
-        pass_rotor(
-            s_b, t_b, rotor[0], lam, rows, width, (1 + odd) * size, (2 - odd) * size,
-            True, touched, False, exact, lam, end_b,
-        )  # fmt: skip
-        pass_ring(
-            s_c, t_c, casing[0], lam, ring_rows, k, (2 + 2 * odd) * ring_size,
-            (4 - 2 * odd) * ring_size, True, touched, False, exact, lam, end_c,
-        )  # fmt: skip
+        end_step(rotor[0], casing[0], state, ended, rows, ring_rows, k, exact)
 
     @njit(error_model="numpy", cache=True)
     def march_cyclic(
@@ -316,7 +327,7 @@ def cyclic_kernel(
                 flush(s_b)
                 flush(s_c)
             if counter[STEP] % stride == 0:
-                settle(rotor, casing, state, ended)
+                end_step(c_b, c_c, state, ended, rows, ring_rows, k, exact)
                 energy = total_energy(
                     ended[0], c_b, ended[1], c_c, 1 - odd, step, exact
                 )

@@ -31,7 +31,7 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.cyclic import (
     column_sums,
-    cyclic_kernel,
+    end_step,
     read_tips,
     total_energy,
     widths,
@@ -131,71 +131,78 @@ def any_pulse(counter, wholes, scalars, step):
     return False
 
 
+@njit(error_model="numpy", cache=True)
+def sample(
+    lane, turn, step, bodies, fixed, items, numbers, state, tracks, rows, ring_rows
+):
+    """Write a sample of one lane from its own ended state, as `cyclic` does."""
+    s_b, s_c, sums_b, sums_c = bodies
+    places_b, places_c, hub, turns = fixed
+    c_b, c_c = items[0][lane], items[1][lane]
+    gaps, lam, known, last, counter, ledger, impulse = state
+    k, blades = lam.shape[1] // 4, last.shape[1]
+    size, ring_size, width = 2 * rows * k, ring_rows * k, 2 * k
+    other = (turn - counter[lane, STEP]) & 1
+    one_b, one_c = np.zeros(ROTOR_STATE * size), np.zeros(RING_STATE * ring_size)
+    take_lane(s_b, places_b[other], lane, one_b)
+    take_lane(s_c, places_c[other], lane, one_c)
+    all_b, all_c = sums_b[lane::FOUR].copy(), sums_c[lane::FOUR].copy()
+    ended = np.zeros_like(one_b), np.zeros_like(one_c), all_b.copy(), all_c.copy()
+    one = (
+        one_b, one_c, lam[lane], gaps[lane], all_b, all_c, known[lane], last[lane],
+        counter[lane], ledger[lane], impulse[lane],
+    )  # fmt: skip
+    end_step(c_b, c_c, one, ended, rows, ring_rows, k, False)
+    now = counter[lane, STEP] & 1
+    energy = total_energy(ended[0], c_b, ended[1], c_c, now, step, False)
+    tips = np.zeros((blades + 1, 2))
+    read_tips(ended[0], c_b, hub, turns, width, np.zeros(width), tips)
+    normal, drag, loss = column_sums(ended[2], ended[3])
+    whole = ledger[lane].copy()
+    whole[ROTATION] += 0.5 * normal
+    whole[FRICTION] += 0.5 * numbers[lane, MU] * drag
+    write_sample(
+        counter[lane], whole, impulse[lane], tips, energy, loss,
+        numbers[lane, LIMIT], tracks[lane],
+    )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def events(
+    turn, step, bodies, fixed, items, numbers, wholes, state, tracks, rows, ring_rows
+):
+    """Flush and sample the lanes whose turn it is."""
+    counter = state[4]
+    for i in range(FOUR):
+        if wholes[i, ACTIVE] == 1 and counter[i, STOP] == RUNNING:
+            if counter[i, STEP] % FLUSH_EVERY == 0:
+                flush_lane(bodies[0], i)
+                flush_lane(bodies[1], i)
+            if counter[i, STEP] % wholes[i, STRIDE] == 0:
+                sample(
+                    i, turn, step, bodies, fixed, items, numbers, state, tracks, rows,
+                    ring_rows,
+                )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def thrusts(step, numbers, wholes, counter, thrust, angle):
+    """Set thrust, N, and angle of every lane for the step that is being made."""
+    for i in range(FOUR):
+        thrust[i] = 0.0
+        if wholes[i, ACTIVE] == 1:
+            before = (counter[i, STEP] - 1) * step
+            thrust[i] = pulse_of(before, numbers[i, FORCE], numbers[i, DURATION])
+            turned = (numbers[i, SPEED] * (counter[i, STEP] * step)) % (2.0 * math.pi)
+            angle[i] = numbers[i, LOBES] * turned
+
+
 @lru_cache(maxsize=64)
 def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
     """Return the compiled kernel for these sizes; see `cyclic_kernel`."""
     k, wide = widths(blades)
     width, padded, n = 2 * k, -(-blades // FOUR) * FOUR, 2 * wide
-    size, ring_size = rows * width, ring_rows * k
-    rotor_touched, rotor_free = rotor_lanes(True, k), rotor_lanes(False, k)
-    ring_touched, ring_free = ring_lanes(True, k), ring_lanes(False, k)
-    _, settle = cyclic_kernel(blades, rows, ring_rows, False)
-
-    @njit(error_model="numpy", cache=True)
-    def sample(lane, turn, step, bodies, fixed, items, numbers, state, tracks):
-        """Write a sample of one lane from its own ended state, as `cyclic` does."""
-        s_b, s_c, sums_b, sums_c = bodies
-        places_b, places_c, hub, turns = fixed
-        c_b, c_c = items[0][lane], items[1][lane]
-        gaps, lam, known, last, counter, ledger, impulse = state
-        other = (turn - counter[lane, STEP]) & 1
-        one_b, one_c = np.zeros(ROTOR_STATE * size), np.zeros(RING_STATE * ring_size)
-        take_lane(s_b, places_b[other], lane, one_b)
-        take_lane(s_c, places_c[other], lane, one_c)
-        all_b, all_c = sums_b[lane::FOUR].copy(), sums_c[lane::FOUR].copy()
-        ended = np.zeros_like(one_b), np.zeros_like(one_c), all_b.copy(), all_c.copy()
-        one = (
-            one_b, one_c, lam[lane], gaps[lane], all_b, all_c, known[lane], last[lane],
-            counter[lane], ledger[lane], impulse[lane],
-        )  # fmt: skip
-        settle((c_b,), (c_c,), one, ended)
-        now = counter[lane, STEP] & 1
-        energy = total_energy(ended[0], c_b, ended[1], c_c, now, step, False)
-        tips = np.zeros((blades + 1, 2))
-        read_tips(ended[0], c_b, hub, turns, width, np.zeros(width), tips)
-        normal, drag, loss = column_sums(ended[2], ended[3])
-        whole = ledger[lane].copy()
-        whole[ROTATION] += 0.5 * normal
-        whole[FRICTION] += 0.5 * numbers[lane, MU] * drag
-        write_sample(
-            counter[lane], whole, impulse[lane], tips, energy, loss,
-            numbers[lane, LIMIT], tracks[lane],
-        )  # fmt: skip
-
-    @njit(error_model="numpy", cache=True)
-    def events(turn, step, bodies, fixed, items, numbers, wholes, state, tracks):
-        """Flush and sample the lanes whose turn it is."""
-        counter = state[4]
-        for i in range(FOUR):
-            if wholes[i, ACTIVE] == 1 and counter[i, STOP] == RUNNING:
-                if counter[i, STEP] % FLUSH_EVERY == 0:
-                    flush_lane(bodies[0], i)
-                    flush_lane(bodies[1], i)
-                if counter[i, STEP] % wholes[i, STRIDE] == 0:
-                    sample(i, turn, step, bodies, fixed, items, numbers, state, tracks)
-
-    @njit(error_model="numpy", cache=True)
-    def thrusts(step, numbers, wholes, counter, thrust, angle):
-        """Set thrust, N, and angle of every lane for the step that is being made."""
-        for i in range(FOUR):
-            thrust[i] = 0.0
-            if wholes[i, ACTIVE] == 1:
-                before = (counter[i, STEP] - 1) * step
-                thrust[i] = pulse_of(before, numbers[i, FORCE], numbers[i, DURATION])
-                turned = (numbers[i, SPEED] * (counter[i, STEP] * step)) % (
-                    2.0 * math.pi
-                )
-                angle[i] = numbers[i, LOBES] * turned
+    ring_size = ring_rows * k
 
     @njit(error_model="numpy", cache=True)
     def march_lanes(steps, step, gap, shared, fixed, items, own, numbers, wholes,
@@ -254,13 +261,19 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         for _ in range(steps):
             odd = turn[0] & 1
             if any_touched:
-                rotor_touched(
-                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b
+                rotor_lanes(
+                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b, k, True
                 )
-                ring_touched(s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c)
+                ring_lanes(
+                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c, k, True
+                )
             else:
-                rotor_free(s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b)
-                ring_free(s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c)
+                rotor_lanes(
+                    s_b, c_b, own_b, slots_b, count_b, lam, odd, out_b, sums_b, k, False
+                )
+                ring_lanes(
+                    s_c, c_c, own_c, slots_c, count_c, lam, odd, out_c, sums_c, k, False
+                )
             turn[0] = turn[0] + 1 if turn[0] < CYCLE - 1 else 0
             for i in range(FOUR):
                 at = i * COUNTERS + STEP
@@ -332,8 +345,9 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
             if quiet == 0 or not running:
                 keep_spectra(touched, fresh_all, lams, k)
                 events(
-                    turn[0], step, bodies, fixed, items, numbers, wholes, state, tracks
-                )
+                    turn[0], step, bodies, fixed, items, numbers, wholes, state,
+                    tracks, rows, ring_rows,
+                )  # fmt: skip
                 quiet = until_event(counter, wholes)
                 pulse = any_pulse(counter, wholes, numbers, step)
                 for i in range(FOUR):
