@@ -12,6 +12,8 @@ import numpy as np
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
@@ -21,6 +23,8 @@ FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
+LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
+APART = 0.5  # rad/s between the speeds of the cases in the lanes
 CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
 
@@ -61,9 +65,10 @@ def _restore(march: March, saved: list[object]) -> None:
         array[...] = value
 
 
-def _timing(scheme: str, contact: float, spent: list[float]) -> Timing:
+def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
     middle = statistics.median(spent)
-    return Timing(scheme, 1, contact, middle, (max(spent) - min(spent)) / middle)
+    spread = (max(spent) - min(spent)) / middle
+    return Timing(scheme, lanes, contact, middle, spread)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -100,11 +105,62 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
     return tail.microseconds_per_step / alive.microseconds_per_step
 
 
+def time_lanes(
+    scene: Scene, lanes: int, repeats: int, *, contact: bool
+) -> Timing | None:
+    """Return what a step of a case in a batch costs, as `time_step` of `modal`.
+
+    The cases differ in their speeds, `APART` from lane to lane; None where the scene
+    cannot ride.
+    """
+    marches = [
+        _settled(
+            apply_settings(scene, {"speed": scene.speed + i * APART, "revolutions": 0}),
+            "modal",
+            contact=contact,
+        )
+        for i in range(lanes)
+    ]
+    if not can_ride(marches[0].scene, marches[0].model):
+        return None
+    saved = [[array.copy() for array in march.state] for march in marches]
+    for march in marches:
+        march.total = march.stride = 10**9  # no end, no samples
+    groups = [Lanes(march) for march in marches[::FOUR]]
+    _advance_all(groups, marches, 1)  # compiled before the clock runs
+    before = sum(state[-3][TOUCHED] for state in saved)
+    spent = []
+    for _ in range(repeats):
+        for march, state in zip(marches, saved, strict=True):
+            _restore(march, list(state))
+            march.seconds = 0.0
+        _advance_all(groups, marches, STEPS)
+        spent.append(1e6 * sum(m.seconds for m in marches) / (STEPS * lanes))
+    touched = sum(march.counter[TOUCHED] for march in marches) - before
+    return _timing("modal", float(touched) / (STEPS * lanes), spent, lanes)
+
+
+def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
+    """March all marches `steps` steps, four in each group."""
+    for number, group in enumerate(groups):
+        riding = marches[number * FOUR : (number + 1) * FOUR]
+        for lane, march in enumerate(riding):
+            group.load(lane, march)
+        group.advance(steps)
+        for lane in range(len(riding)):
+            group.unload(lane)
+
+
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
-    """Yield the cost of every scheme, in flight and in contact."""
+    """Yield the cost of every scheme and of batches, in flight and in contact."""
     for scheme in SCHEMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
+    for lanes in LANES:
+        for contact in (False, True):
+            timing = time_lanes(scene, lanes, repeats, contact=contact)
+            if timing:
+                yield timing
 
 
 def fma_peak(repeats: int) -> float:

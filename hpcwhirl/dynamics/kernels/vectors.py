@@ -37,9 +37,30 @@ class _FourModel(models.PrimitiveModel):
         super().__init__(manager, kind, _VECTOR)
 
 
+def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    if isinstance(kind, types.CPointer):
+        return array
+    return context.make_array(kind)(context, builder, array).data
+
+
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    data = context.make_array(kind)(context, builder, array).data
+    data = _data(context, builder, kind, array)
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
+
+
+@intrinsic
+def address(typing: Any, array: Any) -> Any:
+    """Return where an array begins; `load` and its like take it for the array.
+
+    It is not counted as a use: the caller must hold the array. Counting costs a locked
+    instruction each time an array enters or leaves inlined code.
+    """
+    del typing
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _data(context, builder, sig.args[0], args[0])
+
+    return types.CPointer(array.dtype)(array), code
 
 
 @intrinsic
@@ -68,6 +89,13 @@ def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, types.intp, four), code
 
 
+def _spread(builder: Any, value: Any) -> Any:
+    empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
+    first = builder.insert_element(empty, value, ir.Constant(whole, 0))
+    zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
+    return builder.shuffle_vector(first, empty, zeros)
+
+
 @intrinsic
 def spread(typing: Any, value: Any) -> Any:
     """Return four times the same double."""
@@ -75,12 +103,21 @@ def spread(typing: Any, value: Any) -> Any:
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         del context, sig
-        empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
-        first = builder.insert_element(empty, args[0], ir.Constant(whole, 0))
-        zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
-        return builder.shuffle_vector(first, empty, zeros)
+        return _spread(builder, args[0])
 
     return four(types.float64), code
+
+
+@intrinsic
+def spread_at(typing: Any, array: Any, index: Any) -> Any:
+    """Return four times array[index]; array (n,), not checked."""
+    del typing, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = _data(context, builder, sig.args[0], args[0])
+        return _spread(builder, builder.load(builder.gep(data, [args[1]])))
+
+    return four(array, types.intp), code
 
 
 def _call(builder: Any, name: str, *args: Any) -> Any:
@@ -142,6 +179,67 @@ def element(typing: Any, a: Any, index: Any) -> Any:
         return builder.extract_element(args[0], args[1])
 
     return types.float64(four, types.intp), code
+
+
+@intrinsic
+def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return four vectors, the columns of the matrix whose rows are a, b, c, d."""
+    del typing, a, b, c, d
+    kind = types.UniTuple(four, FOUR)
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del sig
+
+        def mix(x: Any, y: Any, *order: int) -> Any:
+            places = ir.Constant(ir.VectorType(ir.IntType(32), FOUR), list(order))
+            return builder.shuffle_vector(x, y, places)
+
+        low = [mix(*pair, 0, 4, 2, 6) for pair in (args[:2], args[2:])]
+        high = [mix(*pair, 1, 5, 3, 7) for pair in (args[:2], args[2:])]
+        out = [mix(*half, 0, 1, 4, 5) for half in (low, high)]
+        out += [mix(*half, 2, 3, 6, 7) for half in (low, high)]
+        return context.make_tuple(builder, kind, out)
+
+    return kind(four, four, four, four), code
+
+
+@intrinsic
+def all_at_least(typing: Any, a: Any, b: Any) -> Any:
+    """Return whether each of `a` is at least its partner in `b`; NaN is not."""
+    del typing, a, b
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        bits = ir.IntType(FOUR)
+        found = builder.bitcast(builder.fcmp_ordered(">=", *args), bits)
+        return builder.icmp_unsigned("==", found, ir.Constant(bits, 2**FOUR - 1))
+
+    return types.boolean(four, four), code
+
+
+@intrinsic
+def get(typing: Any, array: Any, index: Any) -> Any:
+    """Return array[index]; array (n,), not checked, index not from the end."""
+    del typing, index
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = _data(context, builder, sig.args[0], args[0])
+        return builder.load(builder.gep(data, [args[1]]))
+
+    return array.dtype(array, types.intp), code
+
+
+@intrinsic
+def put(typing: Any, array: Any, index: Any, value: Any) -> Any:
+    """Set array[index] = value; as `get`."""
+    del typing, index, value
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = _data(context, builder, sig.args[0], args[0])
+        builder.store(args[2], builder.gep(data, [args[1]]))
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, array.dtype), code
 
 
 def _arithmetic(symbol: Any, instruction: str) -> None:

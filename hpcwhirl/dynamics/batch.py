@@ -1,0 +1,101 @@
+"""Many cases of one engine, four to a kernel: each has the bits it has alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+
+from hpcwhirl.dynamics.history import History
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.lanes import Lanes, can_ride, group_key
+from hpcwhirl.dynamics.march import FIRST_SLICE, SLICE_SECONDS, March
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.scene import Scene
+
+MOST_LANES = 1024
+
+
+class Batch:
+    """A queue of cases and the lanes that they ride in.
+
+    Cases share the engine, gap, modes, scheme and time step; speed, friction, loading,
+    duration and output may differ. Lanes are marched four at a time; fewer than four
+    leave lanes idle.
+
+    Parameters
+    ----------
+    scenes : the cases, read as lanes become free
+    lanes : cases on their way at once
+    model : of all the scenes; built from the first if not given
+
+    Raises
+    ------
+    InputError
+        where a case cannot ride with the others, when its turn comes
+    """
+
+    def __init__(
+        self, scenes: Iterable[Scene], lanes: int = FOUR, model: Model | None = None
+    ) -> None:
+        if not 1 <= lanes <= MOST_LANES:
+            msg = f"lanes must be in 1 .. {MOST_LANES}, got {lanes}"
+            raise InputError(msg)
+        self.waiting = enumerate(scenes)
+        self.lanes, self.model = lanes, model
+        self.first: Scene | None = None
+        self.groups: list[Lanes] = []
+        self.seats: dict[tuple[int, int], int] = {}  # group and lane -> case
+
+    def run(
+        self, between_slices: Callable[[], None] | None = None
+    ) -> Iterator[tuple[int, History]]:
+        """Yield (place in the queue, history) of every case as it ends.
+
+        between_slices : called every 10 ms or so; may raise to end the batch
+        """
+        for place in range(self.lanes):
+            self._refill(place // FOUR, place % FOUR)
+        size = FIRST_SLICE
+        while self.seats:
+            for number, group in enumerate(self.groups):
+                before = time.perf_counter()
+                made = group.advance(size)
+                spent = max(time.perf_counter() - before, 1e-6)
+                if made > 0:
+                    size = int(min(max(made * SLICE_SECONDS / spent, 16), 2 * size))
+                yield from self._ended(number)
+                if between_slices:
+                    between_slices()
+
+    def _ended(self, number: int) -> Iterator[tuple[int, History]]:
+        """Take out what has ended in a group, fill its lanes again, yield it."""
+        group = self.groups[number]
+        for lane in group.ended():
+            march = group.unload(lane)
+            case = self.seats.pop((number, lane))
+            self._refill(number, lane)
+            yield case, march.history()
+
+    def _refill(self, number: int, lane: int) -> None:
+        """Put the next waiting case, if there is one, in a lane."""
+        case, scene = next(self.waiting, (-1, None))
+        if scene is None:
+            return
+        march = self._march(scene)
+        if number == len(self.groups):
+            self.groups.append(Lanes(march))
+        self.groups[number].load(lane, march)
+        self.seats[number, lane] = case
+
+    def _march(self, scene: Scene) -> March:
+        """Return the march of a case that may ride with the others."""
+        if self.first is None:
+            self.first, self.model = scene, self.model or model_of(scene)
+        if self.model is None or not can_ride(scene, self.model):
+            msg = "a lane takes scheme modal, a cyclic rotor and a fourier ring only"
+            raise InputError(msg)
+        if group_key(scene) != group_key(self.first):
+            msg = "cases of a batch must share engine, gap, modes and time_step"
+            raise InputError(msg)
+        return March(scene, self.model)
