@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import math
 import subprocess
 import sys
@@ -320,7 +319,7 @@ class Search:
         engines = [default_engine(), *(item.engine for item in best)]
         self.swept = self.batches(engines, self.plan.stages[1], 0.5)
         for number in range(self.plan.rounds):
-            if not self.left(0.65):
+            if not self.left(0.85):
                 break
             self.refine(number)
             self.save()
@@ -333,10 +332,10 @@ class Search:
             box = box_around(item.engine, half)
             seed = 100 * (number + 1) + rank
             drawn += draw(self.plan.drawn, seed, box, item.engine["direction"])
-        found = self.batches(drawn, self.plan.stages[0], 0.8)
+        found = self.batches(drawn, self.plan.stages[0], 1.0)
         self.screened += found
         engines = [item.engine for item in top(found, max(1, self.plan.kept // 2))]
-        self.swept += self.batches(engines, self.plan.stages[1], 0.8)
+        self.swept += self.batches(engines, self.plan.stages[1], 1.0)
 
     def conclude(self) -> None:
         """Stage C: the best few and the default, and the profile of the best."""

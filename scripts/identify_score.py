@@ -9,8 +9,8 @@ say how it read them; they, radius and ratio count only where the regime is righ
 | target | points | won when |
 |---|---|---|
 | `270` | 3 | divergent at one of 260, 270, 280 rad/s (of those computed) |
-| `270 backward` | 0.5 | the word is backward; half of it where the strongest line runs |
-|               |     | backward in the rotor's frame only (line - Omega < 0) |
+| `270 backward` | 0.5 | the word is backward; half of it where only line - Omega < 0, |
+|                |     | backward in the rotor's frame |
 | `410` | 3 | sustained |
 | `410 forward` | 1 | forward |
 | `410 radius` | 1 | rms radius of the orbit is half the gap to twice the gap |
