@@ -116,8 +116,8 @@ class Plan:
     """How much is done: engines of each stage, durations, time."""
 
     minutes: float = 60.0
-    screened: int = 512
-    kept: int = 12
+    screened: int = 288
+    kept: int = 8
     around: int = 4
     drawn: int = 16
     rounds: int = 6
