@@ -40,6 +40,8 @@ from identify_score import Row, score, score_parts
 from scipy.stats import qmc
 
 from hpcwhirl import open_results
+from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.run import prepare, run_campaign
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.reader import words
 
@@ -132,7 +134,7 @@ def short_plan(minutes: float) -> Plan:
     sweep = replace(SWEEP, speeds=DECIDING, clamped=(270.0,), table1=(420.0,), **tiny)
     final = replace(sweep, name="C", variants=((2e-6, 110), (4e-6, 88)))
     return Plan(
-        minutes, screened=4, kept=1, around=1, drawn=2, rounds=1, finals=1, profile=2,
+        minutes, screened=4, kept=1, around=1, drawn=2, rounds=1, finals=1, profile=1,
         stages=(replace(SCREEN, **tiny), sweep, final),
     )  # fmt: skip
 
@@ -237,6 +239,21 @@ def document(engines: Sequence[Engine], stage: Stage) -> str:
     )
 
 
+def campaign(place: Path, ranks: int) -> None:
+    """Run or continue the campaign of a directory, in this process or under MPI."""
+    if ranks == 1:
+        design = load_design(place / "cases.toml", {})
+        prepare(design, place)
+        if not run_campaign(design, place).complete:
+            raise SystemExit(75)  # asked to stop: the same command continues
+        return
+    command = ["mpirun", "-n", str(ranks), sys.executable, "-m", "hpcwhirl", "campaign"]
+    command += [str(place / "cases.toml"), "--out", str(place)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if done.returncode not in {0, 1}:  # 1: some cases failed, which are misses
+        raise SystemExit(f"identify: {place}: {done.stderr.strip()}")
+
+
 def compute(
     engines: Sequence[Engine], stage: Stage, folder: Path, ranks: int
 ) -> list[Found]:
@@ -246,12 +263,7 @@ def compute(
     if not (place / "results.h5").exists():
         place.mkdir(parents=True, exist_ok=True)
         (place / "cases.toml").write_text(text)
-        launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
-        command = [*launcher, sys.executable, "-m", "hpcwhirl", "campaign"]
-        command += [str(place / "cases.toml"), "--out", str(place)]
-        done = subprocess.run(command, check=False, capture_output=True, text=True)
-        if done.returncode not in {0, 1}:  # 1: some cases failed, which are misses
-            raise SystemExit(f"identify: {place}: {done.stderr.strip()}")
+        campaign(place, ranks)
     return read(engines, stage, place)
 
 
@@ -383,8 +395,11 @@ def main(words_: Sequence[str] | None = None) -> int:
     parser.add_argument("--minutes", type=float, default=60.0, help="of stages A and B")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks a campaign")
     parser.add_argument("--short", action="store_true", help="show that it works")
+    parser.add_argument("--rounds", type=int, default=6, help="of refinement, at most")
+    parser.add_argument("--finals", type=int, default=2, help="engines of stage C")
     args = parser.parse_args(words_)
-    plan = short_plan(args.minutes) if args.short else Plan(args.minutes)
+    plan = Plan(args.minutes, rounds=args.rounds, finals=args.finals)
+    plan = short_plan(args.minutes) if args.short else plan
     search = Search(args.out, plan, args.ranks)
     search.screen()
     search.sweep()
