@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import signal
 import sys
 import tomllib
 from pathlib import Path
@@ -28,6 +29,14 @@ def scoring(_scripts_importable):
 @pytest.fixture(scope="module")
 def engines(_scripts_importable):
     return importlib.import_module("identify_engine")
+
+
+@pytest.fixture
+def _signals_restored():
+    handlers = {s: signal.getsignal(s) for s in (2, 10, signal.SIGTERM)}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 def row(speed, regime, whirl="forward", **more):
@@ -133,8 +142,9 @@ def test_campaigns_are_accepted_and_keep_the_order(engines):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("_signals_restored")
 def test_a_short_search_reports_and_is_not_repeated(engines, tmp_path):
-    words = ["--out", str(tmp_path), "--short", "--minutes", "1"]
+    words = ["--out", str(tmp_path), "--short", "--minutes", "30"]
     assert engines.main(words) == 0
     facts = json.loads((tmp_path / "engines.json").read_text())
     found = facts["stages"]
