@@ -130,7 +130,7 @@ def short_plan(minutes: float) -> Plan:
     """Return a plan that only shows that every part works."""
     tiny = {"duration": 4e-3, "time_step": 4e-6, "revolutions": 0.2}
     sweep = replace(SWEEP, speeds=DECIDING, clamped=(270.0,), table1=(420.0,), **tiny)
-    final = replace(sweep, name="C", variants=((2e-6, 110), (4e-6, 88)))
+    final = replace(sweep, name="C", variants=((4e-6, 88),))
     return Plan(
         minutes, screened=4, kept=1, around=1, drawn=2, rounds=1, finals=1, profile=1,
         stages=(replace(SCREEN, **tiny), sweep, final),
