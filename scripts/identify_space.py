@@ -21,7 +21,7 @@ UNKNOWNS: dict[str, tuple[float, float, bool]] = {
 }
 DIRECTIONS = ("squeeze", "stretch")
 TWO_LOBED = {"engine.casing.thickness": (0.0155, 0.0225)}  # m, see stage A
-# Found by hand, from what the first rounds missed: a rotor damped enough that friction
+# Found by hand, from what the first search missed: a rotor damped enough that friction
 # no longer drives the backward whirl of the suspension, and a heavy casing.
 BY_HAND = {
     "engine.casing.thickness": (0.020, 0.026),
