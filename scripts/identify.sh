@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Everything that the paper does not give, from nothing: the environment, the bladed
+# disk's sections from its frequencies, then casing, dampings and pulse from motions.
+#   scripts/identify.sh [DIR] [OPTION...]    results go to DIR (default build/identify);
+#                                            options as of scripts/identify_engine.py
+# The same command continues a search that was stopped.
+set -euo pipefail
+out=build/identify
+if [ $# -gt 0 ] && [ "${1#-}" = "$1" ]; then
+  out=$1
+  shift
+fi
+# shellcheck source=scripts/environment.sh
+. "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+cd "$HPCWHIRL_ROOT"
+mkdir -p "$out"
+
+lap=$SECONDS
+python scripts/identify_rotor.py | tee "$out/rotor.txt"
+echo "identify: the bladed disk took $((SECONDS - lap)) s"
+lap=$SECONDS
+python scripts/identify_engine.py --out "$out" "$@"
+echo "identify: the engine took $((SECONDS - lap)) s, everything $SECONDS s"
