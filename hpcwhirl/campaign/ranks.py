@@ -26,13 +26,13 @@ class Stop(Exception):  # noqa: N818
 
 
 class Evaluate(Protocol):
-    """Computes and keeps one case; returns its status."""
+    """Computes and keeps one unit of work; returns the statuses of its cases."""
 
-    def __call__(self, case: int, between_slices: Callable[[], None]) -> str:
-        """Return the status of the case; let `Stop` through."""
+    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
+        """Return the status of each case; let `Stop` through."""
 
 
-Notice = Callable[[int, str], None]
+Notice = Callable[[int, list[str]], None]
 
 
 def launched_ranks() -> int:
@@ -65,7 +65,7 @@ def map_serial(
     notice: Notice,
     stopping: Callable[[], bool],
 ) -> bool:
-    """Evaluate the cases one after the other; return whether all were."""
+    """Evaluate the units one after the other; return whether all were."""
 
     def between() -> None:
         if stopping():
@@ -87,19 +87,19 @@ def map_ranks(
     stopping: Callable[[], bool],
     comm: Any,
 ) -> bool:
-    """Evaluate the cases on all ranks of `comm`; every rank must call.
+    """Evaluate the units on all ranks of `comm`; every rank must call.
 
     Parameters
     ----------
-    order : cases, the longest first; rank 0's counts
-    evaluate : computes and keeps a case on the rank that calls it
-    notice : told on rank 0 of every finished case
+    order : units, the longest first; rank 0's counts
+    evaluate : computes and keeps a unit on the rank that calls it
+    notice : told on rank 0 of every finished unit
     stopping : whether this process has been asked to end
     comm : MPI communicator
 
     Returns
     -------
-    whether all cases were evaluated, the same on every rank
+    whether all units were evaluated, the same on every rank
     """
     if comm.size == 1:
         return map_serial(order, evaluate, notice, stopping)
@@ -146,9 +146,9 @@ class _Root:
                 self.halt()
         return self.left == 0
 
-    def done(self, case: int, status: str) -> None:
+    def done(self, unit: int, statuses: list[str]) -> None:
         self.left -= 1
-        self.notice(case, status)
+        self.notice(unit, statuses)
 
     def between(self) -> None:
         """Serve messages; pass a wish to stop on to every worker, then obey it."""

@@ -11,8 +11,6 @@ import socket
 import subprocess
 import sys
 import time
-import traceback
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -21,9 +19,11 @@ from typing import Any
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
+from hpcwhirl.campaign.evaluate import Evaluator, say
+from hpcwhirl.campaign.ranks import map_ranks, map_serial
+from hpcwhirl.campaign.units import Unit, units_of
+from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, WhirlError
@@ -32,7 +32,6 @@ from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import (
     Journal,
-    Record,
     is_whole,
     next_run,
     read_records,
@@ -155,6 +154,7 @@ def run_campaign(
     comm: Any = None,
     *,
     retry: bool = False,
+    lanes: bool | None = None,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -166,18 +166,22 @@ def run_campaign(
     folder : its directory
     comm : MPI communicator; None for one process
     retry : integrate failed cases again, and those whose traces are damaged
+    lanes : whether cases ride in batches; None: where they pay, see `units_of`
     """
     rank = comm.rank if comm is not None else 0
     stopping = StopFlag()
     start = None
     if rank == 0:
-        start = (to_do(design, folder, retry=retry), next_run(folder))
-    order, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
+        ranks = comm.size if comm is not None else 1
+        todo = to_do(design, folder, retry=retry)
+        start = (_units(design, todo, ranks, lanes=lanes), next_run(folder))
+    units, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
+    order = list(range(len(units)))
     if order:
-        _warm(design, comm)
-    report = _Report(design, order) if rank == 0 else None
+        _warm(design, units, comm)
+    report = _Report(design, units) if rank == 0 else None
     with Journal(folder, run, rank) as journal:
-        evaluate = _Evaluator(design, journal, rank)
+        evaluate = Evaluator(design, units, journal, rank)
         notice = report if report else _ignore
         if comm is None:
             complete = map_serial(order, evaluate, notice, stopping)
@@ -190,14 +194,17 @@ def run_campaign(
     return Ending(complete, len(design.cases), failed, results)
 
 
-def say(text: str) -> None:
-    """Write a plain line on stderr at once."""
-    sys.stderr.write(f"hpcwhirl: {text}\n")
-    sys.stderr.flush()
+def _ignore(unit: int, statuses: list[str]) -> None:
+    del unit, statuses
 
 
-def _ignore(case: int, status: str) -> None:
-    del case, status
+def _units(
+    design: Design, order: list[int], ranks: int, *, lanes: bool | None
+) -> list[Unit]:
+    steps = sum(predicted_steps(design.cases[case]) for case in order)
+    if lanes is not None:
+        steps = float("inf") if lanes else 0.0
+    return units_of(order, design.cases, steps, ranks)
 
 
 def _count_failed(design: Design, folder: Path) -> int:
@@ -206,8 +213,9 @@ def _count_failed(design: Design, folder: Path) -> int:
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
-def _warm(design: Design, comm: Any) -> None:
+def _warm(design: Design, units: list[Unit], comm: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
+    batch = next((unit for unit in units if len(unit) > 1), None)
     first = {s.solver.scheme: s for s in reversed(design.cases)}
     local = None
     if comm is not None:
@@ -220,49 +228,22 @@ def _warm(design: Design, comm: Any) -> None:
                 March(scene).advance(1)
             except Exception:  # noqa: BLE001 - it will fail as a row
                 continue
+        if batch is not None:
+            march = March(design.cases[batch[0]])
+            group = Lanes(march)
+            group.load(0, march)
+            group.advance(1)
     if local is not None:
         local.Barrier()
         local.Free()
 
 
-class _Evaluator:
-    """Computes a case on this rank and keeps it in this rank's journal."""
-
-    def __init__(self, design: Design, journal: Journal, rank: int) -> None:
-        self.design, self.journal, self.rank = design, journal, rank
-
-    def __call__(self, case: int, between_slices: Callable[[], None]) -> str:
-        scene = self.design.cases[case]
-        start = time.perf_counter()
-        record: Record = {"case": case, "digest": digest(scene)}
-        traces: dict[str, Any] = {}
-        where = {"rank": self.rank, "host": socket.gethostname()}
-        try:
-            result = simulate(scene, between_slices)
-        except Stop:
-            raise
-        except Exception as failed:  # noqa: BLE001 - a failed case is a row
-            message = f"{type(failed).__name__}: {failed}".splitlines()[0]
-            if not isinstance(failed, hpcwhirl.errors.WhirlError):
-                traceback.print_exc()
-            seconds = time.perf_counter() - start
-            record |= {"status": "failed", "message": message}
-            record["performance"] = where | {"seconds": seconds}
-        else:
-            record |= {"status": "ok", "message": "", "row": result.row}
-            record["performance"] = where | result.performance
-            traces = result.traces
-        self.journal.append(record, traces)
-        if record["status"] != "ok":
-            say(f"case {case} failed: {record['message']}")
-        return str(record["status"])
-
-
 class _Report:
     """Plain progress lines on rank 0's stderr."""
 
-    def __init__(self, design: Design, order: list[int]) -> None:
-        self.design, self.total = design, len(order)
+    def __init__(self, design: Design, units: list[Unit]) -> None:
+        order = [case for unit in units for case in unit]
+        self.design, self.units, self.total = design, units, len(order)
         self.finished = self.failed = 0
         self.work = sum(predicted_steps(design.cases[i]) for i in order)
         self.done = 0.0
@@ -271,10 +252,11 @@ class _Report:
         already = f", {kept} already there" if kept else ""
         say(f"{len(design.cases)} cases{already}")
 
-    def __call__(self, case: int, status: str) -> None:
-        self.finished += 1
-        self.failed += status != "ok"
-        self.done += predicted_steps(self.design.cases[case])
+    def __call__(self, unit: int, statuses: list[str]) -> None:
+        cases = [self.design.cases[case] for case in self.units[unit]]
+        self.finished += len(statuses)
+        self.failed += sum(status != "ok" for status in statuses)
+        self.done += sum(predicted_steps(scene) for scene in cases)
         now = time.monotonic()
         if now - self.last < PROGRESS_EVERY and self.finished < self.total:
             return

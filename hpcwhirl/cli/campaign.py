@@ -36,6 +36,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=["failed"],
         help="integrate failed cases again, and those whose traces are damaged",
     )
+    parser.add_argument(
+        "--lanes",
+        choices=["auto", "yes", "no"],
+        default="auto",
+        help="batches of four cases to a kernel: auto where they pay",
+    )
     add_json(parser)
 
 
@@ -76,7 +82,10 @@ def _run(args: argparse.Namespace, comm: Any) -> int:
         return WRONG_INPUT
     if args.dry_run or design is None:
         return COMPLETE
-    ending = run_campaign(design, args.out, comm, retry=args.retry is not None)
+    lanes = {"auto": None, "yes": True, "no": False}[args.lanes]
+    ending = run_campaign(
+        design, args.out, comm, retry=args.retry is not None, lanes=lanes
+    )
     code = _conclude(args, ending) if root else COMPLETE
     return int(comm.bcast(code, root=0)) if comm is not None else code
 

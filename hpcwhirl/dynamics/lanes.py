@@ -36,8 +36,8 @@ def can_ride(scene: Scene, model: Model) -> bool:
 
 def group_key(scene: Scene) -> tuple[Any, ...]:
     """Return what cases must share to be lanes of one group."""
-    solver = scene.solver
-    return scene.engine, scene.gap, solver.modes, solver.scheme, solver.time_step
+    solver = scene.solver.model_copy(update={"amplitude_limit": 1.0})
+    return scene.engine, scene.gap, solver
 
 
 @dataclass(frozen=True)
