@@ -138,7 +138,9 @@ def report(args: argparse.Namespace, cases: list[Any], pairs: list[Any]) -> None
         print(f"  {a:10s} | {b:10s} {count}")
     alike = [(a, b) for a, b in pairs if a["word"] == b["word"]]
     for word in sorted({a["word"] for a, _ in alike}):
-        own = [(a, b) for a, b in alike if a["word"] == word]
+        own = [(a, b) for a, b in alike if a["word"] == word and a["whirl"] != "none"]
+        if not own:
+            continue
         late = np.median([parting(a, b) for a, b in own])
         apart = [
             np.median([abs(b[n] / a[n] - 1) for a, b in own if a[n] > 0] or [0.0])
