@@ -10,6 +10,7 @@ import h5netcdf
 import h5py
 import numpy as np
 import pytest
+import xarray
 from launch import ENVIRONMENT, LIMIT, launch, root_variables
 from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
@@ -139,6 +140,15 @@ def test_open_results_reads_it(folder, axis):
     assert {"speed", "gap", "friction", "nodal_diameter"} <= {*data.coords}
     assert data["tips"].dims == ("case", axis, "blade", "component")
     assert words(data["status"]).tolist()[3:] == ["missing", "ok"]
+
+
+def test_words_of_masked_cases_are_empty():
+    meanings = {"flag_meanings": "none damped sustained"}
+    regime = xarray.DataArray([1, 2, 0], dims="case", attrs=meanings)
+    assert list(words(regime)) == ["damped", "sustained", "none"]
+    masked = regime.where(xarray.DataArray([True, False, True], dims="case"))
+    masked.attrs = meanings
+    assert list(words(masked)) == ["damped", "", "none"]
 
 
 def test_h5netcdf_reads_it(folder, axis):

@@ -68,6 +68,10 @@ def open_results(path: Path | str) -> xarray.Dataset:
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
-    """Return the words of an enumeration such as `regime`, (cases,) of str."""
-    meanings = np.array(str(variable.attrs["flag_meanings"]).split())
-    return np.asarray(meanings[variable.to_numpy()])
+    """Return the words of an enumeration such as `regime`, (cases,) of str.
+
+    Where xarray has masked a case (`Dataset.where`), the word is empty.
+    """
+    meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
+    values = np.asarray(variable.to_numpy(), dtype=np.float64)
+    return np.asarray(meanings[np.where(np.isnan(values), -1, values).astype(int)])
