@@ -12,6 +12,7 @@ from hpcwhirl.campaign import run as campaigns
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command
+from hpcwhirl.store.schema import FORMAT
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def place(tmp_path, monkeypatch, finished):
     with h5py.File("alien/results.h5", "w") as file:
         file["speed"] = np.arange(3.0)
     with h5py.File("hollow/results.h5", "w") as file:
-        file.attrs["format"] = 1
+        file.attrs["format"] = FORMAT
     return tmp_path
 
 
