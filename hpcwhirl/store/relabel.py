@@ -61,7 +61,7 @@ def _settle(part: Path, path: Path) -> None:
 def _rename(
     file: h5py.File, name: Callable[[dict[str, Any]], Words]
 ) -> list[tuple[Words, Words]]:
-    numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"} and n in file]
+    numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"}]
     columns: dict[str, Any] = {n: file[n][:] for n in numeric}
     for word in (*WORDS, "stop"):
         columns[word] = np.array(ENUMS[word])[file[word][:]]
