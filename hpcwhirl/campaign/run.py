@@ -17,24 +17,31 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+import numpy as np
+
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import Costs, costs_of, nothing_known, predicted_steps
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.evaluate import Evaluator, say
-from hpcwhirl.campaign.ranks import map_ranks, map_serial
+from hpcwhirl.campaign.ranks import Tally, map_ranks, map_serial
+from hpcwhirl.campaign.shares import keep_shares
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
+from hpcwhirl.scene import Scene, digest, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import (
     Journal,
+    Record,
     is_whole,
     next_run,
     read_records,
+    scan,
 )
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 
@@ -116,36 +123,28 @@ def check_steps(design: Design) -> None:
         raise refusal
 
 
-def predicted_steps(scene: Scene) -> float:
-    """Return the steps of a case, the measure of its cost."""
-    if scene.solver.accuracy > 0.0:
-        try:
-            scene = with_step(scene, model_of(scene))
-        except WhirlError:  # it will fail as a row
-            return 0.0
-    return scene.end_time / scene.solver.time_step
+def to_do(
+    design: Design, folder: Path, costs: Costs, *, retry: bool = False
+) -> list[int]:
+    """Return the cases without a result, the longest first.
 
+    `costs` learns from those that have one.
+    """
 
-def to_do(design: Design, folder: Path, *, retry: bool) -> list[int]:
-    """Return the cases without a result, the longest first."""
-    kept = {
-        name
-        for name, record in read_records(folder).items()
-        if not retry or (record["status"] == "ok" and is_whole(folder, record))
-    }
-    left = [i for i, s in enumerate(design.cases) if digest(s) not in kept]
-    return sorted(left, key=lambda i: (-predicted_steps(design.cases[i]), i))
+    def brief(record: Record) -> tuple[str, float] | None:
+        if retry and not (record["status"] == "ok" and is_whole(folder, record)):
+            return None
+        return record["status"], record["performance"].get("seconds", np.nan)
 
-
-def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
-    """Return the measured cost of a step of a scene, s, compilation left out."""
-    scene = with_step(scene, model_of(scene))
-    short = apply_settings(scene, {"duration": steps * scene.solver.time_step})
-    march = March(apply_settings(short, {"revolutions": 0.0}))
-    march.advance(1)
-    march.seconds = 0.0
-    march.advance(steps)
-    return march.seconds / (steps - 1)
+    kept, left = scan(folder, brief), []
+    for case, scene in enumerate(design.cases):
+        status, seconds = kept.get(digest(scene)) or ("missing", np.nan)
+        if status == "missing":
+            left.append(case)
+        elif status == "ok":
+            costs.learn([case], seconds)
+    seconds_of = dict(zip(left, costs.predict(left), strict=True))
+    return sorted(left, key=lambda case: (-seconds_of[case], case))
 
 
 def run_campaign(
@@ -170,23 +169,26 @@ def run_campaign(
     """
     rank = comm.rank if comm is not None else 0
     stopping = StopFlag()
-    start = None
+    ranks = comm.size if comm is not None else 1
+    start, costs = None, nothing_known()
     if rank == 0:
-        ranks = comm.size if comm is not None else 1
-        todo = to_do(design, folder, retry=retry)
+        costs = costs_of(design)
+        todo = to_do(design, folder, costs, retry=retry)
         start = (_units(design, todo, ranks, lanes=lanes), next_run(folder))
     units, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
-    order = list(range(len(units)))
-    if order:
+    if units:
         _warm(design, units, comm)
-    report = _Report(design, units) if rank == 0 else None
+    agenda = Agenda(units if rank == 0 else [], costs, ranks)
+    report = _Report(design, agenda) if rank == 0 else None
     with Journal(folder, run, rank) as journal:
         evaluate = Evaluator(design, units, journal, rank)
-        notice = report if report else _ignore
+        notice, tally = report if report else _ignore, Tally()
         if comm is None:
-            complete = map_serial(order, evaluate, notice, stopping)
+            complete = map_serial(agenda, evaluate, notice, stopping, tally)
         else:
-            complete = map_ranks(order, evaluate, notice, stopping, comm)
+            complete = map_ranks(agenda, evaluate, notice, stopping, comm, tally)
+    if units:
+        keep_shares(folder, run, tally, comm)
     if not complete:
         return Ending(complete=False, cases=len(design.cases), failed=0, results=None)
     results = gather(folder, facts_of(design, comm), comm)
@@ -241,27 +243,23 @@ def _warm(design: Design, units: list[Unit], comm: Any) -> None:
 class _Report:
     """Plain progress lines on rank 0's stderr."""
 
-    def __init__(self, design: Design, units: list[Unit]) -> None:
-        order = [case for unit in units for case in unit]
-        self.design, self.units, self.total = design, units, len(order)
+    def __init__(self, design: Design, agenda: Agenda) -> None:
+        self.agenda, self.total = agenda, sum(map(len, agenda.units))
         self.finished = self.failed = 0
-        self.work = sum(predicted_steps(design.cases[i]) for i in order)
-        self.done = 0.0
-        self.start = self.last = time.monotonic()
-        kept = len(design.cases) - len(order)
+        self.last = time.monotonic()
+        kept = len(design.cases) - self.total
         already = f", {kept} already there" if kept else ""
         say(f"{len(design.cases)} cases{already}")
 
     def __call__(self, unit: int, statuses: list[str]) -> None:
-        cases = [self.design.cases[case] for case in self.units[unit]]
+        del unit
         self.finished += len(statuses)
         self.failed += sum(status != "ok" for status in statuses)
-        self.done += sum(predicted_steps(scene) for scene in cases)
         now = time.monotonic()
         if now - self.last < PROGRESS_EVERY and self.finished < self.total:
             return
         self.last = now
-        left = (now - self.start) * (self.work - self.done) / self.done
+        left = self.agenda.seconds_left() / self.agenda.ranks
         bad = f", {self.failed} failed" if self.failed else ""
         say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import MissingFileError, StoreError
 
 Record = dict[str, Any]
+T = TypeVar("T")
 
 
-def _sealed(record: Record) -> bytes:
+def sealed(record: Record) -> bytes:
+    """Return the line of a record: its checksum, itself, a newline."""
     body = json.dumps(record).encode()
     return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
 
@@ -61,7 +63,7 @@ class Journal:
         """Keep a finished case: its traces first, then the line that names them."""
         if traces:
             record = record | {"traces": self._block(traces)}
-        self._lines.write(_sealed(record))
+        self._lines.write(sealed(record))
         _sync(self._lines)
 
     def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
@@ -104,30 +106,71 @@ def next_run(folder: Path) -> int:
     return 1 + max((int(n) for n in names if n.isdigit()), default=0)
 
 
-def _lines(folder: Path) -> Iterator[Record]:
+def _lines(folder: Path) -> Iterator[tuple[Path, int, Record]]:
     for path in sorted((folder / "journal").glob("*.log")):
         with path.open("rb") as file:
+            start = 0
             for line in file:
                 record = _opened(line)
                 if record is not None:
-                    yield record
+                    yield path, start, record
+                start += len(line)
 
 
-def read_records(folder: Path) -> dict[str, Record]:
-    """Return {case digest: its newest whole record}; torn lines are dropped.
+def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
+    """Yield (journal, byte, record), the oldest first; torn lines are dropped.
 
     A record whose traces are not all there is dropped too: the case runs again.
     """
-    records: dict[str, Record] = {}
-    for record in _lines(folder):
+    sizes: dict[str, int] = {}
+    for path, start, record in _lines(folder):
         block = record.get("traces")
         if block:
-            path = folder / "traces" / block["file"]
+            name = block["file"]
             end = block["offset"] + block["bytes"]
-            if not path.is_file() or path.stat().st_size < end:
+            if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+                traces = folder / "traces" / name
+                sizes[name] = traces.stat().st_size if traces.is_file() else 0
+            if sizes[name] < end:
                 continue
-        records[record["digest"]] = record
-    return records
+        yield path, start, record
+
+
+def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
+    """Return {case digest: what `brief` makes of its newest whole record}.
+
+    One record at a time is in memory, however many there are.
+    """
+    return {record["digest"]: brief(record) for _, _, record in whole_records(folder)}
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """Return {case digest: its newest whole record}."""
+    return scan(folder, lambda record: record)
+
+
+def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
+    """Return the records of a journal that begin at some bytes.
+
+    Raises
+    ------
+    StoreError, MissingFileError
+        where they are no longer there
+    """
+    out: list[Record] = []
+    try:
+        with path.open("rb") as file:
+            for start in starts:
+                file.seek(start)
+                record = _opened(file.readline())
+                if record is None:
+                    msg = f"{path} has changed at byte {start} while it was read"
+                    raise StoreError(msg)
+                out.append(record)
+    except OSError as failed:
+        msg = f"cannot read {path}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    return out
 
 
 def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:

@@ -1,0 +1,121 @@
+"""What a results file will hold: the plan, where each record lies, the sizes needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.store.journal import Record, read_at, whole_records
+from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.runs import Share, read_runs
+from hpcwhirl.store.schema import TRACES
+
+SIZES = {"xy": 2, "component": 2}  # of axes that never differ
+
+
+@dataclass
+class Contents:
+    """Index of a campaign: some 50 bytes a case, whatever its traces.
+
+    Attributes
+    ----------
+    folder, plan : the campaign
+    journals : their names
+    place : (cases, 2), number of the journal, -1 for none, and byte of the record
+    samples : (cases,), of its traces
+    blades : of the longest trace that has blades
+    kept : names of the traces that any case has, in the order of `TRACES`
+    interval : (cases,), s between samples, NaN for none
+    shares : what each rank of each run did
+    """
+
+    folder: Path
+    plan: Plan
+    journals: list[str] = field(default_factory=list)
+    place: NDArray[np.int64] = field(init=False)
+    samples: NDArray[np.int64] = field(init=False)
+    interval: NDArray[np.float64] = field(init=False)
+    blades: int = 0
+    kept: tuple[str, ...] = ()
+    shares: list[Share] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.place = np.full((self.cases, 2), -1)
+        self.samples = np.zeros(self.cases, dtype=np.int64)
+        self.interval = np.full(self.cases, np.nan)
+
+    @property
+    def cases(self) -> int:
+        """Number of cases."""
+        return len(self.plan.digests)
+
+    @property
+    def common_interval(self) -> float | None:
+        """Seconds between samples where all cases share them, else None."""
+        found = np.unique(self.interval[np.isfinite(self.interval)])
+        return float(found[0]) if len(found) == 1 else None
+
+    @property
+    def sample_axis(self) -> str:
+        """Name of the trace axis: `time` if all cases share it, else `sample`."""
+        return "time" if self.common_interval is not None else "sample"
+
+    def trace_shapes(self) -> dict[str, tuple[int, ...]]:
+        """Return {trace: shape of one case, padded to the longest}."""
+        longest = int(self.samples.max(initial=0))
+        sizes = {**SIZES, "blade": self.blades}
+        shapes = {
+            name: (longest, *(sizes[axis] for axis in TRACES[name][0]))
+            for name in self.kept
+        }
+        if self.kept and self.common_interval is None:
+            shapes["time"] = (longest,)
+        return shapes
+
+    def bytes_of_traces(self) -> int:
+        """Return the bytes that the traces of one case take."""
+        return sum(8 * int(np.prod(shape)) for shape in self.trace_shapes().values())
+
+
+def contents_of(folder: Path) -> Contents:
+    """Return the index of a campaign directory; reads its journals once."""
+    contents = Contents(folder, read_plan(folder), shares=read_runs(folder))
+    case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
+    numbers: dict[str, int] = {}
+    traces: dict[int, dict[str, Any]] = {}
+    shapes_seen: dict[str, dict[str, Any]] = {}
+    for path, start, record in whole_records(folder):
+        case = case_of.get(record.get("digest", ""))
+        if case is None:
+            continue
+        contents.place[case] = numbers.setdefault(path.name, len(numbers)), start
+        row = record.get("row") or {}
+        contents.interval[case] = row.get("sample_interval", np.nan)
+        traces.pop(case, None)
+        contents.samples[case] = 0
+        if record.get("traces"):
+            shapes = record["traces"]["shapes"]
+            contents.samples[case] = shapes["time"][0]
+            kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
+            traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
+    contents.journals = list(numbers)
+    kinds = {id(kind): kind for kind in traces.values()}.values()
+    contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
+    contents.blades = max((k["tips"][0] for k in kinds if "tips" in k), default=0)
+    return contents
+
+
+def records_of(contents: Contents, cases: range) -> dict[int, Record]:
+    """Return {case: its newest whole record} of those that have one."""
+    place = contents.place[cases.start : cases.stop]
+    found: dict[int, Record] = {}
+    for number in np.unique(place[:, 0][place[:, 0] >= 0]):
+        mine = np.flatnonzero(place[:, 0] == number)
+        path = contents.folder / "journal" / contents.journals[number]
+        lines = read_at(path, [int(place[i, 1]) for i in mine])
+        found |= {cases.start + int(i): r for i, r in zip(mine, lines, strict=True)}
+    return found
