@@ -37,6 +37,7 @@ class Agenda:
         self.predicted = self._predict(np.arange(len(units)))
         self.unfinished = np.ones(len(units), dtype=bool)
         self.told = self.took = 0.0  # s, of finished units
+        self.stale = True  # predictions are from before anything finished
         self.learned = 0
         self.queue = self._ordered(np.arange(len(units)))  # the last goes out first
 
@@ -73,16 +74,19 @@ class Agenda:
         self.took += seconds
         self.costs.learn(self.units[unit], seconds)
         self.learned += 1
-        left = len(self.queue)
-        if self.learned * EVERY >= left and 0 < left <= SORTED_ANEW:
-            self.learned = 0
-            waiting = np.array(self.queue)
-            self.predicted[waiting] = self._predict(waiting)
-            self.queue = self._ordered(waiting)
+        left = int(self.unfinished.sum())
+        if self.queue and self.learned * EVERY >= left and left <= SORTED_ANEW:
+            self._sort_anew()
+
+    def _sort_anew(self) -> None:
+        begun = np.flatnonzero(self.unfinished)
+        self.predicted[begun] = self._predict(begun)
+        self.queue = self._ordered(np.array(self.queue))
+        self.stale, self.learned = False, 0
 
     def seconds_left(self) -> float:
         """Return the seconds of one core that unfinished units are expected to take."""
-        missed = self.took / self.told if self.told > 0.0 else 1.0
+        missed = self.took / self.told if self.told > 0.0 and self.stale else 1.0
         return float(self.predicted[self.unfinished].sum()) * missed
 
     def _predict(self, chosen: np.ndarray) -> np.ndarray:

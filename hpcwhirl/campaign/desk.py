@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from hpcwhirl.campaign.agenda import Agenda
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.agenda import Agenda
 
 Answers = list[tuple[int, list[int]]]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.campaign.cost import Costs, costs_of, predicted_steps
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.run import to_do
+from hpcwhirl.campaign.run import facts_of, to_do
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import step_counts, with_step
 from hpcwhirl.errors import WhirlError
@@ -109,7 +109,7 @@ def _disk(design: Design) -> Bytes:
         count, intervals[case] = _sampling(scene)
         samples[case] = count if scene.output.traces != "summary" else 0
     blades = max((s.engine.rotor.blades for s in design.cases), default=0)
-    return bytes_of(design.plan(), samples, intervals, blades)
+    return bytes_of(design.plan(), samples, intervals, blades, facts_of(design))
 
 
 def _sampling(scene: Scene) -> tuple[int, float]:

@@ -12,11 +12,13 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.desk import Answers, Desk
 from hpcwhirl.errors import InputError
+
+if TYPE_CHECKING:  # `gather` needs no more of this file than the communicator
+    from hpcwhirl.campaign.agenda import Agenda
 
 ASK, HUNGRY, BYE = 1, 2, 3  # worker to rank 0
 WORK, HALT = 11, 12  # rank 0 to worker

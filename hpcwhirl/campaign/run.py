@@ -218,7 +218,9 @@ def _count_failed(design: Design, folder: Path) -> int:
 def _warm(design: Design, units: list[Unit], comm: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     batch = next((unit for unit in units if len(unit) > 1), None)
-    first = {s.solver.scheme: s for s in reversed(design.cases)}
+    swept = "solver.scheme" in design.swept
+    some = design.cases if swept else design.cases[:1]
+    first = {s.solver.scheme: s for s in reversed(some)}
     local = None
     if comm is not None:
         from mpi4py import MPI

@@ -57,7 +57,7 @@ def read_block(contents: Contents, cases: range) -> Block:
     """
     records = records_of(contents, cases)
     plan = contents.plan
-    rows = [_row(plan, case, records.get(case)) for case in cases]
+    rows = [row_of(plan, case, records.get(case)) for case in cases]
     out = _table(ROW, rows) | _table(STATUS, [_status(records.get(c)) for c in cases])
     spent = [records[case]["performance"] if case in records else {} for case in cases]
     for name, column in _table(PERFORMANCE, spent).items():
@@ -72,7 +72,7 @@ def _status(record: Record | None) -> dict[str, Any]:
     return record or {"status": "missing", "message": "not computed yet"}
 
 
-def _row(plan: Plan, case: int, record: Record | None) -> dict[str, Any]:
+def row_of(plan: Plan, case: int, record: Record | None) -> dict[str, Any]:
     """Return the row of a case; without a result, what is known: its inputs."""
     if record and record.get("row"):
         return dict(record["row"])

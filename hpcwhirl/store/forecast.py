@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,15 +11,26 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import SIZES, Contents
 from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import ENUMS, ROW, TRACES
 
 DETAIL = "output.traces"
 TIPS = ("tips", "blade_impulse")  # what `full` keeps beyond `orbit`
-TYPICAL = {"f8": -1 / 7e6, "i8": 100_000, "text": "modal"}  # in the usual digits
+TYPICAL = {"f8": 1 / 7, "i8": 1000, "text": "modal"}  # in the usual number of digits
+
+ONE_RANK: Share = {
+    "run": 1,
+    "rank": 0,
+    "host": "",
+    "cases": 0,
+    "busy": 0.0,
+    "span": 1.0,
+}
 
 
 @dataclass(frozen=True)
@@ -46,6 +58,7 @@ def bytes_of(
     samples: NDArray[np.int64],
     intervals: NDArray[np.float64],
     blades: int,
+    facts: Mapping[str, str | float],
 ) -> Bytes:
     """Return the bytes that a campaign will take.
 
@@ -55,8 +68,9 @@ def bytes_of(
     samples : (cases,), of the traces of each case; 0 for `summary`
     intervals : (cases,), s, between the samples of each case
     blades : the most that any case has
+    facts : root attributes of the results
     """
-    contents = Contents(Path(), plan, blades=blades)
+    contents = Contents(Path(), plan, blades=blades, shares=[ONE_RANK])
     contents.samples[:], contents.interval[:] = samples, intervals
     details = {plan.base[DETAIL], *(row.get(DETAIL) for row in plan.settings)}
     if samples.any():
@@ -71,7 +85,7 @@ def bytes_of(
     return Bytes(
         journal=contents.cases * _record_bytes(contents, widths),
         traces=int(8 * (samples * (always + more * full)).sum()),
-        results=_results_bytes(contents),
+        results=_results_bytes(contents, facts),
     )
 
 
@@ -79,6 +93,7 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
     """Return the bytes of a line of the journal, a usual one."""
     row: dict[str, Any] = {name: TYPICAL.get(v.kind) for name, v in ROW.items()}
     row |= {name: words[1] for name, words in ENUMS.items() if name in row}
+    row |= row_of(contents.plan, 0, None) if contents.cases else {}
     record: Record = {"case": contents.cases, "digest": "0" * 64, "status": "ok"}
     record |= {"message": "", "row": row}
     spent = {"rank": 0, "host": "node0000", "seconds": 1 / 7}
@@ -92,11 +107,11 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
     return len(sealed(record))
 
 
-def _results_bytes(contents: Contents) -> int:
+def _results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
     """Return the size of the file: its head, defined in memory, and its values."""
     memory: dict[str, Any] = {"driver": "core", "backing_store": False}
     with h5py.File("forecast", "w", libver=LIBVER, **memory, block_size=512) as file:
-        define(file, contents, {})
+        define(file, contents, facts)
         rest = 0
 
         def add(_name: str, item: object) -> None:
