@@ -36,6 +36,7 @@ class Agenda:
         self.hold = max(SHORTEST, A_RANK * ranks)
         self.predicted = self._predict(np.arange(len(units)))
         self.unfinished = np.ones(len(units), dtype=bool)
+        self.left = len(units)
         self.told = self.took = 0.0  # s, of finished units
         self.stale = True  # predictions are from before anything finished
         self.learned = 0
@@ -74,8 +75,8 @@ class Agenda:
         self.took += seconds
         self.costs.learn(self.units[unit], seconds)
         self.learned += 1
-        left = int(self.unfinished.sum())
-        if self.queue and self.learned * EVERY >= left and left <= SORTED_ANEW:
+        self.left -= 1
+        if self.queue and self.learned * EVERY >= self.left <= SORTED_ANEW:
             self._sort_anew()
 
     def _sort_anew(self) -> None:
