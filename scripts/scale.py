@@ -25,12 +25,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import gather_bench
 import numpy as np
 from numpy.typing import NDArray
 from scale_model import Model, Outcome, Times, dedicated_master, static_split
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
+from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, places_of
 from hpcwhirl.campaign.design import Design, Scenes, design_of, load_design
 from hpcwhirl.campaign.run import prepare, run_campaign
@@ -44,6 +46,7 @@ Floats = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 RANKS = (2, 10, 100, 1000, 10_000)
+MEASURED, SAMPLES = 1000, 500  # cases that are gathered, and samples of an orbit
 CASES = (1000, 10_000, 100_000, 1_000_000)
 MIXED = """
 scene = {duration = 0.25}
@@ -264,17 +267,31 @@ def keeping(place: Path, scratch: Path, mean: float) -> None:
             block = record.get("traces")
             journal.append(record, read_traces(place, block) if block else {})
         each = (time.perf_counter() - start) / len(records)
-    start = time.perf_counter()
-    path = gather(place, {})
-    spent, size = (time.perf_counter() - start) / len(records), path.stat().st_size
     print(
         f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"
     )
-    for cases in CASES[1:]:
-        print(
-            f"  {cases} cases: gathered serially in {spent * cases:.0f} s, "
-            f"{size / len(records) * cases / 1e9:.2f} GB"
-        )
+    for detail in ("summary", "orbit"):
+        spent, size = gathering(scratch / detail, detail)
+        for cases in CASES[1:]:
+            print(
+                f"  {cases} cases, {detail}: gathered serially in "
+                f"{spent * cases:.0f} s, results.h5 {size * cases / 1e9:.2f} GB"
+            )
+    setting_up()
+
+
+def gathering(folder: Path, detail: str) -> tuple[float, float]:
+    """Return the seconds and bytes that gathering takes for a case."""
+    many = gather_bench.design(MEASURED, detail, SAMPLES)
+    few = [many.cases[i] for i in (0, MEASURED // 2)]
+    gather_bench.begin(folder, many, [simulate(scene) for scene in few])
+    start = time.perf_counter()
+    size = gather(folder, {}).stat().st_size
+    return (time.perf_counter() - start) / MEASURED, size / MEASURED
+
+
+def setting_up() -> None:
+    """Print what rank 0 does for every case before the first is handed out."""
     start = time.perf_counter()
     design = design_of(
         {"sweep": {"speed": {"start": 100.0, "stop": 500.0, "num": 5000}}}

@@ -80,9 +80,7 @@ class Model:
 
     def run(self) -> Outcome:
         """Return how the campaign goes."""
-        for rank in range(1, self.ranks):
-            self._send(0.0, ASKS, rank)
-            self._send(0.0, HUNGRY, rank)
+        self._deliver(list(enumerate(self.agenda.first()))[1:])
         unit, left = -1, 0.0
         while self.at_work or self.agenda or left > 0.0:
             self._serve()

@@ -64,6 +64,10 @@ class Agenda:
             out.append(self.queue.pop())
         return out
 
+    def first(self) -> list[list[int]]:
+        """Return what each rank begins with, rank 0 with nothing: it takes its own."""
+        return [[], *(self.bundle() for _ in range(self.ranks - 1))]
+
     def drop(self) -> None:
         """Hand out nothing more."""
         self.queue.clear()

@@ -1,9 +1,9 @@
 """Hand cases out over MPI ranks; rank 0 computes too. A serial twin does the same.
 
-Messages are point to point. A worker asks for its next units when it begins those it
-has, and tells with the question what it has finished, so that it does not wait; rank 0
-answers between the slices of its own case. With many ranks or short cases an answer is
-several units, see `Agenda.bundle`.
+The first units go out together. From then on messages are point to point: a worker
+asks for its next units when it begins those it has, and tells with the question what it
+has finished, so that it does not wait; rank 0 answers between the slices of its own
+case. With many ranks or short cases an answer is several units, see `Agenda.bundle`.
 """
 
 from __future__ import annotations
@@ -152,11 +152,13 @@ def map_ranks(
     """
     if comm.size == 1:
         return map_serial(agenda, evaluate, notice, stopping, tally)
+    complete = None
     if comm.rank == 0:
-        complete = _Root(agenda, notice, stopping, comm, tally).run(evaluate)
+        root = _Root(agenda, notice, stopping, comm, tally)
+        comm.scatter(agenda.first(), root=0)
+        complete = root.run(evaluate)
     else:
-        _Worker(stopping, comm, tally).run(evaluate)
-        complete = None
+        _Worker(stopping, comm, tally).run(evaluate, comm.scatter(None, root=0))
     complete = bool(comm.bcast(complete, root=0))
     tally.close()
     return complete
@@ -259,9 +261,7 @@ class _Worker:
         self.halted = False
         self.finished: list[Done] = []
 
-    def run(self, evaluate: Evaluate) -> None:
-        self.tell(ASK)
-        units = self.wait()
+    def run(self, evaluate: Evaluate, units: list[int]) -> None:
         try:
             while units and not self.halted:
                 self.tell(ASK)
@@ -271,7 +271,7 @@ class _Worker:
                     self.between()
                 units = self.wait()
         except Stop:
-            self.wait()  # the answer to the question asked ahead
+            self.wait()  # the answer to the question asked ahead, always open here
         self.tell(BYE)
 
     def tell(self, tag: int) -> None:
