@@ -70,6 +70,7 @@ def casing_model(
     casing: Casing, radius: float
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the ring, not reduced, and its contact operator."""
+    operator: RingOperator | FourierOperator
     if casing.discretization == "fourier":
         model, operator = harmonic_model(casing, radius)
     else:
