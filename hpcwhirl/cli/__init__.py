@@ -18,6 +18,7 @@ COMMANDS = {
     "classify": "name the regimes again with other thresholds",
     "map": "draw the regime map",
     "figures": "draw spectra, orbits, contributions, contacts, ledgers",
+    "job": "print a job script for slurm, pbs, lsf, sge or flux",
     "model": "modal table, critical speeds, time-step limits",
     "bench": "measure what a step costs on this core",
     "export-model": "write M, K, D and contact operators to HDF5",
