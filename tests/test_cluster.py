@@ -137,6 +137,30 @@ def test_a_submitted_campaign_completes_with_the_bits_of_one_process(
     assert found == {0, 1}
 
 
+def test_singletons_under_srun_are_refused_and_named(slurm, tmp_path):
+    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
+    tool, alone = f"{sys.executable} -m hpcwhirl", "srun --mpi=none -n 2"
+    campaign = f"{tool} campaign {tmp_path}/campaign.toml"
+    script = [
+        "#!/bin/bash",
+        f"cd {ROOT}",
+        f"{campaign} --dry-run >/dev/null && echo alone",
+        f"{alone} {campaign} --out {tmp_path}/o",
+        f"{alone} {tool} doctor --dir {tmp_path}",
+    ]
+    (tmp_path / "job.sh").write_text("\n".join(script))
+    number = slurm(
+        "sbatch", "--parsable", "-n", "2", "-o", "x.log", "job.sh", cwd=tmp_path
+    )
+    (job,) = ended(slurm, number)
+    told = log(tmp_path)
+    assert job["ExitCode"] == "1:0", told
+    assert told.startswith("alone\n")
+    assert "the launcher started 2 ranks but MPI sees 1" in told
+    assert "breaks  ranks: the launcher started 2, MPI sees 1" in told
+    assert not (tmp_path / "o").exists()
+
+
 @pytest.mark.parametrize("starts_with", ["mpirun", "srun"])
 def test_a_warned_campaign_stops_with_75_comes_again_and_completes(
     slurm, submit, alone, tmp_path, starts_with
