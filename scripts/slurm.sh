@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # A private Slurm on this machine alone, for tests: one node, on loopback, own ports.
-#   scripts/slurm.sh up DIR [CPUS]   start it; all state lies in DIR (default 4 CPUs)
-#   scripts/slurm.sh down DIR        end it, and what runs in it
+#   scripts/slurm.sh up DIR [CPUS [PID]]   start it; all state lies in DIR (4 CPUs)
+#   scripts/slurm.sh down DIR              end it, and what runs in it
+# It ends by itself after half an hour, and soon after the process PID has ended.
 # Then: export SLURM_CONF=DIR/slurm.conf. Needs root, slurmctld, slurmd, munge.
 set -euo pipefail
 
@@ -61,8 +62,17 @@ PartitionName=all Nodes=$host Default=YES MaxTime=INFINITE State=UP
 EOF
 }
 
+guard() {  # DIR PID
+  local end=$((SECONDS + 1800))
+  while [ -e "$1/slurmctld.pid" ] && [ "$SECONDS" -lt "$end" ]; do
+    if [ "$2" != 0 ] && ! kill -0 "$2" 2>/dev/null; then break; fi
+    sleep 1
+  done
+  if [ -e "$1/slurmctld.pid" ]; then down "$1"; fi
+}
+
 up() {
-  local dir=$1 cpus=${2:-4} name ports
+  local dir=$1 cpus=$2 owner=$3 name ports
   for name in slurmctld slurmd sbatch munged; do
     command -v "$name" >/dev/null || fail "there is no $name"
   done
@@ -81,7 +91,10 @@ up() {
   slurmctld -c -f "$SLURM_CONF"
   slurmd -f "$SLURM_CONF"
   for _ in $(seq 150); do
-    if [ "$(sinfo -h -o %T 2>/dev/null)" = idle ]; then return 0; fi
+    if [ "$(sinfo -h -o %T 2>/dev/null)" = idle ]; then
+      setsid bash "${BASH_SOURCE[0]}" guard "$dir" "$owner" >/dev/null 2>&1 </dev/null &
+      return 0
+    fi
     sleep 0.1
   done
   tail -n 20 "$dir"/slurm*.log >&2
@@ -116,7 +129,8 @@ down() {
 }
 
 case ${1:-} in
-  up) up "${2:?DIR}" "${3:-4}" ;;
+  up) up "${2:?DIR}" "${3:-4}" "${4:-0}" ;;
+  guard) guard "${2:?DIR}" "${3:?PID}" ;;
   down) down "${2:?DIR}" ;;
-  *) fail "usage: slurm.sh up DIR [CPUS] | down DIR" ;;
+  *) fail "usage: slurm.sh up DIR [CPUS [PID]] | down DIR" ;;
 esac

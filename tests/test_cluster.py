@@ -50,7 +50,8 @@ def slurm(tmp_path_factory):
     assert not MISSING, f"not installed: {', '.join(MISSING)}"
     place = tmp_path_factory.mktemp("slurm", numbered=True)
     script = ROOT / "scripts/slurm.sh"
-    subprocess.run(["bash", script, "up", place, "4"], check=True, timeout=60)
+    up = ["bash", script, "up", place, "4", str(os.getpid())]
+    subprocess.run(up, check=True, timeout=60)
     environment = ENVIRONMENT | {"SLURM_CONF": str(place / "slurm.conf")}
 
     def ask(*words, cwd=None):
