@@ -41,9 +41,10 @@ def run(args: argparse.Namespace) -> int:
     if everyone is not None:
         everyone[0] |= launcher_facts()
         found = findings(everyone, size)
-        code = int(any(finding.level == BREAKS for finding in found))
+        # Of several singletons one speaks; srun would kill it if another failed first.
         if size == own["launched"] or _first():
             _show(args, found, everyone)
+            code = int(any(finding.level == BREAKS for finding in found))
     return int(comm.bcast(code, root=0)) if comm is not None else code
 
 
