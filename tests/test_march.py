@@ -183,6 +183,30 @@ def test_rotation_work_is_the_transport_over_the_deformed_ring(scheme):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(("k", "speed", "growth"), [(1, 410.0, 40.0), (3, -300.0, 0.0)])
+def test_rotation_work_of_a_rigid_casing_is_that_of_its_way_past_the_blades(
+    scheme, k, speed, growth
+):
+    # - sum lambda dw/dt dt with w = -A0 e^{sigma t} cos k theta_j, A0 rising at first
+    rigid = {"kind": "rigid", "amplitude": 2e-4, "growth": growth, "rise": 1e-3}
+    settings = rigid | {"nodal_diameter": k, "speed": speed, "interval": 2e-6}
+    march, history = ended(scheme=scheme, **settings)
+    time, step = history.time[:, None], march.scene.solver.time_step
+
+    def wall(time):
+        ramp = 0.5 * (1 - np.cos(np.pi * np.minimum(time / 1e-3, 1)))
+        angle = speed * time + 2 * np.pi * np.arange(22) / 22
+        return -2e-4 * np.exp(growth * time) * ramp * np.cos(k * angle)
+
+    impulse = np.diff(history.blade_impulse, axis=0, prepend=0.0)
+    rate = (wall(time) - wall(time - 2 * step)) / (2 * step)  # at the step's start
+    work, ledger = -(impulse * rate).sum(), history.ledger
+    assert ledger["rotation"] == pytest.approx(work, rel=2e-3)
+    assert 0 < ledger["impact"] < 0.2 * work
+    assert np.all(np.diff(history.lost) >= -1e-12 * work)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_two_lobed_casing_leaves_the_shaft_at_rest(scheme):
     march, history = ended(scheme=scheme, nodal_diameter=2)
     tips = np.abs(history.tips).max()

@@ -95,6 +95,24 @@ def rigid_amplitude(scene, time):
 
 
 @njit(error_model="numpy", cache=True)
+def carried_by_wall(push, where, active, blades, scene, speed, time, step):
+    """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
+
+    The multipliers are those of the step that ends at `time`; they act at its start,
+    where dw/dt, the blade's own way past the lobes included, is that of the steps on
+    both sides, as in central differences.
+    """
+    total = 0.0
+    for s in range(active):
+        place = 2.0 * math.pi * where[s] / blades
+        ahead = rigid_radial(scene, time, speed * time + place)
+        since = time - 2.0 * step
+        back = rigid_radial(scene, since, speed * since + place)
+        total -= 0.5 * push[s] * (ahead - back)
+    return total
+
+
+@njit(error_model="numpy", cache=True)
 def pulse_of(time, force, pulse):
     """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
     if 0.0 < time < pulse:

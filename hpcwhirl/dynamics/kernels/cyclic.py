@@ -45,6 +45,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     STEP,
     STOP,
     book_contacts,
+    carried_by_wall,
     pulse_of,
     rigid_amplitude,
     write_sample,
@@ -367,6 +368,12 @@ def cyclic_kernel(
                         for s in range(active):
                             j = where[s]
                             before[j] = gaps[older + place_of(j, blades, wide)]
+                    elif ring_size == 0 and scene[2] != 0.0:
+                        carried = carried_by_wall(
+                            push, where, active, blades, scene, speed, time, step
+                        )  # what the columns take for impact
+                        ledger[ROTATION] += carried
+                        ledger[IMPACT] += carried
                     to_spectrum(push, where, active, turns, width, lam)
                     book_contacts(
                         push, where, active, before, last, counter, ledger, impulse,
