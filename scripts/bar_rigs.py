@@ -117,6 +117,12 @@ class BarEnd(FourierOperator):
 
     share: Floats  # (n,), of the bar's mass in each coordinate
 
+    def waves(self) -> Floats:
+        """Return rows (1, 2, n): the end is harmonic 0."""
+        out = np.zeros((1, 2, len(self.share)))
+        out[0, 0, 0] = 1.0
+        return out
+
     def lobes(self, k: int) -> Floats:
         """Return loads (n,) of a unit force that accelerates all of the bar alike."""
         del k

@@ -301,12 +301,16 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 
 @njit(error_model="numpy", cache=True)
-def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
+def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tracks):
     """Write one sample; decide whether to stop.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
+    casing : (n,), the scheme's own coordinates of the casing
     """
-    centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed = tracks
+    (
+        centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
+        casings,
+    ) = tracks  # fmt: skip
     s = counter[SAMPLE]
     blades = len(impulse)
     centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
@@ -318,6 +322,7 @@ def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
     if len(all_tips) > 0:
         all_tips[s] = tips[:blades]
         blade_impulse[s, :] = impulse
+        casings[s, :] = casing
     for j in range(blades):
         if abs(tips[j, 0]) > limit:
             counter[STOP] = AMPLITUDE

@@ -232,7 +232,8 @@ def sample_cyclic(step, mu, limit, rotor, c_c, turns, state, sample, tracks, row
     whole[ROTATION] += rotation
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
-    write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
+    ring = t_c[: 2 * len(t_c) // RING_STATE]
+    write_sample(counter, whole, impulse, tips, ring, energy, loss, limit, tracks)
 
 
 @njit(error_model="numpy", cache=True)
