@@ -246,6 +246,10 @@ def _define_traces(file: h5py.File, content: _Content) -> None:
     if "tips" in shapes:
         _axis(file, "blade", np.arange(shapes["tips"][1], dtype="i8"), "blade")
         _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
+    if "casing" in shapes:
+        orders = np.arange(shapes["casing"][1], dtype="i8")
+        _axis(file, "harmonic", orders, "waves around the casing")
+        _axis(file, "phase", np.arange(2, dtype="i8"), "0: cos, 1: sin")
     wanted = {n: TRACES[n] for n in shapes if n in TRACES}
     if content.interval is None:
         wanted["time"] = ((), "s", "time of the sample")
