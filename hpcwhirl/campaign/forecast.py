@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, predicted_steps
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.run import facts_of, to_do
@@ -14,7 +15,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import step_counts, with_step
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.store.contents import sizes_of
 from hpcwhirl.store.forecast import Bytes, bytes_of
 from hpcwhirl.store.plan import NAME
 
@@ -46,22 +48,27 @@ class Forecast:
     disk: Bytes
 
 
-def forecast(design: Design, folder: Path) -> Forecast:
+def forecast(
+    design: Design, folder: Path, mine: frozenset[int] | None = None
+) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
 
     Parameters
     ----------
     design : the campaign
     folder : its directory; if it has finished cases, they are learned from
+    mine : cases of a shard; all if not given
     """
     costs, left = costs_of(design), list(range(len(design.cases)))
     if (folder / NAME).exists():
         left = to_do(design, folder, costs)
+    if mine is not None:
+        left = [case for case in left if case in mine]
     finished = int(np.isfinite(costs.factor).sum())
     probes = [] if finished else _probes(design)
     probed = sum(_probe(design, case, costs) for case in probes)
     return Forecast(
-        cases=len(design.cases),
+        cases=len(design.cases if mine is None else mine),
         left=len(left),
         steps=sum(predicted_steps(design.cases[case]) for case in left),
         seconds=float(costs.predict(left).sum()),
@@ -107,9 +114,29 @@ def _disk(design: Design) -> Bytes:
     intervals = np.full(len(design.cases), np.nan)
     for case, scene in enumerate(design.cases):
         count, intervals[case] = _sampling(scene)
-        samples[case] = count if scene.output.traces != "summary" else 0
-    blades = max((s.engine.rotor.blades for s in design.cases), default=0)
-    return bytes_of(design.plan(), samples, intervals, blades, facts_of(design))
+        samples[case] = count if _keeps(scene) else 0
+    sizes = sizes_of(_kinds(design))
+    return bytes_of(design.plan(), samples, intervals, sizes, facts_of(design))
+
+
+def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
+    """Return {trace: shape without samples} of the cases with most in their traces."""
+    rotor = max(design.cases, key=lambda s: s.engine.rotor.blades)
+    casing = max(design.cases, key=lambda s: s.engine.casing.harmonics)
+    found = []
+    for scene in {id(s): s for s in (rotor, casing) if _keeps(s)}.values():
+        step = scene.solver.time_step
+        short = {"duration": 20 * step, "revolutions": 0.0, "interval": step}
+        try:
+            traces = simulate(apply_settings(scene, short)).traces
+        except WhirlError:  # it will fail as a row
+            continue
+        found.append({name: values.shape[1:] for name, values in traces.items()})
+    return found
+
+
+def _keeps(scene: Scene) -> bool:
+    return scene.output.traces != "summary"
 
 
 def _sampling(scene: Scene) -> tuple[int, float]:

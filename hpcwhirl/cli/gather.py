@@ -25,7 +25,9 @@ def run(args: argparse.Namespace) -> int:
     comm = communicator()
     root = comm is None or comm.rank == 0
     try:
-        path = gather(args.folder, {"version": __version__}, comm, args.compress)
+        path = gather(
+            args.folder, {"version": __version__}, comm, compress=args.compress
+        )
     except WhirlError:  # raised on every rank, told by one
         if root:
             raise

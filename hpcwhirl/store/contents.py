@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,6 @@ from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import TRACES
 
-SIZES = {"xy": 2, "component": 2}  # of axes that never differ
-
 
 @dataclass
 class Contents:
@@ -27,7 +26,7 @@ class Contents:
     journals : their names
     place : (cases, 2), number of the journal, -1 for none, and byte of the record
     samples : (cases,), of its traces
-    blades : of the longest trace that has blades
+    sizes : {axis: most that any case has of it}, of what traces have beside samples
     kept : names of the traces that any case has, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
     shares : what each rank of each run did
@@ -39,7 +38,7 @@ class Contents:
     place: NDArray[np.int64] = field(init=False)
     samples: NDArray[np.int64] = field(init=False)
     interval: NDArray[np.float64] = field(init=False)
-    blades: int = 0
+    sizes: dict[str, int] = field(default_factory=dict)
     kept: tuple[str, ...] = ()
     shares: list[Share] = field(default_factory=list)
 
@@ -67,9 +66,8 @@ class Contents:
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
         """Return {trace: shape of one case, padded to the longest}."""
         longest = int(self.samples.max(initial=0))
-        sizes = {**SIZES, "blade": self.blades}
         shapes = {
-            name: (longest, *(sizes[axis] for axis in TRACES[name][0]))
+            name: (longest, *(self.sizes[axis] for axis in TRACES[name][0]))
             for name in self.kept
         }
         if self.kept and self.common_interval is None:
@@ -79,6 +77,16 @@ class Contents:
     def bytes_of_traces(self) -> int:
         """Return the bytes that the traces of one case take."""
         return sum(8 * int(np.prod(shape)) for shape in self.trace_shapes().values())
+
+
+def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
+    """Return {axis: most of it}, from {trace: shape without samples} of some cases."""
+    sizes: dict[str, int] = {}
+    for kind in kinds:
+        for name in kind.keys() & TRACES.keys():
+            for axis, size in zip(TRACES[name][0], kind[name], strict=True):
+                sizes[axis] = max(sizes.get(axis, 0), size)
+    return sizes
 
 
 def contents_of(folder: Path) -> Contents:
@@ -103,9 +111,9 @@ def contents_of(folder: Path) -> Contents:
             kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
             traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
     contents.journals = list(numbers)
-    kinds = {id(kind): kind for kind in traces.values()}.values()
+    kinds = list({id(kind): kind for kind in traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
-    contents.blades = max((k["tips"][0] for k in kinds if "tips" in k), default=0)
+    contents.sizes = sizes_of(kinds)
     return contents
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.store.blocks import row_of
-from hpcwhirl.store.contents import SIZES, Contents
+from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.plan import Plan
@@ -20,7 +20,7 @@ from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import ENUMS, ROW, TRACES
 
 DETAIL = "output.traces"
-TIPS = ("tips", "blade_impulse")  # what `full` keeps beyond `orbit`
+MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`
 TYPICAL = {"f8": 1 / 7, "i8": 1000, "text": "modal"}  # in the usual number of digits
 
 ONE_RANK: Share = {
@@ -57,7 +57,7 @@ def bytes_of(
     plan: Plan,
     samples: NDArray[np.int64],
     intervals: NDArray[np.float64],
-    blades: int,
+    sizes: Mapping[str, int],
     facts: Mapping[str, str | float],
 ) -> Bytes:
     """Return the bytes that a campaign will take.
@@ -67,21 +67,21 @@ def bytes_of(
     plan : of the campaign
     samples : (cases,), of the traces of each case; 0 for `summary`
     intervals : (cases,), s, between the samples of each case
-    blades : the most that any case has
+    sizes : {axis: most of it}, of what traces have beside samples
     facts : root attributes of the results
     """
-    contents = Contents(Path(), plan, blades=blades, shares=[ONE_RANK])
+    contents = Contents(Path(), plan, sizes=dict(sizes), shares=[ONE_RANK])
     contents.samples[:], contents.interval[:] = samples, intervals
     details = {plan.base[DETAIL], *(row.get(DETAIL) for row in plan.settings)}
     if samples.any():
-        contents.kept = tuple(n for n in TRACES if "full" in details or n not in TIPS)
-    sizes = {**SIZES, "blade": blades}
+        wanted = [n for n in TRACES if "full" in details or n not in MORE]
+        contents.kept = tuple(n for n in wanted if {*TRACES[n][0]} <= sizes.keys())
     widths = {n: int(np.prod([sizes[a] for a in TRACES[n][0]])) for n in contents.kept}
     full = np.array(
         [row.get(DETAIL, plan.base[DETAIL]) == "full" for row in plan.settings]
     )
-    always = 1 + sum(width for name, width in widths.items() if name not in TIPS)
-    more = sum(width for name, width in widths.items() if name in TIPS)
+    always = 1 + sum(width for name, width in widths.items() if name not in MORE)
+    more = sum(width for name, width in widths.items() if name in MORE)
     return Bytes(
         journal=contents.cases * _record_bytes(contents, widths),
         traces=int(8 * (samples * (always + more * full)).sum()),

@@ -153,8 +153,12 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
         _axis(file, "sample", np.arange(samples, dtype="i8"), "number of the sample")
     _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
     if "tips" in shapes:
-        _axis(file, "blade", np.arange(contents.blades, dtype="i8"), "blade")
+        _axis(file, "blade", np.arange(contents.sizes["blade"], dtype="i8"), "blade")
         _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
+    if "casing" in shapes:
+        orders = np.arange(contents.sizes["harmonic"], dtype="i8")
+        _axis(file, "harmonic", orders, "waves around the casing")
+        _axis(file, "phase", np.arange(2, dtype="i8"), "0: cos, 1: sin")
     known = {**TRACES, "time": ((), "s", "time of the sample")}
     for name, shape in shapes.items():
         further, unit, meaning = known[name]
