@@ -38,8 +38,12 @@ CIRCULANT, SLOTS = KERNELS + "circulant.py", "dynamics/slots.py"
 TIMESTEP, FLIGHTS = "dynamics/timestep.py", "dynamics/flights.py"
 FLIGHT = "test_flight.py"
 STRUCTURE, REDUCTION = "test_structure.py", "test_reduction.py"
-MARCH, WHIRL = "test_march.py", "test_whirl.py"
+MARCH, WHIRL, BARS = "test_march.py", "test_whirl.py", "test_bars.py"
 ANALYSIS = "test_analysis.py"
+WALL = (
+    MARCH + "::test_rotation_work_of_a_rigid_casing_is_that_of_its_way_past_the_blades"
+)
+AGREE = MARCH + "::test_schemes_agree_on_the_casing_trace"
 BUGS = (
     Bug("1 membrane strain", BEAMS, "shape / radius\n", "-shape / radius\n", STRUCTURE),
     Bug(
@@ -58,6 +62,45 @@ BUGS = (
         REDUCTION,
     ),
     Bug("2 pairs", "reduction/modes.py", "if width > left:", "if left < 1:", REDUCTION),
+    Bug(
+        "3 rod",
+        BEAMS,
+        "line_mass * np.outer(n_axial",
+        "1.1 * line_mass * np.outer(n_axial",
+        BARS,
+    ),
+    Bug("3 both bodies' gap", CONTACT, "w[j, i] += read", "w[j, i] += 0 * read", BARS),
+    Bug("3 friction on the tip", GENERAL, "mu * force_t[m])", "force_t[m])", BARS),
+    Bug("3 multiplier", GENERAL, "radial, -1.0, normal", "radial, -0.9, normal", BARS),
+    Bug("3 impact", CONTACT, "0.5 * push[s] * before", "0.55 * push[s] * before", BARS),
+    Bug(
+        "3 rigid wall",
+        CONTACT,
+        "scene[2] * math.exp",
+        "1.01 * scene[2] * math.exp",
+        BARS,
+    ),
+    Bug(
+        "5 carried by a rigid casing",
+        CYCLIC,
+        "ledger[IMPACT] += carried",
+        "ledger[IMPACT] -= carried",
+        WALL,
+    ),
+    Bug(
+        "5 way past the blades",
+        CONTACT,
+        "speed * since + place",
+        "speed * time + place",
+        WALL,
+    ),
+    Bug(
+        "6 frame of the casing's trace",
+        SLOTS,
+        "np.exp(-1j * place.harmonic * angles)",
+        "np.exp(1j * place.harmonic * angles)",
+        AGREE,
+    ),
     Bug(
         "4 recursion",
         "dynamics/timestep.py",
@@ -178,7 +221,7 @@ def seen(bug: Bug) -> bool:
     """Return whether the bug's tests fail with it; exit 2 where it does not apply."""
     with tempfile.TemporaryDirectory(prefix="mutate-") as name:
         place = Path(name)
-        for part in ("hpcwhirl", "tests"):
+        for part in ("hpcwhirl", "tests", "scripts"):
             skip = shutil.ignore_patterns("__pycache__")
             shutil.copytree(ROOT / part, place / part, ignore=skip)
         shutil.copy(ROOT / "pyproject.toml", place)

@@ -10,6 +10,7 @@ SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
 SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result
 FAILED, MISSING = 1, 3
 BLADES = {0: 22, 2: 12, 4: 22}
+HARMONICS = {0: 9, 2: 21, 4: 21}
 MESSAGE = "x" * (TEXT["message"] - 1) + "µ, and more than there is room for"
 BASE = {"speed": 1.0, "gap": 1e-4, "nodal_diameter": 2, "direction": "squeeze",
         "solver.time_step": 2e-6, "solver.scheme": "modal"}  # fmt: skip
@@ -26,7 +27,8 @@ def traces(case, interval):
     random, n = np.random.default_rng(case), SAMPLES[case]
     made = {"time": (1 + np.arange(n)) * interval}
     for name, (further, _, _) in TRACES.items():
-        sizes = {"blade": BLADES[case], "xy": 2, "component": 2}
+        sizes = {"blade": BLADES[case], "xy": 2, "component": 2, "phase": 2}
+        sizes["harmonic"] = HARMONICS[case]
         made[name] = random.normal(size=(n, *(sizes[axis] for axis in further)))
     return made
 

@@ -205,6 +205,29 @@ def test_mirrored_runs_have_mirrored_motion_and_one_name():
     assert mirrored[1:] == pytest.approx(spectra[0][1:], rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
+def test_mirrored_runs_have_one_row_of_evidence(scheme):
+    settings = SHORT | {"duration": 0.02, "time_step": 2e-6, "scheme": scheme}
+    one, other = (
+        simulate(apply_settings(SCENE, settings | {"speed": speed}))
+        for speed in (430.0, -430.0)
+    )
+    assert one.row["contacts"] > 0
+    assert one.row["whirl"] != "none"
+    assert other.row["speed"] == -430.0
+    rounded = {"speed", "ledger_residual", "ledger_error"}
+    for name in one.row.keys() - rounded:
+        value, found = one.row[name], other.row[name]
+        if isinstance(value, str):
+            assert found == value, name
+        else:
+            assert found == pytest.approx(value, rel=1e-5, abs=1e-12), name
+    mirrored = one.traces["centre"] * [1, -1]
+    assert (
+        np.abs(other.traces["centre"] - mirrored).max() < 1e-7 * np.abs(mirrored).max()
+    )
+
+
 def test_an_orbit_of_unequal_lines_is_named_by_the_stronger_and_an_offset_by_none():
     time = np.arange(1, 5001) * INTERVAL
     for sense in (1, -1):

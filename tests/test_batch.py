@@ -110,6 +110,8 @@ def test_a_batch_yields_every_case_once_with_its_history(lanes):
         assert history.seconds > 0
         assert np.array_equal(history.tips, own.tips)
         assert np.array_equal(history.centre, own.centre)
+        assert np.array_equal(history.casing, own.casing)
+        assert history.casing.any()
 
 
 def test_a_case_that_grows_beyond_the_limit_ends_alone():

@@ -122,6 +122,7 @@ def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, tra
     assert arrays["impulse"][-1] == found["contact_impulse"]
     if traces == "full":
         assert arrays["tips"].shape == (40, 22, 2)
+        assert arrays["casing"].shape == (40, 21, 2)
         total = arrays["blade_impulse"].sum(axis=1)
         assert total == pytest.approx(arrays["impulse"], rel=1e-12)
     for name in ("orbit.png", "traces.png"):

@@ -54,6 +54,8 @@ def test_rows_and_traces_are_those_of_the_case(cases):
     assert cases.like(0) == [1, 0, 2]
     scene = cases.scene(1)
     assert (scene.speed, scene.output.traces) == (300.0, "full")
+    own = simulate(scene).traces["casing"]
+    assert np.array_equal(cases.traces(1)["casing"], own)
     result = simulate(scene)
     traces = cases.traces(1)
     assert traces.keys() == result.traces.keys()

@@ -139,6 +139,8 @@ def test_open_results_reads_it(folder, axis):
     assert {*ROW, *STATUS, *PERFORMANCE, *TRACES} <= {*data.variables}
     assert {"speed", "gap", "friction", "nodal_diameter"} <= {*data.coords}
     assert data["tips"].dims == ("case", axis, "blade", "component")
+    assert data["casing"].dims == ("case", axis, "harmonic", "phase")
+    assert data["harmonic"].values.tolist() == list(range(21))
     assert words(data["status"]).tolist()[3:] == ["missing", "ok"]
 
 

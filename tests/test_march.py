@@ -183,6 +183,93 @@ def test_rotation_work_is_the_transport_over_the_deformed_ring(scheme):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(("k", "speed", "growth"), [(1, 410.0, 40.0), (3, -300.0, 0.0)])
+def test_rotation_work_of_a_rigid_casing_is_that_of_its_way_past_the_blades(
+    scheme, k, speed, growth
+):
+    # - sum lambda dw/dt dt with w = -A0 e^{sigma t} cos k theta_j, A0 rising at first
+    rigid = {"kind": "rigid", "amplitude": 2e-4, "growth": growth, "rise": 1e-3}
+    settings = rigid | {"nodal_diameter": k, "speed": speed, "interval": 2e-6}
+    march, history = ended(scheme=scheme, **settings)
+    time, step = history.time[:, None], march.scene.solver.time_step
+
+    def wall(time):
+        ramp = 0.5 * (1 - np.cos(np.pi * np.minimum(time / 1e-3, 1)))
+        angle = speed * time + 2 * np.pi * np.arange(22) / 22
+        return -2e-4 * np.exp(growth * time) * ramp * np.cos(k * angle)
+
+    impulse = np.diff(history.blade_impulse, axis=0, prepend=0.0)
+    rate = (wall(time) - wall(time - 2 * step)) / (2 * step)  # at the step's start
+    work, ledger = -(impulse * rate).sum(), history.ledger
+    assert ledger["rotation"] == pytest.approx(work, rel=2e-3)
+    assert 0 < ledger["impact"] < 0.2 * work
+    assert np.all(np.diff(history.lost) >= -1e-12 * work)
+
+
+def shape_of(harmonics, angles):
+    """Return w (m,), m, of harmonics (H + 1, 2) at angles (m,)."""
+    phase = np.outer(angles, np.arange(len(harmonics)))
+    return np.cos(phase) @ harmonics[:, 0] + np.sin(phase) @ harmonics[:, 1]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme):
+    settings = {"speed": -390.0, "interval": 5e-4, "duration": 3e-3}
+    march, angles = March(scene(scheme=scheme, **settings)), np.linspace(0, 6, 50)
+    while not march.done:
+        march.advance(march.stride)
+        _, casing = march.displacements()
+        shape = march.model.ring.rows(angles)[0] @ casing
+        found = march.history().casing
+        assert found.shape == (march.steps // march.stride, 21, 2)
+        assert not found[:, 0, 1].any()  # sin 0
+        near = pytest.approx(shape, abs=1e-9 * np.abs(shape).max())
+        assert shape_of(found[-1], angles) == near
+    first = found[0]  # the pulse squeezes at theta = 0, where blades have come by since
+    assert first[1, 0] < -10 * abs(first[1, 1])
+    assert np.abs(found[-1][2:, 1]).max() > 1e-3 * np.abs(found[-1]).max()
+
+
+def test_schemes_agree_on_the_casing_trace():
+    one, *others = (ended(scheme=s)[1].casing for s in ("general", "modal", "paper"))
+    for other in others:
+        assert np.abs(one - other).max() < 1e-8 * np.abs(one).max()
+
+
+@pytest.mark.parametrize("scheme", ["general", "paper"])
+def test_the_casing_trace_of_elements_has_the_harmonics_of_their_shape(scheme):
+    march = March(scene(scheme=scheme, discretization="elements", interval=1e-3))
+    history = march.run()
+    _, casing = march.displacements()
+    angles = 2 * np.pi * np.arange(4096) / 4096
+    shape = march.model.ring.rows(angles)[0] @ casing
+    lines = np.fft.rfft(shape)[:20] / len(shape)
+    found = history.casing[-1]
+    assert found.shape == (21, 2)
+    want = np.column_stack([2 * lines.real, -2 * lines.imag])
+    want[0] /= 2
+    assert np.abs(found[:20] - want).max() < 1e-6 * np.abs(want).max()
+
+
+@pytest.mark.parametrize("scheme", ["general", "modal"])
+def test_the_casing_trace_of_a_rigid_casing_is_its_distortion(scheme):
+    rigid = {"kind": "rigid", "amplitude": 2e-4, "growth": 40.0, "nodal_diameter": 3}
+    _, history = ended(scheme=scheme, **rigid)
+    late = history.time > 1e-3
+    grown = 2e-4 * np.exp(40.0 * history.time[late])
+    assert history.casing[late, 3, 0] == pytest.approx(-grown, rel=1e-12)
+    assert np.count_nonzero(history.casing.any(axis=0)) == 1
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("kind", ["ring", "rigid"])
+def test_without_full_traces_the_casing_is_not_kept(scheme, kind):
+    settings = {"kind": kind, "duration": 1e-3, "scheme": scheme}
+    _, history = ended(traces="orbit", **settings)
+    assert history.casing.shape == (0, 21, 2)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_two_lobed_casing_leaves_the_shaft_at_rest(scheme):
     march, history = ended(scheme=scheme, nodal_diameter=2)
     tips = np.abs(history.tips).max()

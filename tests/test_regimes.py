@@ -112,6 +112,61 @@ def test_whirl_is_that_of_the_static_frame(line, word):
     assert words(made(0.0, fed=10.0, lost=10.0, line=line))[2] == word
 
 
+def orbiting(orbit, speed):
+    """A steady history whose centre goes about `orbit` (n,) in the STATIC frame."""
+    own = orbit * np.exp(-1j * speed * TIME)
+    steady = made(0.0, fed=10.0, lost=10.0)
+    return History(**(vars(steady) | {"centre": np.column_stack([own.real, own.imag])}))
+
+
+def whirl_of(orbit, speed):
+    return words(orbiting(orbit, speed), apply_settings(Scene(), {"speed": speed}))[2]
+
+
+def circle(line):
+    return 1e-4 * np.exp(1j * line * TIME)
+
+
+# made-up orbits of a rotor that turns anticlockwise, and what they are
+ORBITS = {
+    "forward": [
+        circle(150),
+        circle(13.4),
+        circle(700),
+        circle(150) + 4e-3 - 1e-3j,
+        circle(150) + 0.5 * circle(-120) + 1e-3,
+    ],
+    "backward": [
+        circle(-150),
+        circle(-13.4),
+        circle(-700),
+        circle(-150) + 4e-3 - 1e-3j,
+        circle(-150) + 0.5 * circle(120) + 1e-3,
+    ],
+    "mixed": [circle(150) + circle(-150), circle(150) + 0.5 * circle(-660)],
+    "none": [np.full(len(TIME), 4e-3 - 1e-3j), 1e-11 * circle(150)],
+}
+CASES = [(o, word) for word, orbits in ORBITS.items() for o in orbits]
+OPPOSITE = {"forward": "backward", "backward": "forward"}
+
+
+@pytest.mark.parametrize(("orbit", "word"), CASES)
+def test_a_made_up_orbit_is_named_rightly_whatever_way_the_rotor_turns(orbit, word):
+    assert whirl_of(orbit, 410.0) == word
+    assert whirl_of(orbit.conj(), -410.0) == word  # mirrored
+    assert whirl_of(orbit, -410.0) == OPPOSITE.get(word, word)
+
+
+@pytest.mark.parametrize("speed", [410.0, -410.0])
+def test_a_bow_that_turns_with_the_rotor_is_forward(speed):
+    bow = 1e-4 * np.exp(1j * speed * TIME)
+    scene = apply_settings(Scene(), {"speed": speed})
+    found = evidence(scene, orbiting(bow, speed))
+    assert words(orbiting(bow, speed), scene)[2] == "forward"
+    assert found["line_frequency"] == pytest.approx(410.0, abs=2.0)
+    assert found["orbit_area"] == pytest.approx(0.5 * 410 * 1e-8, rel=0.01)
+
+
 def test_beating_does_not_pass_for_growth():
     beat = made(0.0, fed=10.0, lost=10.0)
     energy = 1 + 0.9 * np.cos(2 * np.pi * 25 * TIME)

@@ -29,8 +29,8 @@ class Result:
     row : physics alone, the same bits wherever and however often it is computed
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; in full also
-        `tips` (n, N, 2), m, rotating frame, and `blade_impulse` (n, N), N s; empty
-        for `summary`
+        `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
+        (n, H + 1, 2), m, STATIC frame; empty for `summary`
     performance : what depends on the machine and the day
     """
 
@@ -98,5 +98,9 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         "lost": history.lost,
     }
     if scene.output.traces == "full":
-        traces |= {"tips": history.tips, "blade_impulse": history.blade_impulse}
+        traces |= {
+            "tips": history.tips,
+            "blade_impulse": history.blade_impulse,
+            "casing": history.casing,
+        }
     return traces

@@ -81,7 +81,8 @@ class Evaluator:
         return "failed"
 
     def _record(self, case: int) -> Record:
-        return {"case": case, "digest": digest(self.design.cases[case])}
+        key = digest(self.design.cases[case])
+        return {"case": case, "digest": key, "ended": time.time()}
 
     def _keep(self, case: int, result: Result) -> str:
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}

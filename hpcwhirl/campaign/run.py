@@ -21,7 +21,9 @@ import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.evaluate import Evaluator, say
+from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import map_ranks, map_serial
+from hpcwhirl.campaign.shards import Shard, share
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
@@ -29,16 +31,18 @@ from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
-from hpcwhirl.store.gather import gather
+from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import (
     Journal,
+    claim_run,
     is_whole,
-    next_run,
     read_records,
 )
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 
-PROGRESS_EVERY = 5.0  # s
+PROGRESS_EVERY = 5.0  # s, at first
+PROGRESS_SHARE = 0.02  # of the time spent so far, later
+PROGRESS_RAREST = 300.0  # s
 MOST_TRIED = 32  # models built to find a case that can be integrated
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
@@ -51,6 +55,7 @@ class Ending:
     cases: int
     failed: int
     results: Path | None
+    left: int = 0  # cases of other shards that have no result yet
 
 
 class StopFlag:
@@ -81,7 +86,10 @@ def prepare(design: Design, folder: Path) -> None:
     """
     plan = design.plan()
     if (folder / NAME).exists():
-        check_same(read_plan(folder), plan, folder)
+        old = read_plan(folder)
+        check_same(old, plan, folder)
+        if old == plan:
+            return
     check_steps(design)
     write_plan(folder, plan)
 
@@ -155,6 +163,7 @@ def run_campaign(
     *,
     retry: bool = False,
     lanes: bool | None = None,
+    shard: Shard | None = None,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -167,6 +176,7 @@ def run_campaign(
     comm : MPI communicator; None for one process
     retry : integrate failed cases again, and those whose traces are damaged
     lanes : whether cases ride in batches; None: where they pay, see `units_of`
+    shard : compute this share alone; the last shard to end gathers
     """
     rank = comm.rank if comm is not None else 0
     stopping = StopFlag()
@@ -174,12 +184,14 @@ def run_campaign(
     if rank == 0:
         ranks = comm.size if comm is not None else 1
         todo = to_do(design, folder, retry=retry)
-        start = (_units(design, todo, ranks, lanes=lanes), next_run(folder))
+        mine = cases_of(design, shard)
+        todo = [case for case in todo if case in mine]
+        start = (_units(design, todo, ranks, lanes=lanes), claim_run(folder))
     units, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
     order = list(range(len(units)))
     if order:
         _warm(design, units, comm)
-    report = _Report(design, units) if rank == 0 else None
+    report = _Report(design, units, shard) if rank == 0 else None
     with Journal(folder, run, rank) as journal:
         evaluate = Evaluator(design, units, journal, rank)
         notice = report if report else _ignore
@@ -189,9 +201,22 @@ def run_campaign(
             complete = map_ranks(order, evaluate, notice, stopping, comm)
     if not complete:
         return Ending(complete=False, cases=len(design.cases), failed=0, results=None)
-    results = gather(folder, facts_of(design, comm), comm)
-    failed = _count_failed(design, folder) if rank == 0 else 0
+    others = len(to_do(design, folder, retry=False)) if shard and rank == 0 else 0
+    others = comm.bcast(others, root=0) if comm is not None else others
+    failed = _count_failed(design, folder, shard) if rank == 0 else 0
+    if others:
+        return Ending(complete, len(design.cases), failed, None, others)
+    # Two shards that end at once both gather, each under a name of its own.
+    part = f"{RESULTS}.part-{shard.number}" if shard else f"{RESULTS}.part"
+    results = gather(folder, facts_of(design, comm), comm, part)
     return Ending(complete, len(design.cases), failed, results)
+
+
+def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
+    """Return the cases that a shard computes; without one, all."""
+    if shard is None:
+        return frozenset(range(len(design.cases)))
+    return share([predicted_steps(scene) for scene in design.cases], shard)
 
 
 def _ignore(unit: int, statuses: list[str]) -> None:
@@ -207,9 +232,9 @@ def _units(
     return units_of(order, design.cases, steps, ranks)
 
 
-def _count_failed(design: Design, folder: Path) -> int:
+def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
     records = read_records(folder)
-    own = (records.get(digest(scene)) for scene in design.cases)
+    own = (records.get(digest(design.cases[case])) for case in cases_of(design, shard))
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
@@ -241,16 +266,18 @@ def _warm(design: Design, units: list[Unit], comm: Any) -> None:
 class _Report:
     """Plain progress lines on rank 0's stderr."""
 
-    def __init__(self, design: Design, units: list[Unit]) -> None:
+    def __init__(self, design: Design, units: list[Unit], shard: Shard | None) -> None:
         order = [case for unit in units for case in unit]
         self.design, self.units, self.total = design, units, len(order)
         self.finished = self.failed = 0
         self.work = sum(predicted_steps(design.cases[i]) for i in order)
         self.done = 0.0
         self.start = self.last = time.monotonic()
-        kept = len(design.cases) - len(order)
+        mine = len(cases_of(design, shard))
+        of = f" of {len(design.cases)} in shard {shard}" if shard else ""
+        kept = mine - len(order)
         already = f", {kept} already there" if kept else ""
-        say(f"{len(design.cases)} cases{already}")
+        say(f"{mine} cases{of}{already}")
 
     def __call__(self, unit: int, statuses: list[str]) -> None:
         cases = [self.design.cases[case] for case in self.units[unit]]
@@ -258,12 +285,16 @@ class _Report:
         self.failed += sum(status != "ok" for status in statuses)
         self.done += sum(predicted_steps(scene) for scene in cases)
         now = time.monotonic()
-        if now - self.last < PROGRESS_EVERY and self.finished < self.total:
+        spent = now - self.start
+        every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
+        if now - self.last < every and self.finished < self.total:
             return
         self.last = now
-        left = (now - self.start) * (self.work - self.done) / self.done
+        left = spent * (self.work - self.done) / self.done if self.done else 0.0
         bad = f", {self.failed} failed" if self.failed else ""
-        say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
+        rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
+        progress = f"{self.finished} of {self.total} cases{bad}, {rate}"
+        say(f"{progress}, {duration_text(left)} left")
 
 
 def _git_state() -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.ranks import communicator
+from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.cli.options import add_json, add_set, print_json
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
@@ -41,6 +42,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=["auto", "yes", "no"],
         default="auto",
         help="batches of four cases to a kernel: auto where they pay",
+    )
+    parser.add_argument(
+        "--shard",
+        metavar="I/N",
+        help="only the I-th of N shares, as an element of an array job; the last ends "
+        "with the results of all",
     )
     add_json(parser)
 
@@ -84,8 +91,9 @@ def _run(args: argparse.Namespace, comm: Any) -> int:
         return COMPLETE
     lanes = {"auto": None, "yes": True, "no": False}[args.lanes]
     ending = run_campaign(
-        design, args.out, comm, retry=args.retry is not None, lanes=lanes
-    )
+        design, args.out, comm, retry=args.retry is not None, lanes=lanes,
+        shard=_shard(args),
+    )  # fmt: skip
     code = _conclude(args, ending) if root else COMPLETE
     return int(comm.bcast(code, root=0)) if comm is not None else code
 
@@ -93,6 +101,7 @@ def _run(args: argparse.Namespace, comm: Any) -> int:
 def _prepared(args: argparse.Namespace) -> Design:
     from hpcwhirl.campaign.run import check_folder, prepare
 
+    _shard(args)
     settings = dict(parse_setting(text) for text in args.settings)
     design = load_design(args.file, settings)
     check_folder(args.out)
@@ -103,13 +112,18 @@ def _prepared(args: argparse.Namespace) -> Design:
     return design
 
 
-def _dry_run(args: argparse.Namespace, design: Design) -> None:
-    from hpcwhirl.campaign.run import predicted_steps, seconds_per_step
+def _shard(args: argparse.Namespace) -> Shard | None:
+    return parse_shard(args.shard) if args.shard is not None else None
 
-    steps = sum(predicted_steps(scene) for scene in design.cases)
-    cost = seconds_per_step(design.cases[0]) if design.cases else 0.0
+
+def _dry_run(args: argparse.Namespace, design: Design) -> None:
+    from hpcwhirl.campaign.run import cases_of, predicted_steps, seconds_per_step
+
+    mine = cases_of(design, _shard(args))
+    steps = sum(predicted_steps(design.cases[case]) for case in sorted(mine))
+    cost = seconds_per_step(design.cases[0]) if mine else 0.0
     facts = {
-        "cases": len(design.cases),
+        "cases": len(mine),
         "swept": list(design.swept),
         "steps": steps,
         "microseconds_per_step": 1e6 * cost,
@@ -133,6 +147,8 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
             file=sys.stderr,
         )
         return STOPPED
+    if ending.left:
+        return _conclude_shard(args, ending)
     if ending.failed:
         print(
             f"hpcwhirl: {ending.failed} of {ending.cases} cases failed; see `message` "
@@ -150,4 +166,17 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
     else:
         for path in (ending.results, *maps):
             print(path)
+    return FAILED if ending.failed else COMPLETE
+
+
+def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
+    """Tell that a shard is complete and others are not: they will gather."""
+    facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
+    if args.json:
+        print_json(facts | {"failed": ending.failed, "results": None})
+    else:
+        print(
+            f"shard {args.shard} is complete; {ending.left} of {ending.cases} cases "
+            "are left to other shards, the last of which gathers"
+        )
     return FAILED if ending.failed else COMPLETE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,9 @@ class History:
     lost : (n,), J, cumulative damping and impact loss
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
+    casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
+        displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
+        unless asked
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`
     stop : "end", "amplitude" or "nonfinite"
     steps : steps taken
@@ -67,3 +70,4 @@ class History:
     centre_peak: float
     seconds: float
     interval: float
+    casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))

@@ -171,6 +171,7 @@ class Lanes:
             np.zeros((0, blades, 2)),
             np.zeros((0, blades)),
             np.zeros(0),
+            np.zeros((0, 0)),
         )
 
     def load(self, lane: int, march: March) -> None:

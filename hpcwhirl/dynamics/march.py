@@ -66,6 +66,7 @@ class March:
             np.zeros((tips, blades, 2)),
             np.zeros((tips, blades)),
             np.zeros(samples),
+            np.zeros((tips, self.scheme.casing_width)),
         )
 
     @property
@@ -132,7 +133,9 @@ class March:
         The samples end with the last whole output interval.
         """
         count = int(self.counter[contact.SAMPLE])
-        centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed = self.tracks
+        (
+            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing,
+        ) = self.tracks  # fmt: skip
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -147,6 +150,7 @@ class March:
             lost=lost[:count],
             tips=tips[:count],
             blade_impulse=blade_impulse[:count],
+            casing=self.scheme.casing_waves(casing[:count], self.stride),
             ledger=self._closing(),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,

@@ -13,6 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.casing import (
+    waves_of_coordinates,
+    waves_of_modes,
+    waves_of_rigid,
+)
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.errors import InputError
@@ -46,6 +51,8 @@ class Scheme:
     balance : state -> what the ledger needs beside its own entries
     displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
         the model's matrices, m
+    casing_width : coordinates of the casing that the kernel copies at a sample
+    casing_waves : (copies (n, width), steps between them) -> `History.casing`
     """
 
     kernel: Callable[..., Any]
@@ -53,6 +60,8 @@ class Scheme:
     state: State
     balance: Callable[[State], Balance]
     displacements: Callable[[State, int], tuple[Floats, Floats]]
+    casing_width: int
+    casing_waves: Callable[[Floats, int], Floats]
 
 
 def _common(blades: int) -> State:
@@ -79,6 +88,15 @@ def _unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
     return rotor, model.casing.shapes @ q_c[: len(model.casing.omega)]
 
 
+def _reader(
+    model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
+) -> Callable[[Floats, int], Floats]:
+    """Return the reader of a casing's copies: `of_ring`, but of no rigid casing."""
+    if model.casing is not None:
+        return of_ring
+    return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)
+
+
 def _general(model: Model, scene: Scene) -> Scheme:
     from hpcwhirl.dynamics.kernels.general import march_general, modal_energy
     from hpcwhirl.dynamics.operators import contact_operators, modal_arrays
@@ -94,7 +112,13 @@ def _general(model: Model, scene: Scene) -> Scheme:
     state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
     arrays = (load, rotor, casing, contact_operators(model, scene))
     return Scheme(
-        march_general, arrays, state, balance, lambda s, _: _unfold(model, s[0], s[2])
+        kernel=march_general,
+        arrays=arrays,
+        state=state,
+        balance=balance,
+        displacements=lambda s, _: _unfold(model, s[0], s[2]),
+        casing_width=len(casing[0]),
+        casing_waves=_reader(model, scene, lambda q, _: waves_of_modes(model, q)),
     )
 
 
@@ -113,7 +137,13 @@ def _paper(model: Model, scene: Scene) -> Scheme:
     state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
     arrays = (load, rotor, casing, contact_operators(model, scene))
     return Scheme(
-        march_paper, arrays, state, balance, lambda s, _: (s[0].copy(), s[2].copy())
+        kernel=march_paper,
+        arrays=arrays,
+        state=state,
+        balance=balance,
+        displacements=lambda s, _: (s[0].copy(), s[2].copy()),
+        casing_width=len(casing[0]),
+        casing_waves=_reader(model, scene, lambda x, _: waves_of_coordinates(model, x)),
     )
 
 
@@ -136,7 +166,11 @@ def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
 
 def _cyclic(model: Model, scene: Scene) -> Scheme:
     from hpcwhirl.dynamics.kernels import cyclic
-    from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
+    from hpcwhirl.dynamics.slots import (
+        cyclic_arrays,
+        modal_amplitudes,
+        ring_amplitudes,
+    )
 
     load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene)
     step = scene.solver.time_step
@@ -162,9 +196,20 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
         q_b, q_c = modal_amplitudes(model, scene, ended(state)[:2], steps)
         return _unfold(model, q_b, q_c)
 
-    state = _at_rest(model, scene, rows, ring_rows)
-    arrays = (load, rotor, casing, touch)
-    return Scheme(kernel, arrays, state, balance, displacements)
+    def casing_waves(copies: Floats, stride: int) -> Floats:
+        steps = stride * np.arange(1.0, len(copies) + 1)
+        angles = np.asarray(scene.speed * steps * step)
+        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
+
+    return Scheme(
+        kernel=kernel,
+        arrays=(load, rotor, casing, touch),
+        state=_at_rest(model, scene, rows, ring_rows),
+        balance=balance,
+        displacements=displacements,
+        casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
+        casing_waves=_reader(model, scene, casing_waves),
+    )
 
 
 def _check_exact(model: Model) -> None:

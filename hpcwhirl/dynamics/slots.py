@@ -213,14 +213,31 @@ def modal_amplitudes(
         q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
     if model.casing is None:
         return q_b, np.zeros(0)
-    ring = bodies[1].reshape(passes.RING_STATE, -1, slots)[:2]
-    q_c = np.zeros(len(model.casing.omega))
+    ring = bodies[1][: 2 * len(bodies[1]) // passes.RING_STATE]
     angle = scene.speed * steps * scene.solver.time_step
-    for place in _ring_modes(model):
-        re, im = ring[:, place.row, place.slot]
-        value = complex(re, place.sign * im) * np.exp(-1j * place.harmonic * angle)
-        q_c[list(place.members)] = (value.real, -value.imag)[: len(place.members)]
-    return q_b, q_c
+    return q_b, ring_amplitudes(model, ring[None], np.array([angle]))[0]
+
+
+def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
+    """Return q of the ring (n, m), static frame.
+
+    Parameters
+    ----------
+    model : with a ring of harmonics
+    states : (n, 2 ring_size), re and im of ended states, rotating frame
+    angles : (n,), rad, Omega t
+    """
+    slots, _ = widths(model.blades)
+    rows = states.shape[1] // (2 * slots)
+    ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
+    places = _ring_modes(model)
+    q = np.zeros((len(states), sum(len(place.members) for place in places)))
+    for place in places:
+        re, im = ring[:, 0, place.row, place.slot], ring[:, 1, place.row, place.slot]
+        value = (re + 1j * place.sign * im) * np.exp(-1j * place.harmonic * angles)
+        for member, part in zip(place.members, (value.real, -value.imag), strict=False):
+            q[:, member] = part
+    return q
 
 
 def cyclic_arrays(model: Model, scene: Scene) -> Arrays:

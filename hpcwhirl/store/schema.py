@@ -99,6 +99,11 @@ TRACES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "lost": ((), "J", "cumulative damping and impact loss"),
     "tips": (("blade", "component"), "m", "tips, rotating frame: radial, tangential"),
     "blade_impulse": (("blade",), "N s", "cumulative contact impulse of each blade"),
+    "casing": (
+        ("harmonic", "phase"),
+        "m",
+        "casing's radial displacement, static frame: of cos, sin of harmonic x angle",
+    ),
 }
 
 

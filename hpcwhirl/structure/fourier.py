@@ -49,6 +49,15 @@ class FourierOperator:
         nothing = np.zeros_like(waves)
         return np.hstack([waves, nothing]), np.hstack([nothing, waves])
 
+    def waves(self) -> Floats:
+        """Return rows (H + 1, 2, 2 width): of cos and sin h theta in w."""
+        out = np.zeros((self.harmonics + 1, 2, 2 * self.width))
+        for h in range(self.harmonics + 1):
+            out[h, 0, max(2 * h - 1, 0)] = 1.0
+            if h > 0:
+                out[h, 1, 2 * h] = 1.0
+        return out
+
     def lobes(self, k: int) -> Floats:
         """Return loads (2 width,) of a radial load p ~ cos(k theta).
 

@@ -57,14 +57,32 @@ class RingOperator:
             tangential[np.arange(len(angles)), node] += shapes[local]
         return radial, tangential
 
+    def _points(self) -> tuple[Floats, Floats]:
+        """Return angles, rad, and weights, m, of the Gauss points of all elements."""
+        edges = np.arange(self.elements)[:, None] + POINTS[None, :]
+        angles = (edges * 2 * np.pi / self.elements).ravel()
+        return angles, np.tile(WEIGHTS, self.elements) * self.length
+
+    def waves(self) -> Floats:
+        """Return rows (H + 1, 2, 4 elements): of cos and sin h theta in w.
+
+        Fourier coefficients of the elements' shape by their Gauss points, up to H =
+        elements // 2.
+        """
+        angles, weights = self._points()
+        radial, out = self.rows(angles)[0], []
+        for h in range(self.elements // 2 + 1):
+            shapes = np.array([np.cos(h * angles), np.sin(h * angles)])
+            norm = np.maximum((weights * shapes**2).sum(axis=1), weights[0])
+            out.append((weights * shapes) @ radial / norm[:, None])
+        return np.array(out)
+
     def lobes(self, k: int) -> Floats:
         """Return nodal loads (4 elements,) of a radial load p ~ cos(k theta).
 
         Scaled so that the generalized force on the unit shape cos(k theta) is 1.
         """
-        edges = np.arange(self.elements)[:, None] + POINTS[None, :]
-        angles = (edges * 2 * np.pi / self.elements).ravel()
-        weights = np.tile(WEIGHTS, self.elements) * self.length
+        angles, weights = self._points()
         shape = np.cos(k * angles)
         load = (weights * shape) @ self.rows(angles)[0]
         return np.asarray(load / (weights @ shape**2))

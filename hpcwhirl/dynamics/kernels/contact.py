@@ -95,6 +95,24 @@ def rigid_amplitude(scene, time):
 
 
 @njit(error_model="numpy", cache=True)
+def carried_by_wall(push, where, active, blades, scene, speed, time, step):
+    """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
+
+    The multipliers are those of the step that ends at `time`; they act at its start,
+    where dw/dt, the blade's own way past the lobes included, is that of the steps on
+    both sides, as in central differences.
+    """
+    total = 0.0
+    for s in range(active):
+        place = 2.0 * math.pi * where[s] / blades
+        ahead = rigid_radial(scene, time, speed * time + place)
+        since = time - 2.0 * step
+        back = rigid_radial(scene, since, speed * since + place)
+        total -= 0.5 * push[s] * (ahead - back)
+    return total
+
+
+@njit(error_model="numpy", cache=True)
 def pulse_of(time, force, pulse):
     """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
     if 0.0 < time < pulse:
@@ -283,12 +301,16 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 
 @njit(error_model="numpy", cache=True)
-def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
+def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tracks):
     """Write one sample; decide whether to stop.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
+    casing : (n,), the scheme's own coordinates of the casing
     """
-    centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed = tracks
+    (
+        centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
+        casings,
+    ) = tracks  # fmt: skip
     s = counter[SAMPLE]
     blades = len(impulse)
     centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
@@ -300,6 +322,7 @@ def write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks):
     if len(all_tips) > 0:
         all_tips[s] = tips[:blades]
         blade_impulse[s, :] = impulse
+        casings[s, :] = casing
     for j in range(blades):
         if abs(tips[j, 0]) > limit:
             counter[STOP] = AMPLITUDE

@@ -45,6 +45,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     STEP,
     STOP,
     book_contacts,
+    carried_by_wall,
     pulse_of,
     rigid_amplitude,
     write_sample,
@@ -231,7 +232,8 @@ def sample_cyclic(step, mu, limit, rotor, c_c, turns, state, sample, tracks, row
     whole[ROTATION] += rotation
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
-    write_sample(counter, whole, impulse, tips, energy, loss, limit, tracks)
+    ring = t_c[: 2 * len(t_c) // RING_STATE]
+    write_sample(counter, whole, impulse, tips, ring, energy, loss, limit, tracks)
 
 
 @njit(error_model="numpy", cache=True)
@@ -367,6 +369,12 @@ def cyclic_kernel(
                         for s in range(active):
                             j = where[s]
                             before[j] = gaps[older + place_of(j, blades, wide)]
+                    elif ring_size == 0 and scene[2] != 0.0:
+                        carried = carried_by_wall(
+                            push, where, active, blades, scene, speed, time, step
+                        )  # what the columns take for impact
+                        ledger[ROTATION] += carried
+                        ledger[IMPACT] += carried
                     to_spectrum(push, where, active, turns, width, lam)
                     book_contacts(
                         push, where, active, before, last, counter, ledger, impulse,

@@ -191,6 +191,8 @@ def march_paper(
             if free == 1:
                 tips[blades, 0], tips[blades, 1] = x_b[2 * blades], x_b[2 * blades + 1]
             lost = loss_b.sum() + loss_c.sum()
-            write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks)
+            write_sample(
+                counter, ledger, impulse, tips, x_c, energy, lost, limit, tracks
+            )
             if counter[STOP] != RUNNING:
                 return

@@ -263,6 +263,8 @@ def march_general(
             energy += modal_energy(q_c, d_c, omega_c, step)
             read_tips(outputs, tangential, q_b, u, tips)
             lost = loss_b.sum() + loss_c.sum()
-            write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks)
+            write_sample(
+                counter, ledger, impulse, tips, q_c, energy, lost, limit, tracks
+            )
             if counter[STOP] != RUNNING:
                 return

@@ -1,0 +1,60 @@
+"""The casing's trace: harmonics of its radial displacement, static frame, per sample.
+
+Kernels copy the casing's coordinates as they march them; what they mean is worked out
+once a case, when its history is read.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.contact import rigid_amplitude
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
+    """Return harmonics (n, H + 1, 2), m, of modal amplitudes (n, m or more)."""
+    if model.casing is None or model.ring is None:
+        msg = "a rigid casing has no modes"
+        raise ValueError(msg)
+    rows = model.ring.waves() @ model.casing.shapes
+    return _read(rows, amplitudes[:, : rows.shape[2]])
+
+
+def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
+    """Return harmonics (n, H + 1, 2), m, of the ring's coordinates (n, m)."""
+    if model.ring is None:
+        msg = "a rigid casing has no coordinates"
+        raise ValueError(msg)
+    return _read(model.ring.waves(), displacements)
+
+
+def _read(rows: Floats, values: Floats) -> Floats:
+    # most are 0 on a ring of harmonics; not by BLAS, whose sums may depend on how many
+    # samples there are
+    out = np.zeros((len(values), *rows.shape[:2]))
+    for h, p in np.ndindex(*rows.shape[:2]):
+        own = np.flatnonzero(rows[h, p])
+        out[:, h, p] = (values[:, own] * rows[h, p, own]).sum(axis=1)
+    return out
+
+
+def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
+    """Return harmonics (count, H + 1, 2), m, of a rigid casing's distortion.
+
+    H as of a ring of this discretization, and at least the distortion's lobes k.
+    """
+    casing, k = scene.engine.casing, scene.nodal_diameter
+    ring = casing.harmonics
+    if casing.discretization == "elements":
+        ring = casing.elements // 2
+    out = np.zeros((count, max(ring, k) + 1, 2))
+    shape = (scene.gap, k, casing.amplitude, casing.growth, casing.rise)
+    for n in range(count):
+        time = (n + 1) * stride * scene.solver.time_step
+        out[n, k, 0] = -rigid_amplitude(shape, time)
+    return out
