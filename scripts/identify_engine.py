@@ -52,7 +52,8 @@ from identify_space import (
 
 from hpcwhirl import open_results
 from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.store.reader import words
 
 BATCH = 24  # engines a campaign

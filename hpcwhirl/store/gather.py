@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.store.hdf5 import reason, writing
 from hpcwhirl.store.journal import Record, read_records, read_traces
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.schema import (
@@ -83,9 +84,8 @@ def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
     except WhirlError as failed:
         error = failed
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        told = getattr(failed, "strerror", None) or str(failed)
         error = MissingFileError(
-            f"cannot write {part.with_suffix('')}: {told.splitlines()[0]}"
+            f"cannot write {part.with_suffix('')}: {reason(failed)}"
         )
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
@@ -105,7 +105,7 @@ def _write_file(
     """Write the whole file alone, or with `comm` each rank its share of the cases."""
     options = {"driver": "mpio", "comm": comm} if comm is not None else {}
     rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
-    with h5py.File(part, "w", libver=("earliest", "v110"), **options) as file:
+    with writing(part, libver=("earliest", "v110"), **options) as file:
         _define(file, content, facts)
         _fill(file, content, range(rank, content.cases, size))
 
