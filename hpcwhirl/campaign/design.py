@@ -23,9 +23,16 @@ from hpcwhirl.scene import (
     flatten,
     load_document,
 )
-from hpcwhirl.scene.files import FILE, Value, resolve, scene_of_document, takes_list
+from hpcwhirl.scene.files import (
+    FILE,
+    PHYSICS_VERSION,
+    Value,
+    resolve,
+    scene_of_document,
+    takes_list,
+)
 from hpcwhirl.scene.inputs import anchored
-from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.plan import PHYSICS, Plan
 
 Settings = dict[str, Value]
 CONTENT = f"{FILE} (SHA-256)"  # in the plan: a changed file is a changed input
@@ -57,7 +64,8 @@ class Design:
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
-        content = {CONTENT: content_digest(file)} if file else {}
+        content: dict[str, Value] = {CONTENT: content_digest(file)} if file else {}
+        content[PHYSICS] = PHYSICS_VERSION
         return Plan(
             engine=self.base.engine.name,
             base=flatten(self.base) | content,

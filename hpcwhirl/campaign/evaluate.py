@@ -75,11 +75,13 @@ class Evaluator:
         self.limit = desk.policy.limit
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
+        self._digests: dict[int, str] = {}  # of the unit
 
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
         """Compute a unit and return the status of each of its cases."""
         cases = self.units[unit]
-        self.desk.running.begin(self._digest(case) for case in cases)
+        self._digests = {case: digest(self.design.cases[case]) for case in cases}
+        self.desk.running.begin(self._digests.values())
         done = self._together(cases, between_slices) if len(cases) > 1 else {}
         for case in cases:
             if case not in done:
@@ -90,7 +92,7 @@ class Evaluator:
         """Compute a batch; what it could not finish is left to be computed alone."""
         done: dict[int, str] = {}
         batch = self._batch(cases, between)
-        halfway, names = self.desk.halfway, [self._digest(case) for case in cases]
+        halfway, names = self.desk.halfway, [self._digests[case] for case in cases]
 
         def guard() -> None:
             for place, march in batch.aboard(lambda i, m: halfway.is_due(names[i], m)):
@@ -120,7 +122,7 @@ class Evaluator:
             Lanes(March(scenes[0], model)).advance(0)
 
         def begin(place: int, march: March) -> None:
-            self.desk.halfway.take_up(self._digest(cases[place]), march)
+            self.desk.halfway.take_up(self._digests[cases[place]], march)
 
         return Batch(scenes, len(scenes), model, begin, self.limit)
 
@@ -128,7 +130,7 @@ class Evaluator:
         """Keep what a lane has given: a result, or a case beyond its limit."""
         if march.done:
             return self._keep(case, result_of(march.scene, march.history()))
-        self.desk.halfway.save(self._digest(case), march)
+        self.desk.halfway.save(self._digests[case], march)
         return self._fail(case, late(march, self.limit), march.seconds)
 
     def _alone(self, case: int, between: Callable[[], None]) -> str:
@@ -139,7 +141,7 @@ class Evaluator:
             else:
                 scene, halfway = self.design.cases[case], self.desk.halfway
                 result = compute(
-                    scene, self._digest(case), halfway, self.limit, between
+                    scene, self._digests[case], halfway, self.limit, between
                 )
         except Stop:
             raise
@@ -150,7 +152,7 @@ class Evaluator:
         return self._keep(case, result)
 
     def _isolated(self, case: int, between: Callable[[], None]) -> Result:
-        name = self._digest(case)
+        name = self._digests[case]
         self.desk.halfway.kept.add(name)  # the child may have kept a state
         scene = self.design.cases[case]
         return self.desk.child.compute(scene, name, self.limit, between)
@@ -167,7 +169,7 @@ class Evaluator:
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
-            self.desk.halfway.drop(self._digest(case))
+            self.desk.halfway.drop(self._digests[case])
         self.told += 1
         if self.told <= MOST_TOLD:
             where = f"{self.where['host']}, rank {self.where['rank']}"
@@ -176,17 +178,14 @@ class Evaluator:
             say("further cases of this rank without a result are counted only")
         return status
 
-    def _digest(self, case: int) -> str:
-        return digest(self.design.cases[case])
-
     def _record(self, case: int) -> Record:
-        return {"case": case, "digest": self._digest(case)}
+        return {"case": case, "digest": self._digests[case]}
 
     def _keep(self, case: int, result: Result) -> str:
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
         self._append(record, result.traces)
-        self.desk.halfway.drop(self._digest(case))
+        self.desk.halfway.drop(self._digests[case])
         return "ok"
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:

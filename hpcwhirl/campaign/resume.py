@@ -137,4 +137,6 @@ def suspects(design: Design, folder: Path, left: Collection[int]) -> frozenset[i
     of its own: those that do it again are rows, the others were only bystanders.
     """
     count = crashes(folder)
+    if max(count.values(), default=0) < CRASHES:
+        return frozenset()
     return frozenset(i for i in left if count[digest(design.cases[i])] >= CRASHES)

@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.hdf5 import reason, writing
 from hpcwhirl.store.journal import Record, read_records, read_traces
 from hpcwhirl.store.plan import Plan, read_plan
@@ -271,6 +272,9 @@ def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
 def _inputs_of(plan: Plan, case: int) -> dict[str, Any]:
     """Return what is known of a case without a result: its inputs."""
     values = plan.base | plan.settings[case]
+    if values.get("revolutions"):
+        asked = values["duration"], values["revolutions"], values["speed"]
+        values["duration"] = end_time(*asked)
     short = {variable_name(dotted): value for dotted, value in values.items()}
     return {name: short[name] for name in ROW if name in short}
 
