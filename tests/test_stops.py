@@ -42,7 +42,8 @@ def test_signals_are_given_back_after_an_error():
 def test_the_clock_and_the_first_reason_count(monkeypatch):
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    stopping = Stopping(seconds=5.0)
+    stopping = Stopping()
+    stopping.watch(None, 5.0)
     now[0] = 104.9
     assert not stopping()
     now[0] = 105.0
@@ -55,7 +56,9 @@ def test_the_clock_and_the_first_reason_count(monkeypatch):
 def test_the_stop_file_is_looked_for_once_a_second(tmp_path, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    stopping, elsewhere = Stopping(tmp_path), Stopping()
+    stopping, elsewhere = Stopping(), Stopping()
+    stopping.watch(tmp_path, None)
+    elsewhere.watch(None, None)
     (tmp_path / "STOP").touch()
     now[0] = 100.9
     assert not stopping()

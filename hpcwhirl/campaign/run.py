@@ -10,8 +10,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,11 @@ def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
 
 
 def run_campaign(
-    design: Design, folder: Path, comm: Any = None, policy: Policy | None = None
+    design: Design,
+    folder: Path,
+    comm: Any = None,
+    policy: Policy | None = None,
+    stopping: Stopping | None = None,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -96,36 +100,37 @@ def run_campaign(
     folder : its directory
     comm : MPI communicator; None for one process
     policy : limits, retries, isolation; the same on every rank
-
-    Raises
-    ------
-    InputError
-        where a file STOP keeps the campaign stopped
+    stopping : that has taken over the signals already; None: while this runs
     """
     policy = policy or Policy()
     node = _node_of(comm)
-    looking = folder if node is None or node.rank == 0 else None
-    with Stopping(looking, policy.seconds) as stopping:
+    with ExitStack() as stack:
+        stopping = stopping or stack.enter_context(Stopping())
+        first = node is None or node.rank == 0
+        stopping.watch(folder if first else None, policy.seconds)
         work = _work(design, folder, comm, policy)
         with _desk(folder, work, comm, policy, stopping) as desk:
             complete, gave_up = _compute(design, work, desk, comm, node)
+        if complete:  # a signal does not interrupt what is left to do
+            return _conclude(design, folder, comm)
         reasons = [stopping.reason]
         reasons = comm.allgather(stopping.reason) if comm is not None else reasons
-    told = Ending(
+    return Ending(
         complete=False, cases=len(design.cases), failed=0, results=None,
-        reason=next(filter(None, reasons), ""),
+        reason=next(filter(None, reasons), ""), gave_up=gave_up,
     )  # fmt: skip
-    if not complete:
-        return replace(told, gave_up=gave_up)
+
+
+def _conclude(design: Design, folder: Path, comm: Any) -> Ending:
+    """Gather a campaign that has been computed; a full disk stops it here."""
+    cases, failed, results, told = len(design.cases), 0, None, ""
     try:
         results = gather(folder, facts_of(design, comm), comm)
-    except MissingFileError as failed:  # the same on every rank
-        return replace(told, reason=str(failed))
-    root = comm is None or comm.rank == 0
-    failed_cases = _count_failed(design, folder) if root else 0
-    return Ending(
-        complete=True, cases=len(design.cases), failed=failed_cases, results=results
-    )
+    except MissingFileError as error:  # the same on every rank
+        told = str(error)
+    if results and (comm is None or comm.rank == 0):
+        failed = _count_failed(design, folder)
+    return Ending(results is not None, cases, failed, results, told)
 
 
 @dataclass(frozen=True)

@@ -27,21 +27,26 @@ class Stopping:
     """Whether this process is to end; asked between slices.
 
     As a context it takes over TERM, USR1 and INT, and gives them back.
-
-    Parameters
-    ----------
-    folder : looked into for `STOP`; None: by another rank of this node
-    seconds : from now until this process is to end; None: no limit
     """
 
-    def __init__(
-        self, folder: Path | None = None, seconds: float | None = None
-    ) -> None:
+    def __init__(self) -> None:
         self.reason = ""
-        self._file = folder / FILE if folder else None
-        self._deadline = time.monotonic() + seconds if seconds is not None else None
-        self._looked = time.monotonic()
+        self._file: Path | None = None
+        self._deadline: float | None = None
+        self._looked = 0.0
         self._before: dict[int, Any] = {}
+
+    def watch(self, folder: Path | None, seconds: float | None) -> None:
+        """Watch a file and the clock, too.
+
+        Parameters
+        ----------
+        folder : looked into for `STOP`; None: by another rank of this node
+        seconds : from now until this process is to end; None: no limit
+        """
+        self._looked = time.monotonic()
+        self._file = folder / FILE if folder else None
+        self._deadline = self._looked + seconds if seconds is not None else None
 
     def ask(self, reason: str) -> None:
         """Ask this process, and with it the campaign, to end."""
@@ -77,7 +82,7 @@ class Stopping:
     ) -> None:
         """Give the signals back as they were."""
         for name, handler in self._before.items():
-            signal.signal(name, handler)
+            signal.signal(name, handler or signal.SIG_DFL)
         self._before.clear()
 
 
@@ -127,7 +132,7 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         finally:  # also where the last tick came just now
             signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
+            signal.signal(signal.SIGALRM, before or signal.SIG_DFL)
 
 
 def refuse_stop_file(folder: Path) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
-from hpcwhirl.campaign.stop import parse_walltime, time_left
+from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.cli.options import add_json, add_set, print_json
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
@@ -95,11 +95,16 @@ def _policy(args: argparse.Namespace, design: Design) -> Policy:
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on this process or on all ranks."""
     args.began = time.monotonic()
-    comm = communicator()
+    with Stopping() as stopping:  # to the end: a warning must not kill the gathering
+        return _guarded(args, communicator(), stopping)
+
+
+def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
+    """Run; where one of several ranks fails, end all of them."""
     if comm is None:
-        return _run(args, None)
+        return _run(args, None, stopping)
     try:
-        return _run(args, comm)
+        return _run(args, comm, stopping)
     except WhirlError as failed:
         print(f"hpcwhirl: error: {failed}", file=sys.stderr)
         code = WRONG_INPUT
@@ -111,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
     return code
 
 
-def _run(args: argparse.Namespace, comm: Any) -> int:
+def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     """Prepare on rank 0; share its error, so that one line is printed."""
     from hpcwhirl.campaign.run import run_campaign
 
@@ -133,7 +138,7 @@ def _run(args: argparse.Namespace, comm: Any) -> int:
     if policy.seconds is not None:  # the wall-time began with the command
         spent = time.monotonic() - args.began
         policy = replace(policy, seconds=policy.seconds - spent)
-    ending = run_campaign(design, args.out, comm, policy)
+    ending = run_campaign(design, args.out, comm, policy, stopping)
     code = _conclude(args, ending) if root else COMPLETE
     return int(comm.bcast(code, root=0)) if comm is not None else code
 
