@@ -267,6 +267,28 @@ def test_a_full_disk_ends_a_campaign_and_room_continues_it(disk, tmp_path, ranks
 
 
 @pytest.mark.slow
+def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
+    place, _ = disk
+    script = (
+        "import sys, numpy as np\n"
+        "from pathlib import Path\n"
+        "from hpcwhirl.store.hdf5 import reason, writing\n"
+        "try:\n"
+        "    with writing(Path(sys.argv[1])) as file:\n"
+        "        for i in range(60):\n"
+        "            data = file.create_dataset(f'v{i}', (20000,), 'f8')\n"
+        "            for k in range(0, 20000, 500):\n"
+        "                data[k : k + 500] = 1.0\n"
+        "except (OSError, RuntimeError) as failed:\n"
+        "    print(reason(failed))\n"
+    )
+    call = [sys.executable, "-c", script, place / "x.h5"]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout == "No space left on device\n"
+
+
+@pytest.mark.slow
 def test_a_disk_that_may_not_be_written_is_one_line(disk, tmp_path):
     place, _ = disk
     subprocess.run(["mount", "-o", "remount,ro", place], check=True)

@@ -8,8 +8,11 @@ temporary name, synced and renamed.
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
+import math
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -63,7 +66,7 @@ def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> 
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
     final, part = folder / RESULTS, folder / (RESULTS + ".part")
-    content = _agreed(partial(_Content, folder) if rank == 0 else None, part, comm)
+    content = _agreed(partial(_content, folder) if rank == 0 else None, part, comm)
     write = publish = None
     if parallel or rank == 0:
         told = {**facts, "gather": _how(parallel, size)}
@@ -145,9 +148,33 @@ class _Content:
         return found.pop() if len(found) == 1 else None
 
     @property
+    def size(self) -> int:
+        """Bytes of rows and traces, the least that the file will have."""
+        tables = (ROW | STATUS | PERFORMANCE).items()
+        row = sum(dtype(name, variable).itemsize for name, variable in tables)
+        traces = sum(8 * math.prod(s) for n, s in self.shapes.items() if n in TRACES)
+        return self.cases * (row + traces)
+
+    @property
     def sample_axis(self) -> str:
         """Name of the trace axis: `time` if all cases share it, else `sample`."""
         return "time" if self.interval is not None else "sample"
+
+
+def _content(folder: Path) -> _Content:
+    """Return what is to be written; raise before a byte is where there is no room.
+
+    MPI-IO cannot be told to end once a write of one rank has failed: others may wait
+    for that rank in a collective call. A quota, which no call tells, it meets still.
+    """
+    content = _Content(folder)
+    free = shutil.disk_usage(folder).free
+    if content.size > free:
+        need, have = content.size / 1e6, free / 1e6
+        why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
+        msg = f"cannot write {folder / RESULTS}: {why}"
+        raise MissingFileError(msg)
+    return content
 
 
 def variable_name(dotted: str) -> str:
