@@ -4,7 +4,7 @@
 
 A table on stdout, medians of this machine: keeping and taking up the state of a case
 of Table 2 after 0.5 s of engine time, noting a case as begun, beginning the process of
-isolated cases, and what a case of 10 ms of computing costs more in it.
+isolated cases, and what a case of some ms costs more in it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, digest, named_scene
 from hpcwhirl.store.running import Running
 
-SHORT = {"duration": 0.1, "time_step": 2e-6}
+SHORT = {"duration": 0.01, "time_step": 2e-6, "interval": 1e-3}
 
 
 def seconds(action: Callable[[], object], repeats: int) -> float:
