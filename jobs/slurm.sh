@@ -1,33 +1,59 @@
 #!/bin/bash
-# A campaign under Slurm: sbatch jobs/slurm.sh FILE.toml DIR
-# Adapt what is marked; see "On a cluster" in the README.
 #SBATCH --job-name=hpcwhirl
-#SBATCH --ntasks=32              # adapt
+#SBATCH --ntasks=32
 #SBATCH --cpus-per-task=1
-#SBATCH --time=04:00:00          # adapt
-#SBATCH --signal=B:USR1@120      # finish slices 2 minutes before the end
+#SBATCH --time=04:00:00
+#SBATCH --signal=B:USR1@120
 #SBATCH --requeue
 #SBATCH --open-mode=append
-set -euo pipefail
+#SBATCH --output=%x-%j.log
+# Printed by: hpcwhirl job slurm campaign.toml --script jobs/slurm.sh
+# Submit with: sbatch jobs/slurm.sh
 
-file=$1 out=$2
-# module load openmpi            # adapt: the MPI that mpi4py was built for
-# source /path/to/venv/bin/activate
+set -eo pipefail
+file=campaign.toml
+out=campaign
+ranks=32
+most_requeues=20
+# module load the MPI that mpi4py was built for (--module)
+# source VENV/bin/activate (--venv)
+
+set -u
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
-export NUMBA_CACHE_DIR=${NUMBA_CACHE_DIR:-$out/numba-cache}
-most_restarts=20
+mkdir -p "$out"
+# compiled once, kept for the next run; one rank a node fills it, all may write there
+export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 
-mpirun -n "$SLURM_NTASKS" hpcwhirl campaign "$file" --out "$out" &
+work=(hpcwhirl campaign "$file" --out "$out")
+
+# USR1: the time is nearly over; stop, keep all, come again.
+# TERM INT USR2: someone ended the job; stop, keep all, leave it at that.
+running='' again=yes
+# shellcheck disable=SC2317,SC2329  # the traps call it
+stop() {
+  caught=yes
+  [ -z "$running" ] || kill -USR1 "$running" || true
+}
+trap stop USR1
+trap 'again=no; stop' TERM INT USR2
+# USR2, which some schedulers send to all, must not kill the ranks
+(trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
 running=$!
-trap 'kill -USR1 "$running"' USR1 TERM
-code=0
-wait "$running" || code=$?
-while kill -0 "$running" 2>/dev/null; do  # a trapped signal ends only the wait
-  code=0
+while :; do  # a signal that is caught ends the wait, not what is waited for
+  caught=no code=0
   wait "$running" || code=$?
+  [ "$caught" = yes ] || break
 done
 
-if [ "$code" = 75 ] && [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_restarts" ]; then
-  scontrol requeue "$SLURM_JOB_ID"  # the same command continues where it stopped
+used_up() {
+  echo "hpcwhirl: started again $most_requeues times, and there is more to do:" \
+    "submit it once more" >&2
+}
+if [ "$code" = 75 ] && [ "$again" = yes ]; then  # there is more to do
+  if [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_requeues" ]; then
+    scontrol requeue "$SLURM_JOB_ID"
+  else
+    used_up
+  fi
 fi
 exit "$code"

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.craig_bampton import craig_bampton
+from hpcwhirl.reduction.model import casing_model, rotor_model
 from hpcwhirl.reduction.modes import modal_model, share_out
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.structure import bladed_disk, ring
@@ -159,3 +161,43 @@ def test_five_families_within_three_quarters_of_a_percent():  # Sec. 3.3
     # the paper says 0.75 %; missed by the k = 1 pair of 5F alone (1.08 %)
     assert np.sort(miss)[:-2].max() < 0.0075
     assert miss.max() < 0.011
+
+
+def test_a_suspension_of_its_own_damping_leaves_every_other_mode():
+    ratio, rest = 0.3, 0.01
+    model = rotor_model(Rotor(damping=rest, suspension_damping=ratio), 110)
+    odd = np.flatnonzero(model.ratios != rest)
+    assert list(model.ratios[odd]) == [ratio, ratio]
+    assert np.all(model.diameter[odd] == 1)
+    assert np.all(model.centre_share[odd] > 0.5)
+    undamped = rotor_model(Rotor(damping=rest, suspension_damping=0.0), 110)
+    assert np.array_equal(undamped.ratios == 0.0, model.ratios == ratio)
+    clamped = rotor_model(
+        Rotor(damping=rest, suspension_damping=ratio, centre="clamped"), 110
+    )
+    assert np.all(clamped.ratios == rest)
+
+
+@pytest.mark.parametrize("discretization", ["fourier", "elements"])
+def test_a_support_of_its_own_damping_damps_the_rigid_motion_of_the_ring(
+    discretization,
+):
+    casing = Casing(discretization=discretization, damping=0.02, support_damping=0.4)
+    model, _ = casing_model(casing, 0.5)
+    odd = np.flatnonzero(model.ratios != 0.02)
+    assert list(model.ratios[odd]) == [0.4, 0.4, 0.4]  # turning, and two translations
+    assert sorted(model.diameter[odd]) == [0, 1, 1]
+    np.testing.assert_allclose(model.omega[odd], casing.support_frequency, rtol=1e-2)
+
+
+def test_without_a_ratio_of_their_own_all_modes_are_damped_alike():
+    assert np.ndim(rotor_model(Rotor(), 110).damping) == 0
+    assert np.ndim(casing_model(Casing(), 0.5)[0].damping) == 0
+
+
+@pytest.mark.parametrize("value", [-0.5, -2.0, float("nan")])
+def test_a_negative_ratio_is_refused(value):
+    with pytest.raises(ValidationError):
+        Rotor(suspension_damping=value)
+    with pytest.raises(ValidationError):
+        Casing(support_damping=value)

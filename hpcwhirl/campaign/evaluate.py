@@ -179,7 +179,7 @@ class Evaluator:
         return status
 
     def _record(self, case: int) -> Record:
-        return {"case": case, "digest": self._digests[case]}
+        return {"case": case, "digest": self._digests[case], "ended": time.time()}
 
     def _keep(self, case: int, result: Result) -> str:
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.errors import InputError, unknown
 
 RETRIES = ("failed", "timeout", "crashed")
@@ -26,6 +27,7 @@ class Policy:
     max_fails : cases without a result after which this call ends; None: no limit
     isolate : whether each case is computed in a process of its own
     save_every : s of a case's computing between states kept of it
+    shard : compute this share alone; the last shard to end gathers
     """
 
     retry: frozenset[str] = frozenset()
@@ -35,6 +37,7 @@ class Policy:
     max_fails: int | None = None
     isolate: bool = False
     save_every: float = SAVE_EVERY
+    shard: Shard | None = None
 
     @property
     def limit(self) -> float:

@@ -38,7 +38,7 @@ Notice = Callable[[int, list[str]], None]
 def launched_ranks() -> int:
     """Return how many ranks a launcher says there are, without importing MPI."""
     sizes = [os.environ[name] for name in LAUNCHERS if name in os.environ]
-    if "PMIX_RANK" in os.environ or "PMI_RANK" in os.environ:
+    if {"PMIX_RANK", "PMI_RANK", "SLURM_PROCID"} & os.environ.keys():
         sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", "1"))
     return max([int(size) for size in sizes if size.isdigit()], default=1)
 

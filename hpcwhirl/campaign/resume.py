@@ -35,7 +35,10 @@ def prepare(design: Design, folder: Path) -> None:
     refuse_stop_file(folder)
     plan = design.plan()
     if (folder / NAME).exists():
-        check_same(read_plan(folder), plan, folder)
+        old = read_plan(folder)
+        check_same(old, plan, folder)
+        if old == plan:
+            return
     check_steps(design)
     write_plan(folder, plan)
 

@@ -23,8 +23,10 @@ from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
 from hpcwhirl.campaign.resume import suspects, to_do
+from hpcwhirl.campaign.shards import Shard, share
 from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
@@ -33,11 +35,13 @@ from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal, next_run, read_records
+from hpcwhirl.store.gather import RESULTS, gather
+from hpcwhirl.store.journal import Journal, claim_run, read_records
 from hpcwhirl.store.running import Running
 
-PROGRESS_EVERY = 5.0  # s
+PROGRESS_EVERY = 5.0  # s, at first
+PROGRESS_SHARE = 0.02  # of the time spent so far, later
+PROGRESS_RAREST = 300.0  # s
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
@@ -52,6 +56,7 @@ class Ending:
     results : the file
     reason : why it stopped early
     gave_up : whether it was for too many failures
+    left : cases of other shards that have no result yet
     """
 
     complete: bool
@@ -60,6 +65,7 @@ class Ending:
     results: Path | None
     reason: str = ""
     gave_up: bool = False
+    left: int = 0
 
 
 def predicted_steps(scene: Scene) -> float:
@@ -112,7 +118,7 @@ def run_campaign(
         with _desk(folder, work, comm, policy, stopping) as desk:
             complete, gave_up = _compute(design, work, desk, comm, node)
         if complete:  # a signal does not interrupt what is left to do
-            return _conclude(design, folder, comm)
+            return _conclude(design, folder, comm, policy.shard)
         reasons = [stopping.reason]
         reasons = comm.allgather(stopping.reason) if comm is not None else reasons
     return Ending(
@@ -121,16 +127,31 @@ def run_campaign(
     )  # fmt: skip
 
 
-def _conclude(design: Design, folder: Path, comm: Any) -> Ending:
+def _conclude(design: Design, folder: Path, comm: Any, shard: Shard | None) -> Ending:
     """Gather a campaign that has been computed; a full disk stops it here."""
-    cases, failed, results, told = len(design.cases), 0, None, ""
+    cases, failed, others, results, told = len(design.cases), 0, 0, None, ""
+    if comm is None or comm.rank == 0:
+        failed = _count_failed(design, folder, shard)
+        others = len(to_do(design, folder)) if shard else 0
+    others = comm.bcast(others, root=0) if comm is not None else others
+    if others:
+        return Ending(
+            complete=True, cases=cases, failed=failed, results=None, left=others
+        )
+    # Two shards that end at once both gather, each under a name of its own.
+    part = f"{RESULTS}.part-{shard.number}" if shard else f"{RESULTS}.part"
     try:
-        results = gather(folder, facts_of(design, comm), comm)
+        results = gather(folder, facts_of(design, comm), comm, part)
     except MissingFileError as error:  # the same on every rank
         told = str(error)
-    if results and (comm is None or comm.rank == 0):
-        failed = _count_failed(design, folder)
     return Ending(results is not None, cases, failed, results, told)
+
+
+def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
+    """Return the cases that a shard computes; without one, all."""
+    if shard is None:
+        return frozenset(range(len(design.cases)))
+    return share([predicted_steps(scene) for scene in design.cases], shard)
 
 
 @dataclass(frozen=True)
@@ -155,13 +176,14 @@ def _work(design: Design, folder: Path, comm: Any, policy: Policy) -> _Work:
     """Return the work of all ranks, as rank 0 finds it in the directory."""
     work = None
     if comm is None or comm.rank == 0:
-        left = to_do(design, folder, policy.retry)
+        mine = cases_of(design, policy.shard)
+        left = [case for case in to_do(design, folder, policy.retry) if case in mine]
         alone = suspects(design, folder, left)
         steps = {i: predicted_steps(design.cases[i]) for i in left}
         order = sorted(set(left) - alone, key=lambda i: (-steps[i], i))
         units = _units(design, order, comm.size if comm is not None else 1, policy)
         units += [(case,) for case in sorted(alone)]
-        work = _Work(units, alone, next_run(folder))
+        work = _Work(units, alone, claim_run(folder))
     shared = comm.bcast(work, root=0) if comm is not None else work
     if shared is None:
         msg = "rank 0 has shared no work"
@@ -215,9 +237,9 @@ def _ignore(unit: int, statuses: list[str]) -> None:
     del unit, statuses
 
 
-def _count_failed(design: Design, folder: Path) -> int:
+def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
     records = read_records(folder)
-    own = (records.get(digest(scene)) for scene in design.cases)
+    own = (records.get(digest(design.cases[case])) for case in cases_of(design, shard))
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
@@ -270,11 +292,14 @@ class _Report:
         self.work = sum(predicted_steps(design.cases[i]) for i in order)
         self.done = 0.0
         self.start = self.last = time.monotonic()
-        kept = len(design.cases) - len(order)
+        shard = desk.policy.shard
+        mine = len(cases_of(design, shard))
+        of = f" of {len(design.cases)} in shard {shard}" if shard else ""
+        kept = mine - len(order)
         already = f", {kept} already there" if kept else ""
         alone = len(desk.suspects)
         apart = f", {alone} of two crashes apart" if alone else ""
-        say(f"{len(design.cases)} cases{already}{apart}")
+        say(f"{mine} cases{of}{already}{apart}")
 
     @property
     def gave_up(self) -> bool:
@@ -290,12 +315,16 @@ class _Report:
             self.desk.stopping.ask(f"{self.failed} cases without a result")
         self.done += sum(predicted_steps(scene) for scene in cases)
         now = time.monotonic()
-        if now - self.last < PROGRESS_EVERY and self.finished < self.total:
+        spent = now - self.start
+        every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
+        if now - self.last < every and self.finished < self.total:
             return
         self.last = now
-        left = (now - self.start) * (self.work - self.done) / self.done
+        left = spent * (self.work - self.done) / self.done if self.done else 0.0
         bad = f", {self.failed} failed" if self.failed else ""
-        say(f"{self.finished} of {self.total} cases{bad}, {left:.0f} s left")
+        rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
+        progress = f"{self.finished} of {self.total} cases{bad}, {rate}"
+        say(f"{progress}, {duration_text(left)} left")
 
 
 def _git_state() -> str:

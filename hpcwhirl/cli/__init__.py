@@ -18,6 +18,8 @@ COMMANDS = {
     "classify": "name the regimes again with other thresholds",
     "map": "draw the regime map",
     "figures": "draw spectra, orbits, contributions, contacts, ledgers",
+    "job": "print a job script for slurm, pbs, lsf, sge or flux",
+    "doctor": "say what will break here, and how to mend it",
     "model": "modal table, critical speeds, time-step limits",
     "bench": "measure what a step costs on this core",
     "export-model": "write M, K, D and contact operators to HDF5",

@@ -13,6 +13,7 @@ from typing import Any
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
+from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.cli.options import add_json, add_set, print_json
 from hpcwhirl.errors import WhirlError
@@ -41,6 +42,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=["auto", "yes", "no"],
         default="auto",
         help="batches of four cases to a kernel: auto where they pay",
+    )
+    parser.add_argument(
+        "--shard",
+        metavar="I/N",
+        help="only the I-th of N shares, as an element of an array job; the last ends "
+        "with the results of all",
     )
     add_json(parser)
 
@@ -86,6 +93,7 @@ def _policy(args: argparse.Namespace, design: Design) -> Policy:
         retry=retries(args.retry),
         lanes={"auto": None, "yes": True, "no": False}[args.lanes],
         seconds=time_left(walltime),
+        shard=parse_shard(args.shard) if args.shard is not None else None,
     )
     names = ("case_limit", "max_fails", "isolate")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
@@ -151,7 +159,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     policy = _policy(args, design)
     check_folder(args.out)
     if args.dry_run:
-        _dry_run(args, design)
+        _dry_run(args, design, policy.shard)
         return design, policy
     aside = put_aside(args.out) if args.fresh else None
     if aside:
@@ -160,13 +168,14 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     return design, policy
 
 
-def _dry_run(args: argparse.Namespace, design: Design) -> None:
-    from hpcwhirl.campaign.run import predicted_steps, seconds_per_step
+def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
+    from hpcwhirl.campaign.run import cases_of, predicted_steps, seconds_per_step
 
-    steps = sum(predicted_steps(scene) for scene in design.cases)
-    cost = seconds_per_step(design.cases[0]) if design.cases else 0.0
+    mine = cases_of(design, shard)
+    steps = sum(predicted_steps(design.cases[case]) for case in sorted(mine))
+    cost = seconds_per_step(design.cases[0]) if mine else 0.0
     facts = {
-        "cases": len(design.cases),
+        "cases": len(mine),
         "swept": list(design.swept),
         "steps": steps,
         "microseconds_per_step": 1e6 * cost,
@@ -191,6 +200,8 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
             file=sys.stderr,
         )
         return FAILED if ending.gave_up else STOPPED
+    if ending.left:
+        return _conclude_shard(args, ending)
     if ending.failed:
         print(
             f"hpcwhirl: {ending.failed} of {ending.cases} cases failed; see `message` "
@@ -208,4 +219,17 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
     else:
         for path in (ending.results, *maps):
             print(path)
+    return FAILED if ending.failed else COMPLETE
+
+
+def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
+    """Tell that a shard is complete and others are not: they will gather."""
+    facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
+    if args.json:
+        print_json(facts | {"failed": ending.failed, "results": None})
+    else:
+        print(
+            f"shard {args.shard} is complete; {ending.left} of {ending.cases} cases "
+            "are left to other shards, the last of which gathers"
+        )
     return FAILED if ending.failed else COMPLETE

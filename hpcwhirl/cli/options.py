@@ -62,14 +62,15 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
 
 def print_json(facts: Mapping[str, Any]) -> None:
     """Print facts as strict JSON; a number that is not finite becomes null."""
-    print(json.dumps(_finite(facts), indent=2, allow_nan=False))
+    print(json.dumps(finite(facts), indent=2, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return facts with numbers that are not finite replaced by None."""
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     if hasattr(value, "item"):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

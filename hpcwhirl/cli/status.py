@@ -3,39 +3,153 @@
 from __future__ import annotations
 
 import argparse
-from collections import Counter
+import json
+import sys
+import time
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.cli.options import add_json, finite, print_json
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.progress import Progress
+
+EVERY = 5.0  # s between looks
+FEWEST = 0.2  # s
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument(
+        "--watch",
+        nargs="?",
+        const=EVERY,
+        type=float,
+        metavar="SECONDS",
+        help=f"look again every SECONDS (default {EVERY:g}) until nothing is left",
+    )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print done, failed, left, the core-hours spent and the words so far."""
-    from hpcwhirl.store.journal import read_records
-    from hpcwhirl.store.plan import read_plan
+    """Print done, failed, left, rate, ETA, busy share, core-hours, words so far."""
+    from hpcwhirl.campaign.progress import progress_of
+    from hpcwhirl.errors import InputError
 
-    plan, records = read_plan(args.folder), read_records(args.folder)
-    own = [records[d] for d in plan.digests if d in records]
-    done = [r for r in own if r["status"] == "ok"]
-    seconds = sum(r["performance"].get("seconds", 0.0) for r in own)
-    facts = {
-        "cases": len(plan.digests),
-        "done": len(done),
-        "failed": len(own) - len(done),
-        "left": len(plan.digests) - len(own),
-        "core_hours": seconds / 3600,
-        "regimes": dict(Counter(r["row"]["regime"] for r in done)),
-    }
+    if args.watch is not None and not FEWEST <= args.watch <= 1e6:
+        msg = f"--watch must be >= {FEWEST} s and <= 1e6 s, got {args.watch:g}"
+        raise InputError(msg)
+    found = progress_of(args.folder)
+    if args.watch is not None:
+        return _watch(args, found)
     if args.json:
-        print_json(facts)
+        print_json(asdict(found))
         return 0
-    for name, value in facts.items():
-        shown = f"{value:.3g}" if isinstance(value, float) else value
-        print(f"{name}: {shown}")
+    for name, value in _shown(found).items():
+        print(f"{name}: {value}")
     return 0
+
+
+def _watch(args: argparse.Namespace, found: Progress) -> int:
+    show = _Lines(as_json=args.json)
+    if sys.stdout.isatty() and not args.json:
+        show = _Screen()
+    try:
+        with show:
+            show(found)
+            while found.left:
+                time.sleep(args.watch)
+                found = _look(args.folder)
+                show(found)
+    except KeyboardInterrupt:
+        return 0
+    return 0
+
+
+def _look(folder: Path) -> Progress:
+    from hpcwhirl.campaign.progress import progress_of
+
+    return progress_of(folder)
+
+
+def _shown(found: Progress) -> dict[str, str]:
+    """Return {name: text} of what is known."""
+    from hpcwhirl.campaign.progress import duration_text
+
+    out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
+    if found.rate is not None and found.left:
+        out["ranks"] = str(found.ranks)
+        out["rate"] = f"{found.rate:.4g} cases/h"
+    if found.eta is not None and found.left:
+        out["left at this rate"] = duration_text(found.eta)
+    if found.busy is not None:
+        out["busy"] = f"{100 * found.busy:.1f} %"
+    out["core_hours"] = f"{found.core_hours:.3g}"
+    if found.core_hours_left is not None and found.left:
+        out["core_hours left"] = f"{found.core_hours_left:.3g}"
+    if found.idle_for is not None and found.left:
+        out["last case finished"] = f"{duration_text(found.idle_for)} ago"
+    words = (f"{n} {count}" for n, count in sorted(found.regimes.items()))
+    out["regimes"] = ", ".join(words) or "none yet"
+    return out
+
+
+class _Lines:
+    """A line a look: for logs and pipes, or one JSON object a line."""
+
+    def __init__(self, *, as_json: bool = False) -> None:
+        self.as_json = as_json
+
+    def __enter__(self) -> _Lines:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Nothing to put back."""
+
+    def __call__(self, found: Progress) -> None:
+        """Print one line at once."""
+        if self.as_json:
+            print(json.dumps(finite(asdict(found)), allow_nan=False), flush=True)
+            return
+        shown = _shown(found)
+        done = f"{found.done} of {found.cases} cases"
+        bad = [f"{found.failed} failed"] if found.failed else []
+        names = ("rate", "left at this rate", "busy", "last case finished")
+        parts = [
+            f"{n} {shown[n]}" if n != "rate" else shown[n] for n in names if n in shown
+        ]
+        print(", ".join([done, *bad, *parts]), flush=True)
+
+
+class _Screen(_Lines):
+    """A table with a bar, redrawn in place on a terminal."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        from rich.live import Live
+
+        self.live = Live(auto_refresh=False)
+
+    def __enter__(self) -> _Screen:
+        """Begin to draw."""
+        self.live.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """Leave the last table on the terminal."""
+        self.live.__exit__(*error)
+
+    def __call__(self, found: Progress) -> None:
+        """Draw anew."""
+        from rich.console import Group
+        from rich.progress_bar import ProgressBar
+        from rich.table import Table
+
+        table = Table.grid(padding=(0, 2))
+        for name, value in _shown(found).items():
+            table.add_row(name, value)
+        bar = ProgressBar(total=max(found.cases, 1), completed=found.cases - found.left)
+        self.live.update(Group(bar, table), refresh=True)

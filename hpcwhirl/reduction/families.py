@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
-SUSPENSION_SHARE = 0.5  # of the strain energy in the shaft's springs
 PAIR = 1e-8  # relative difference of frequencies that are one line
 
 

@@ -10,12 +10,18 @@ from numpy.typing import NDArray
 
 from hpcwhirl.reduction.foreign import rotor_from
 from hpcwhirl.reduction.harmonics import harmonic_model
-from hpcwhirl.reduction.modes import ModalModel, modal_model
+from hpcwhirl.reduction.modes import (
+    SUSPENSION_SHARE,
+    ModalModel,
+    modal_model,
+    with_ratio,
+)
 from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
 
 Floats = NDArray[np.float64]
+SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the support
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,13 @@ class Model:
 @lru_cache(maxsize=8)
 def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
     """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
+    model = _undivided(rotor, eta)
+    suspended = model.centre_share > SUSPENSION_SHARE
+    return with_ratio(model, suspended, rotor.suspension_damping)
+
+
+def _undivided(rotor: Rotor, eta: int) -> ModalModel:
+    """Return the reduced bladed disk, every mode damped alike."""
     disk = bladed_disk(rotor)
     if not rotor.mistuning:
         return modal_model(disk, rotor.damping, eta)
@@ -57,10 +70,15 @@ def casing_model(
     casing: Casing, radius: float
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the ring, not reduced, and its contact operator."""
+    operator: RingOperator | FourierOperator
     if casing.discretization == "fourier":
-        return harmonic_model(casing, radius)
-    structure, operator = ring(casing, radius)
-    return modal_model(structure, casing.damping), operator
+        model, operator = harmonic_model(casing, radius)
+    else:
+        structure, operator = ring(casing, radius)
+        model = modal_model(structure, casing.damping)
+    # The foundation holds omega_c1^2 / omega^2 of the strain energy of a mode.
+    carried = model.omega**2 < casing.support_frequency**2 / SUPPORT_SHARE
+    return with_ratio(model, carried, casing.support_damping), operator
 
 
 def model_of(scene: Scene) -> Model:

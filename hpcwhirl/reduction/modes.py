@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from hpcwhirl.structure import CyclicStructure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+SUSPENSION_SHARE = 0.5  # of a mode's strain energy in the shaft's springs: suspension
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,22 @@ class ModalModel:
         """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n)."""
         lift = self.mass @ self.shapes
         return (lift * (2 * self.ratios * self.omega)) @ lift.T
+
+
+def with_ratio(
+    model: ModalModel, chosen: NDArray[np.bool_], ratio: float
+) -> ModalModel:
+    """Return the body with a damping ratio of their own for some modes.
+
+    Parameters
+    ----------
+    model : the body
+    chosen : (m,), which modes
+    ratio : xi of those; negative: as they are
+    """
+    if ratio < 0.0 or not chosen.any():
+        return model
+    return replace(model, damping=np.where(chosen, ratio, model.ratios))
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -168,8 +169,10 @@ def _save(figure: Any, out: Path, stem: str) -> list[Path]:
     paths = [out / f"{stem}.png", out / f"{stem}.svg"]
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for path in paths:
-            figure.savefig(path, dpi=140)
+        for path in paths:  # whole or not at all: two shards may draw at once
+            part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
+            figure.savefig(part, dpi=140)
+            part.replace(path)
     except OSError as failed:
         msg = f"cannot write figures in {out}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None

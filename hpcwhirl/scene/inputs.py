@@ -19,6 +19,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Change = Annotated[float, Field(gt=-1, allow_inf_nan=False)]
+AS_THE_REST = -1.0  # of a damping ratio of its own: none
 MOST_STEPS = 1e13
 MOST_GAP = 10.0  # tip radii
 
@@ -26,6 +27,17 @@ MOST_GAP = 10.0  # tip radii
 def _as_tuple(value: Any) -> Any:
     """Return a list as the tuple that a frozen input keeps."""
     return tuple(value) if isinstance(value, list) else value
+
+
+def _own_ratio(value: float) -> float:
+    """Check a damping ratio that some modes may have of their own."""
+    if value < 0.0 and value != AS_THE_REST:
+        msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
+        raise ValueError(msg)
+    return value
+
+
+OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
 
 
 def anchored(file: str, folder: Path | str = "") -> str:
@@ -72,6 +84,9 @@ class Rotor(Inputs):
     centre: Literal["free", "clamped"] = Field("free", description="shaft centre")
     centre_stiffness: Positive = Field(3.4e7, description="k_o, N/m")
     damping: NonNegative = Field(0.0104, description="modal damping ratio")
+    suspension_damping: OwnRatio = Field(
+        AS_THE_REST, description="ratio of the suspension modes; -1: as damping"
+    )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = Field(
         (), description="relative change of each blade's Young's modulus, N numbers"
     )
@@ -115,6 +130,9 @@ class Casing(Inputs):
         14.6, description="foundation frequency omega_c1, rad/s"
     )
     damping: NonNegative = Field(0.064, description="modal damping ratio")
+    support_damping: OwnRatio = Field(
+        AS_THE_REST, description="ratio of the modes on the support; -1: as damping"
+    )
     amplitude: Finite = Field(0.0, description="rigid: distortion A0, m")
     growth: Finite = Field(0.0, description="rigid: sigma of A0 exp(sigma t), 1/s")
     rise: NonNegative = Field(1e-3, description="rigid: smooth rise of A0, s")
@@ -134,6 +152,12 @@ class Engine(Inputs):
     def _a_file_is_as_it_is(self) -> Self:
         if self.file and self.rotor.mistuning:
             msg = f"rotor.mistuning must be [] with a rotor from file, got {self.file}"
+            raise ValueError(msg)
+        if self.file and self.rotor.suspension_damping != AS_THE_REST:
+            msg = (
+                "rotor.suspension_damping must be -1 with a rotor from file, which "
+                f"tells no suspension, got {self.rotor.suspension_damping}"
+            )
             raise ValueError(msg)
         return self
 

@@ -47,7 +47,12 @@ def has_mpi_io() -> bool:
     return bool(h5py.get_config().mpi)
 
 
-def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> Path:
+def gather(
+    folder: Path,
+    facts: Mapping[str, str | float],
+    comm: Any = None,
+    part: str = RESULTS + ".part",
+) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
 
     Parameters
@@ -56,6 +61,7 @@ def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> 
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
         its first. Every rank must call. None: this process writes
+    part : temporary name, of its own for each of those that may gather at once
 
     Raises
     ------
@@ -65,17 +71,20 @@ def gather(folder: Path, facts: Mapping[str, str | float], comm: Any = None) -> 
     size = comm.size if comm is not None else 1
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
-    final, part = folder / RESULTS, folder / (RESULTS + ".part")
-    content = _agreed(partial(_content, folder) if rank == 0 else None, part, comm)
+    final, temporary = folder / RESULTS, folder / part
+    begin = partial(_content, folder) if rank == 0 else None
+    content = _agreed(begin, temporary, comm)
     write = publish = None
     if parallel or rank == 0:
         told = {**facts, "gather": _how(parallel, size)}
         content = comm.bcast(content, root=0) if parallel else content
-        write = partial(_write_file, part, content, told, comm if parallel else None)
-    _agreed(write, part, comm)
+        write = partial(
+            _write_file, temporary, content, told, comm if parallel else None
+        )
+    _agreed(write, temporary, comm)
     if rank == 0:
-        publish = partial(_publish, part, final)
-    _agreed(publish, part, comm)
+        publish = partial(_publish, temporary, final)
+    _agreed(publish, temporary, comm)
     return final
 
 

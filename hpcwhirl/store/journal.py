@@ -50,7 +50,7 @@ class Journal:
     """
 
     def __init__(self, folder: Path, run: int, rank: int) -> None:
-        name = f"{run:04d}-{rank:05d}"
+        name = journal_name(run, rank).removesuffix(".log")
         try:
             for part in ("journal", "traces"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
@@ -122,6 +122,37 @@ def next_run(folder: Path) -> int:
     return 1 + max((int(n) for n in names if n.isdigit()), default=0)
 
 
+def claim_run(folder: Path) -> int:
+    """Return a run number that no one else has or will get, and make its journal.
+
+    Shards of an array may begin at once, on several hosts: the journal of rank 0 is
+    made only where there was none, and who comes second takes the next number.
+
+    Raises
+    ------
+    MissingFileError
+        where the directory cannot be written
+    """
+    try:
+        (folder / "journal").mkdir(parents=True, exist_ok=True)
+        run = next_run(folder)
+        while True:
+            try:
+                (folder / "journal" / journal_name(run, 0)).touch(exist_ok=False)
+            except FileExistsError:
+                run += 1
+            else:
+                return run
+    except OSError as failed:
+        msg = f"cannot write in {folder}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+
+
+def journal_name(run: int, rank: int) -> str:
+    """Return the name of the journal of a rank of a run."""
+    return f"{run:04d}-{rank:05d}.log"
+
+
 def _lines(folder: Path) -> Iterator[Record]:
     for path in sorted((folder / "journal").glob("*.log")):
         with path.open("rb") as file:
@@ -129,6 +160,16 @@ def _lines(folder: Path) -> Iterator[Record]:
                 record = opened(line)
                 if record is not None:
                     yield record
+
+
+def read_journals(folder: Path) -> dict[str, list[Record]]:
+    """Return {journal: its whole lines in the order written}, oldest run first."""
+    found = {}
+    for path in sorted((folder / "journal").glob("*.log")):
+        with path.open("rb") as file:
+            lines = [opened(line) for line in file]
+        found[path.stem] = [record for record in lines if record is not None]
+    return found
 
 
 def read_records(folder: Path) -> dict[str, Record]:

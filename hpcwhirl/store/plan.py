@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -39,8 +41,8 @@ class Plan:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Replace a file whole or not at all."""
-    part = path.with_name(path.name + ".part")
+    """Replace a file whole or not at all; several may do so at once."""
+    part = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with part.open("w", encoding="utf-8") as file:
@@ -49,6 +51,8 @@ def write_text(path: Path, text: str) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError as failed:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
         msg = f"cannot write {path}: {failed.strerror}"
         raise MissingFileError(msg) from None
 

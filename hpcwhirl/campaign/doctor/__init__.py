@@ -1,0 +1,1 @@
+"""What will break on this machine, and how to mend it: `hpcwhirl doctor`."""

@@ -1,0 +1,172 @@
+"""What a rank can tell of its machine, MPI, libraries and directory."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import platform
+import shutil
+import socket
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import hpcwhirl
+from hpcwhirl.campaign.ranks import launched_ranks
+from hpcwhirl.dynamics.cache import cache_facts
+from hpcwhirl.store.libraries import hdf5_facts, mpi_libraries
+
+Facts = dict[str, Any]
+THREADS = (
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
+)  # fmt: skip
+LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
+PROBE = (
+    "import json; from hpcwhirl.campaign.doctor.facts import mpi_facts; "
+    "print(json.dumps(mpi_facts()))"
+)
+LIMIT = 60  # s, of a probe
+FAMILIES = {
+    "Open MPI": ("open mpi", "openrte", "prte"),
+    "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
+}
+
+
+def family(text: str) -> str:
+    """Return which MPI a library or launcher says it is of, or an empty text."""
+    low = text.lower()
+    known = (name for name, words in FAMILIES.items() if any(w in low for w in words))
+    return next(known, "")
+
+
+def alien_launcher() -> Facts | None:
+    """Return facts where this process must not start MPI: it would be aborted.
+
+    Open MPI's mpirun sets variables at which an MPICH library gives up; what is told
+    then is read from the library without starting it.
+    """
+    if "OMPI_COMM_WORLD_SIZE" not in os.environ:
+        return None
+    import mpi4py
+
+    mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    from mpi4py import MPI
+
+    told = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
+    if family(told) != "MPICH":
+        if not MPI.Is_initialized():
+            MPI.Init_thread()
+            atexit.register(MPI.Finalize)
+        return None
+    return {"mpi": told, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
+
+
+def mpi_facts() -> Facts:
+    """Start MPI here and return what it says of itself."""
+    from mpi4py import MPI
+
+    hdf5_facts()  # after MPI, as a campaign does: an alien libmpi shows beside it
+    return {
+        "mpi": MPI.Get_library_version().splitlines()[0].strip("\x00 "),
+        "mpi_libraries": mpi_libraries(),
+        "mpi_error": "",
+    }
+
+
+def world(launched: int) -> tuple[Any, Facts]:
+    """Return COMM_WORLD under a launcher that fits, else None; and what MPI says."""
+    alien = alien_launcher()
+    if alien is not None or launched == 1:
+        return None, alien or probed_mpi()
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD, mpi_facts()
+
+
+def probed_mpi() -> Facts:
+    """Return `mpi_facts` of a process of its own, since MPI may abort it."""
+    none: Facts = {"mpi": "", "mpi_libraries": []}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE], capture_output=True, text=True,
+            timeout=LIMIT, check=False, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return none | {"mpi_error": f"no answer in {LIMIT} s"}
+    try:
+        found: Facts = json.loads(done.stdout.splitlines()[-1])
+    except (IndexError, ValueError):
+        told = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        return none | {"mpi_error": told[-1]}
+    return found
+
+
+def launcher_facts() -> Facts:
+    """Return the mpirun on the path and what it says it is."""
+    path = shutil.which("mpirun") or shutil.which("mpiexec")
+    if path is None:
+        return {"mpirun": "", "mpirun_version": ""}
+    try:
+        done = subprocess.run(
+            [path, "--version"], capture_output=True, text=True,
+            timeout=LIMIT, check=False, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as failed:
+        return {"mpirun": path, "mpirun_version": f"does not start: {failed}"}
+    told = (done.stdout + done.stderr).split("\n\n")[0].splitlines()[:2]
+    return {"mpirun": path, "mpirun_version": " ".join(" ".join(told).split())}
+
+
+def vector_bits(flags: str) -> int:
+    """Return the vector width of a core from its flags in /proc/cpuinfo; 0: unknown."""
+    words = set(flags.split())
+    widths = {"avx512f": 512, "avx2": 256, "avx": 256, "sse2": 128, "asimd": 128}
+    return max((bits for flag, bits in widths.items() if flag in words), default=0)
+
+
+def machine_facts() -> Facts:
+    """Return host, cores, vector width, threads asked for, and versions."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    shown = dict(line.split(":", 1) for line in lines if ":" in line)
+    named = {key.strip(): value.strip() for key, value in shown.items()}
+    cores = (
+        sorted(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else list(range(os.cpu_count() or 1))
+    )
+    return {
+        "host": socket.gethostname(),
+        "cores": cores,
+        "cpu": named.get("model name", platform.processor()),
+        "vector_bits": vector_bits(named.get("flags", named.get("Features", ""))),
+        "threads": {name: os.environ[name] for name in THREADS if name in os.environ},
+        "versions": {
+            "hpcwhirl": hpcwhirl.__version__,
+            "python": platform.python_version(),
+            **{name: _version(name) for name in LIBRARIES},
+        },
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "missing"
+
+
+def rank_facts() -> Facts:
+    """Return all that one rank can tell without asking the others."""
+    return {
+        "launched": launched_ranks(),
+        **machine_facts(),
+        **hdf5_facts(),
+        **cache_facts(),
+    }

@@ -1,0 +1,211 @@
+"""From the facts of all ranks to findings, each with its remedy. Pure functions."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hpcwhirl.campaign.doctor.facts import family
+
+Facts = dict[str, Any]
+FINE, SLOW, BREAKS = "fine", "slow", "breaks"
+LEAST_FREE = 100e6  # bytes
+LITTLE_FREE = 5e9
+SITE = (
+    "build mpi4py with the site's compiler in an environment without an MPI wheel: "
+    "pip install --no-binary mpi4py mpi4py; or name the library: MPI4PY_LIBMPI=PATH"
+)
+HDF5 = (
+    "install an h5py built for parallel HDF5 and this MPI: HDF5_MPI=ON CC=mpicc "
+    "pip install --no-build-isolation --no-cache-dir --no-binary=h5py h5py"
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at.
+
+    Attributes
+    ----------
+    what : looked at
+    level : `FINE`, `SLOW` (works, but wastes time) or `BREAKS`
+    got : what was found
+    remedy : what to do; empty where it is fine
+    """
+
+    what: str
+    level: str
+    got: str
+    remedy: str = ""
+
+
+def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
+    """Return the findings.
+
+    Parameters
+    ----------
+    ranks : the facts of each rank, rank 0's first
+    size : of COMM_WORLD
+    """
+    made: list[Iterator[Finding]] = [
+        mpi(ranks[0]), launcher(ranks[0], size), same(ranks), hdf5(ranks[0]),
+        cores(ranks), threads(ranks), cache(ranks), directory(ranks),
+    ]  # fmt: skip
+    return [finding for part in made for finding in part]
+
+
+def mpi(facts: Facts) -> Iterator[Finding]:
+    """Look at MPI's library and at the mpirun on the path."""
+    if not facts["mpi"]:
+        level = BREAKS if facts["launched"] > 1 else SLOW
+        remedy = "for more than one process: pip install 'hpcwhirl[mpich]', or " + SITE
+        yield Finding("MPI", level, f"does not start: {facts['mpi_error']}", remedy)
+        return
+    libraries = ", ".join(facts["mpi_libraries"]) or "library unknown"
+    yield Finding("MPI", FINE, f"{facts['mpi']} ({libraries})")
+    if not facts["mpirun"]:
+        yield Finding("mpirun", SLOW, "none on the path", "load the MPI's module")
+        return
+    own, other = family(facts["mpi"]), family(facts["mpirun_version"])
+    got = f"{facts['mpirun']}: {facts['mpirun_version']}"
+    if own and other and own != other:
+        told = f"{got}, but mpi4py has {own}: its ranks would not see each other"
+        yield Finding("mpirun", BREAKS, told, SITE)
+    else:
+        yield Finding("mpirun", FINE, got)
+
+
+def launcher(facts: Facts, size: int) -> Iterator[Finding]:
+    """Compare what the launcher started with what MPI sees."""
+    launched = facts["launched"]
+    if launched == size:
+        yield Finding("ranks", FINE, f"{size}, as started")
+        return
+    got = f"the launcher started {launched}, MPI sees {size}"
+    remedy = "use the mpirun of mpi4py's MPI (see MPI above), or srun --mpi=pmix or "
+    yield Finding("ranks", BREAKS, got, remedy + "--mpi=pmi2; else " + SITE)
+
+
+def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at versions, which must be the same everywhere."""
+    kinds = Counter(str(facts["versions"]) for facts in ranks)
+    shown = " ".join(f"{n} {v}" for n, v in ranks[0]["versions"].items())
+    if len(kinds) == 1:
+        yield Finding("versions", FINE, shown)
+        return
+    odd = next(f for f in ranks if f["versions"] != ranks[0]["versions"])
+    other = " ".join(f"{n} {v}" for n, v in odd["versions"].items())
+    got = f"{shown} on {ranks[0]['host']}, {other} on {odd['host']}"
+    yield Finding("versions", BREAKS, got, "activate one environment on all nodes")
+
+
+def hdf5(facts: Facts) -> Iterator[Finding]:
+    """Look at parallel HDF5, and whether it belongs to mpi4py's MPI."""
+    got = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']}"
+    if not facts["mpi_io"]:
+        told = f"{got}, serial: rank 0 gathers, with equal results"
+        yield Finding("HDF5", FINE, told, "optional: " + HDF5)
+    elif len(facts["mpi_libraries"]) > 1:
+        told = f"{got}, parallel, for another MPI than mpi4py's: "
+        yield Finding("HDF5", BREAKS, told + ", ".join(facts["mpi_libraries"]), HDF5)
+    else:
+        yield Finding("HDF5", FINE, f"{got}, parallel: all ranks gather")
+
+
+def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at the cores that the ranks of each host may use, and their vectors."""
+    hosts: dict[str, list[Facts]] = {}
+    for facts in ranks:
+        hosts.setdefault(facts["host"], []).append(facts)
+    for host, own in hosts.items():
+        open_to = {core for facts in own for core in facts["cores"]}
+        bits = own[0]["vector_bits"] or "unknown"
+        got = (
+            f"{host}: {len(own)} ranks on {len(open_to)} cores, vectors of {bits} bits"
+        )
+        remedy = ""
+        if len(own) > len(open_to):
+            remedy = "start no more ranks than cores; mpirun may have bound them to "
+            remedy += "one core: --bind-to core (Open MPI), srun --cpus-per-task=1"
+        yield Finding("cores", SLOW if remedy else FINE, got, remedy)
+
+
+def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at thread variables: each rank needs one thread."""
+    many = {
+        f"{name}={value} on {facts['host']}"
+        for facts in ranks
+        for name, value in facts["threads"].items()
+        if value != "1"
+    }
+    if many:
+        remedy = "export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1"
+        yield Finding("threads", SLOW, ", ".join(sorted(many)), remedy)
+    else:
+        yield Finding("threads", FINE, "one a rank")
+
+
+def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at numba's cache: writable everywhere, and filled."""
+    closed = [facts for facts in ranks if not facts["cache_writable"]]
+    if closed:
+        got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
+        remedy = "export NUMBA_CACHE_DIR=a directory that all ranks may write"
+        yield Finding("numba cache", BREAKS, got, remedy)
+        return
+    count = min(facts["cache_kernels"] for facts in ranks)
+    got = f"{ranks[0]['cache']}, {count} compiled functions"
+    told = "" if count else ": the first start compiles for some 20 s"
+    yield Finding("numba cache", FINE, got + told)
+
+
+def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at the directory: written, seen and locked by all, and room in it."""
+    first = ranks[0]
+    place = f"{first['folder']} ({first['filesystem'] or 'unknown file system'})"
+    bad = next((facts for facts in ranks if not facts["writable"]), None)
+    if bad is not None:
+        got = f"{place} cannot be written on {bad['host']}"
+        yield Finding("directory", BREAKS, got, "choose another --out (here --dir)")
+        return
+    blind = next((facts for facts in ranks if not facts["seen"]), None)
+    if blind is not None:
+        got = f"{place}: a file of {first['host']} is not seen on {blind['host']}"
+        yield Finding("directory", BREAKS, got, "choose a shared file system for --out")
+        return
+    makers = sum(facts["exclusive"] for facts in ranks)
+    got = f"{place} is written and seen by all ranks"
+    yield Finding("directory", FINE, got)
+    if makers != 1:
+        got = f"{makers} ranks made the file that one alone may make"
+        remedy = "no array jobs (--shard) there: choose another file system"
+        yield Finding("exclusive files", BREAKS, got, remedy)
+    yield from locks(ranks)
+    yield from room(first)
+
+
+def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
+    """Look at file locks, which HDF5 takes unless it is told not to."""
+    told = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
+    off = ranks[0]["locking"].upper() in {"FALSE", "0", "BEST_EFFORT"}
+    variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"
+    wrong = sorted({word for word in told if word != "held"})
+    if not wrong:
+        yield Finding("file locks", FINE, f"kept by all ranks, {variable}")
+    elif off:
+        yield Finding("file locks", FINE, f"{', '.join(wrong)}, {variable}")
+    else:
+        remedy = "export HDF5_USE_FILE_LOCKING=FALSE, and gather from one job at a time"
+        yield Finding("file locks", BREAKS, f"{', '.join(wrong)}, {variable}", remedy)
+
+
+def room(facts: Facts) -> Iterator[Finding]:
+    """Look at the free space of the directory."""
+    free = facts["free"]
+    if free is None:
+        return
+    level = BREAKS if free < LEAST_FREE else SLOW if free < LITTLE_FREE else FINE
+    remedy = "make room: hpcwhirl campaign --dry-run predicts what is needed"
+    yield Finding("disk", level, f"{free / 1e9:.1f} GB free", remedy * (level != FINE))

@@ -1,0 +1,120 @@
+"""What a campaign needs of its directory, tried on all ranks at once."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import uuid
+from pathlib import Path
+from typing import Any
+
+Facts = dict[str, Any]
+
+
+def filesystem(path: Path, mounts: str) -> str:
+    """Return the type of the file system of a path.
+
+    Parameters
+    ----------
+    path : absolute
+    mounts : the text of /proc/mounts
+    """
+    best, kind = "", ""
+    for line in mounts.splitlines():
+        fields = line.split()
+        if len(fields) < 3:
+            continue
+        point = fields[1].replace("\\040", " ")
+        inside = path == Path(point) or Path(point) in path.parents
+        if inside and len(point) >= len(best):
+            best, kind = point, fields[2]
+    return kind
+
+
+def place_facts(folder: Path, comm: Any = None) -> Facts:
+    """Return what this rank finds in the directory; every rank must call.
+
+    The probe files have names of their own and are removed again.
+
+    Returns
+    -------
+    writable, seen, locks, exclusive, free, filesystem : `seen`: a file of rank 0 is
+        there on this rank; `locks`: ``held`` where a lock is kept against this rank,
+        ``not held``, or why there are none; `exclusive`: whether this rank made the
+        file that only one may make
+    """
+    rank = comm.rank if comm is not None else 0
+    name = f".hpcwhirl-doctor-{uuid.uuid4().hex}"
+    name = comm.bcast(name, root=0) if comm is not None else name
+    held, facts = None, _usage(folder)
+    if rank == 0:
+        held, facts["locks"] = _held(folder / name)
+    _meet(comm)
+    facts["seen"] = (folder / name).exists()
+    if rank != 0 or comm is None or comm.size == 1:
+        facts["locks"] = _tried(folder / name, facts.get("locks", ""))
+    facts["exclusive"] = _exclusive(folder / f"{name}-once")
+    _meet(comm)
+    if held is not None:
+        held.close()
+    if rank == 0:
+        for path in (folder / name, folder / f"{name}-once"):
+            path.unlink(missing_ok=True)
+    return facts
+
+
+def _meet(comm: Any) -> None:
+    if comm is not None:
+        comm.Barrier()
+
+
+def _usage(folder: Path) -> Facts:
+    try:
+        mounts = Path("/proc/mounts").read_text(encoding="utf-8")
+    except OSError:
+        mounts = ""
+    try:
+        free: int | None = shutil.disk_usage(folder).free
+    except OSError:
+        free = None
+    return {
+        "writable": folder.is_dir() and os.access(folder, os.W_OK | os.X_OK),
+        "free": free,
+        "filesystem": filesystem(folder.resolve(), mounts),
+    }
+
+
+def _held(path: Path) -> tuple[Any, str]:
+    """Make a file and lock it as HDF5 does; return it and ``held``, or why not."""
+    try:
+        file = path.open("w", encoding="utf-8")
+    except OSError as failed:
+        return None, str(failed.strerror)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as failed:
+        return file, str(failed.strerror)
+    return file, "held"
+
+
+def _tried(path: Path, known: str) -> str:
+    """Try to take the lock that rank 0 holds."""
+    if known and known != "held":
+        return known
+    try:
+        with path.open("r+", encoding="utf-8") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return "held"
+    except OSError as failed:
+        return str(failed.strerror)
+    return "not held"
+
+
+def _exclusive(path: Path) -> bool:
+    try:
+        path.touch(exist_ok=False)
+    except OSError:
+        return False
+    return True

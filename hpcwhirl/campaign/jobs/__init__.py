@@ -1,0 +1,1 @@
+"""Job scripts for the schedulers of clusters: `hpcwhirl job`."""

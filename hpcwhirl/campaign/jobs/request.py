@@ -1,0 +1,185 @@
+"""What a job script is asked to be, checked: nothing may break out of its place."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass, fields
+
+from hpcwhirl.campaign.shards import MOST, parse_shard
+from hpcwhirl.errors import InputError, unknown
+
+LAUNCHERS = {
+    "slurm": ("mpirun", "mpiexec", "srun"),
+    "pbs": ("mpirun", "mpiexec"),
+    "lsf": ("mpirun", "mpiexec"),
+    "sge": ("mpirun", "mpiexec"),
+    "flux": ("flux",),
+}
+WORD = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
+PLACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,:@/+=-]{0,199}")
+TIME = re.compile(r"(?:(\d{1,3})-)?(\d{1,3}):([0-5]\d):([0-5]\d)")
+WORDS = {"name": WORD, "partition": PLACE, "account": PLACE, "mpi": WORD, "pe": WORD}
+MOST_TASKS = 10_000_000
+LONGEST = 365 * 86400  # s
+
+
+@dataclass(frozen=True)
+class Request:
+    """A campaign as a job.
+
+    Attributes
+    ----------
+    scheduler : one of `LAUNCHERS`
+    file, out : campaign file and directory, as `hpcwhirl campaign` takes them
+    ntasks : ranks of the job, of each element of an array
+    time : time limit, ``[D-]HH:MM:SS``
+    nodes : to spread the ranks over; 0: as the scheduler likes
+    name : of the job
+    partition, account : queue and project; empty: the site's default
+    array : elements of an array job, a shard each; 0: no array
+    shard : ``I/N``, one shard as a job of its own
+    launcher : what starts the ranks; empty: the first of `LAUNCHERS`
+    mpi : for ``srun --mpi``; pe : parallel environment of Grid Engine
+    venv : virtual environment to activate
+    modules : environment modules to load, in this order
+    requeues : how often it may be started again while there is more to do
+    warning : s before the time limit at which the campaign is told to stop
+    script : where the script will lie; empty: unknown
+    """
+
+    scheduler: str
+    file: str
+    out: str = "campaign"
+    ntasks: int = 32
+    time: str = "04:00:00"
+    nodes: int = 0
+    name: str = "hpcwhirl"
+    partition: str = ""
+    account: str = ""
+    array: int = 0
+    shard: str = ""
+    launcher: str = ""
+    mpi: str = ""
+    pe: str = "mpi"
+    venv: str = ""
+    modules: tuple[str, ...] = ()
+    requeues: int = 20
+    warning: int = 120
+    script: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what could not be written down safely, or not be meant.
+
+        Raises
+        ------
+        InputError
+            what, got, allowed
+        """
+        if self.scheduler not in LAUNCHERS:
+            raise unknown("scheduler", self.scheduler, LAUNCHERS)
+        for name in ("file", "out", "venv", "script"):
+            _check_path(name, getattr(self, name))
+        for module in self.modules:
+            _check_path("--module", module)
+        for name, pattern in WORDS.items():
+            value = getattr(self, name)
+            if value and not pattern.fullmatch(value):
+                msg = f"--{name} must be letters, digits and {_allowed(pattern)}, "
+                raise InputError(msg + f"not first '-', got {value!r}")
+        self._check_numbers()
+        self._check_together()
+
+    def _check_numbers(self) -> None:
+        limits = {
+            "ntasks": (1, MOST_TASKS),
+            "nodes": (0, self.ntasks),
+            "requeues": (0, 1000),
+            "warning": (10, min(self.seconds - 1, 65535)),
+        }
+        for name, (least, most) in limits.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                msg = f"--{name} must be >= {least} and <= {most}, got {value}"
+                raise InputError(msg)
+        if self.array and not 2 <= self.array <= MOST:
+            msg = f"--array must be >= 2 and <= {MOST}, got {self.array}"
+            raise InputError(msg)
+
+    def _check_together(self) -> None:
+        """Refuse options that do not go with one another or with the scheduler."""
+        allowed = LAUNCHERS[self.scheduler]
+        if self.launcher and self.launcher not in allowed:
+            msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
+            raise InputError(f"{msg}, got {self.launcher!r}")
+        if self.mpi and self.starts_with != "srun":
+            msg = "--mpi is for --launcher srun"
+            raise InputError(msg)
+        if self.shard:
+            parse_shard(self.shard)
+        if self.shard and self.array:
+            msg = "--array makes the shards itself: leave --shard out"
+            raise InputError(msg)
+        if self.scheduler == "sge" and self.nodes:
+            msg = "--nodes: in Grid Engine the parallel environment decides, see --pe"
+            raise InputError(msg)
+        if self.scheduler == "flux" and self.array:
+            msg = f"flux batch has no arrays: print {self.array} jobs with --shard "
+            raise InputError(msg + f"1/{self.array} to {self.array}/{self.array}")
+        if self.scheduler == "pbs" and self.requeues and not self.script:
+            msg = "pbs needs --script PATH: the job submits PATH again while there is "
+            raise InputError(msg + "more to do (--requeues 0: it does not)")
+
+    @property
+    def starts_with(self) -> str:
+        """The launcher."""
+        return self.launcher or LAUNCHERS[self.scheduler][0]
+
+    @property
+    def seconds(self) -> int:
+        """Time limit, s."""
+        found = TIME.fullmatch(self.time)
+        if found is None:
+            msg = f"--time must be [D-]HH:MM:SS, got {self.time!r}"
+            raise InputError(msg)
+        days, hours, minutes, seconds = (int(part or 0) for part in found.groups())
+        total = ((24 * days + hours) * 60 + minutes) * 60 + seconds
+        if not 60 <= total <= LONGEST:
+            msg = f"--time must be >= 00:01:00 and <= 365-00:00:00, got {self.time}"
+            raise InputError(msg)
+        return total
+
+    @property
+    def per_node(self) -> int:
+        """Ranks of a node, the last one's may be fewer; 0 where nodes are not given."""
+        return -(-self.ntasks // self.nodes) if self.nodes else 0
+
+    def command(self) -> str:
+        """Return the command that prints this script again."""
+        words = ["hpcwhirl", "job", self.scheduler, self.file]
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in {"scheduler", "file"} or value == field.default:
+                continue
+            option = "--module" if field.name == "modules" else f"--{field.name}"
+            for one in value if isinstance(value, tuple) else (value,):
+                words += [option, str(one)]
+        return shlex.join(words)
+
+
+def _check_path(name: str, value: str) -> None:
+    what = name if name.startswith("--") or name == "file" else f"--{name}"
+    if name in {"file", "out", "--module"} and not value:
+        msg = f"{what} must not be empty"
+        raise InputError(msg)
+    odd = [character for character in value if not character.isprintable()]
+    if odd:
+        msg = f"{what} must have no line breaks or control characters, got {value!r}"
+        raise InputError(msg)
+    if value.startswith("-"):
+        msg = f"{what} must not begin with '-', got {value!r}"
+        raise InputError(msg)
+
+
+def _allowed(pattern: re.Pattern[str]) -> str:
+    return "_ . + -" if pattern is WORD else "_ . , : @ / + = -"

@@ -1,0 +1,249 @@
+"""What the schedulers differ in: directives, array index, and how a job comes again.
+
+Sources: man pages sbatch, srun and scontrol of Slurm 22.05; qsub(1B) and qrerun(1B) of
+OpenPBS; IBM's reference of bsub (-wa, -wt, -Q); sge_submit(1) and queue_conf(5) of Son
+of Grid Engine 8.1.9; flux-batch(1), and flux-core's issues 5105 and 6729 on signals.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hpcwhirl.campaign.jobs.request import Request
+
+Lines = list[str]
+
+
+@dataclass(frozen=True)
+class Scheduler:
+    """How one scheduler is spoken to.
+
+    Attributes
+    ----------
+    sentinel : what a directive's line begins with
+    submit : the command that takes the script, before its path
+    index : shell expression of an array element's number, from 1
+    directives : of a request, without the sentinel
+    launch : of a request, shell words that start the ranks
+    again : of a request, shell lines that bring the job back; they may exit
+    stop : shell command that tells the running ranks to stop
+    traps : signals that come before the limit, and those that end the job for good
+    opening : shell lines before all others
+    """
+
+    sentinel: str
+    submit: str
+    index: str
+    directives: Callable[[Request], Lines]
+    launch: Callable[[Request], str]
+    again: Callable[[Request], Lines]
+    stop: str = 'kill -USR1 "$running"'
+    traps: tuple[str, str] = ("USR1", "TERM INT USR2")
+    opening: tuple[str, ...] = ()
+
+
+def clock(seconds: int) -> str:
+    """Return a duration as H:MM:SS, hours without bound."""
+    minutes, rest = divmod(seconds, 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest:02d}"
+
+
+def _given(option: str, value: object) -> Lines:
+    return [f"{option}{value}"] if value else []
+
+
+def _mpirun(request: Request) -> str:
+    return f'{request.starts_with} -n "$ranks"'
+
+
+def _slurm(request: Request) -> Lines:
+    log = "%x-%A_%a.log" if request.array else "%x-%j.log"
+    return [
+        f"--job-name={request.name}",
+        f"--ntasks={request.ntasks}",
+        "--cpus-per-task=1",
+        *_given("--nodes=", request.nodes),
+        *_given("--ntasks-per-node=", request.per_node),
+        f"--time={clock(request.seconds)}",
+        *_given("--partition=", request.partition),
+        *_given("--account=", request.account),
+        *_given("--array=1-", request.array),
+        f"--signal=B:USR1@{request.warning}",
+        "--requeue",
+        "--open-mode=append",
+        f"--output={log}",
+    ]
+
+
+def _slurm_launch(request: Request) -> str:
+    if request.starts_with != "srun":
+        return _mpirun(request)
+    # All ranks end with 75 within moments of each other: the first must not have the
+    # others killed; but after a crash, what is left does not wait for ever.
+    options = "--kill-on-bad-exit=0 --wait=60"
+    return f'srun{f" --mpi={request.mpi}" if request.mpi else ""} {options} -n "$ranks"'
+
+
+def _slurm_again(request: Request) -> Lines:
+    # the first element's job number is the number of the whole array
+    own = '"$SLURM_JOB_ID"'
+    if request.array:
+        own = '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"'
+    return [
+        'if [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_requeues" ]; then',
+        f"  scontrol requeue {own}",
+        "else",
+        "  used_up",
+        "fi",
+    ]
+
+
+def _pbs(request: Request) -> Lines:
+    chunk = f"{request.ntasks}:ncpus=1:mpiprocs=1"
+    if request.nodes:
+        whole, rest = divmod(request.ntasks, request.per_node)
+        sizes = [(whole, request.per_node), (1, rest)]
+        parts = [f"{n}:ncpus={p}:mpiprocs={p}" for n, p in sizes if n * p]
+        chunk = "+".join(parts)
+    return [
+        "-S /bin/bash",
+        f"-N {request.name}",
+        f"-l select={chunk}",
+        f"-l walltime={clock(request.seconds)}",
+        *_given("-q ", request.partition),
+        *_given("-A ", request.account),
+        *_given("-J 1-", request.array),
+        "-j oe",
+        "-r y",
+    ]
+
+
+def _pbs_launch(request: Request) -> str:
+    # PBS has no warning: TERM comes with the limit, and KILL seconds later.
+    limit = request.seconds - request.warning
+    return f"timeout --foreground --preserve-status -s USR1 {limit} {_mpirun(request)}"
+
+
+def _pbs_again(request: Request) -> Lines:
+    if not request.script:
+        return ["used_up"]
+    own = '"HPCWHIRL_REQUEUES=$((used + 1))'
+    return [
+        "used=${HPCWHIRL_REQUEUES:-0}",
+        'if [ "$used" -lt "$most_requeues" ]; then',
+        "  # qrerun is for operators: a new job goes on, an array's element by itself",
+        f"  sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
+        f"    qsub -v {own}" + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
+        "else",
+        "  used_up",
+        "fi",
+    ]
+
+
+def _lsf(request: Request) -> Lines:
+    name = f'"{request.name}[1-{request.array}]"' if request.array else request.name
+    minutes = -(-request.seconds // 60)
+    return [
+        f"-J {name}",
+        f"-n {request.ntasks}",
+        *_given('-R "span[ptile=', f'{request.per_node}]"' if request.nodes else ""),
+        f"-W {minutes // 60}:{minutes % 60:02d}",
+        *_given("-q ", request.partition),
+        *_given("-P ", request.account),
+        f"-wt {-(-request.warning // 60)}",
+        "-wa USR1",
+        *_given("-Q ", '"75"' if request.requeues else ""),
+        "-r",
+        f"-o {request.name}-%J{'-%I' if request.array else ''}.log",
+    ]
+
+
+def _sge(request: Request) -> Lines:
+    soft = clock(request.seconds - request.warning)
+    return [
+        "-S /bin/bash",
+        "-cwd",
+        f"-N {request.name}",
+        f"-pe {request.pe} {request.ntasks}",
+        f"-l h_rt={clock(request.seconds)},s_rt={soft}",
+        *_given("-q ", request.partition),
+        *_given("-P ", request.account),
+        *_given("-t 1-", request.array),
+        "-notify",
+        "-r y",
+        "-j y",
+    ]
+
+
+def _counted(job: str, code: int) -> Callable[[Request], Lines]:
+    """Return how a job comes again by its exit code, counted in a file of its own."""
+
+    def again(request: Request) -> Lines:
+        del request
+        return [
+            f'count="$out/requeues-{job}"',
+            'used=$(cat "$count" 2>/dev/null || echo 0)',
+            'if [ "$used" -lt "$most_requeues" ]; then',
+            '  echo "$((used + 1))" >"$count"',
+            f"  exit {code}",
+            "fi",
+            "used_up",
+            "code=1  # not 75: that would bring it back",
+        ]
+
+    return again
+
+
+def _flux(request: Request) -> Lines:
+    return [
+        f"--job-name={request.name}",
+        f"--nslots={request.ntasks}",
+        *_given("--nodes=", request.nodes),
+        f"--time-limit={request.seconds}s",
+        *_given("--queue=", request.partition),
+        *_given("--bank=", request.account),
+        f"--signal=USR1@{request.warning}s",
+        f"--output={request.name}-{{{{id}}}}.log",
+    ]
+
+
+def _flux_again(request: Request) -> Lines:
+    script = shlex.quote(request.script) if request.script else '"$0"'
+    return [
+        "used=${HPCWHIRL_REQUEUES:-0}",
+        'if [ "$used" -lt "$most_requeues" ]; then',
+        "  export HPCWHIRL_REQUEUES=$((used + 1))",
+        f"  flux --parent batch {script}",
+        "else",
+        "  used_up",
+        "fi",
+    ]
+
+
+SCHEDULERS = {
+    "slurm": Scheduler(
+        "#SBATCH ", "sbatch", "$SLURM_ARRAY_TASK_ID",
+        _slurm, _slurm_launch, _slurm_again,
+    ),
+    "pbs": Scheduler(
+        "#PBS ", "qsub", "${PBS_ARRAY_INDEX:-$HPCWHIRL_SHARD}",
+        _pbs, _pbs_launch, _pbs_again,
+        opening=('cd "$PBS_O_WORKDIR"',),
+    ),
+    "lsf": Scheduler(
+        "#BSUB ", "bsub <", "$LSB_JOBINDEX",
+        _lsf, _mpirun, _counted("${LSB_JOBID}_${LSB_JOBINDEX:-0}", 75),
+    ),
+    "sge": Scheduler(
+        "#$ ", "qsub", "$SGE_TASK_ID",
+        _sge, _mpirun, _counted("${JOB_ID}_$SGE_TASK_ID", 99),
+    ),
+    "flux": Scheduler(
+        "# flux: ", "flux batch", "",
+        _flux, lambda _: 'flux run -n "$ranks"', _flux_again,
+        # Flux itself hands USR1 on to the ranks; flux run would end of it.
+        stop='[ "$again" = yes ] || flux cancel --all', traps=("USR1", "TERM INT HUP"),
+    ),
+}  # fmt: skip

@@ -1,0 +1,170 @@
+"""How far a campaign is, told from its plan and its journals alone."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.store.journal import Record, read_journals, read_records
+from hpcwhirl.store.plan import Plan, read_plan
+
+PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone
+LEAST_PATIENCE = 60.0  # s
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a campaign.
+
+    Attributes
+    ----------
+    cases, done, failed, left : numbers of cases
+    ranks : that finished a case lately; each is computing one now, or a batch
+    rate : cases/h of these ranks; None before the first of them
+    eta : s until nothing is left at that rate, by predicted cost; None if unknown
+    busy : share of the time of these ranks spent in the kernel, up to their last case
+    core_hours, core_hours_left : in the kernel; spent includes cases computed twice
+    idle_for : s since a case was last finished; None before the first
+    regimes : {word: cases}
+    """
+
+    cases: int
+    done: int
+    failed: int
+    left: int
+    ranks: int
+    rate: float | None
+    eta: float | None
+    busy: float | None
+    core_hours: float
+    core_hours_left: float | None
+    idle_for: float | None
+    regimes: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Worker:
+    """One rank of one run, as its journal shows it."""
+
+    begun: float
+    ended: float
+    seconds: float
+    work: float
+    cases: int
+
+    @property
+    def span(self) -> float:
+        """Wall time from its beginning to its last finished case, s."""
+        return max(self.ended - self.begun, 1e-9)
+
+
+def worker_of(lines: Sequence[Record], work: Mapping[str, float]) -> Worker | None:
+    """Return what a journal tells of its rank; None where it tells no times.
+
+    A core cannot compute more than the clock allows: the rank began no later than
+    any case's end less all seconds computed until then, and the earliest of these is
+    taken for its beginning.
+
+    Parameters
+    ----------
+    lines : records of one journal
+    work : {digest: predicted steps} of the plan's cases
+    """
+    timed = sorted((r for r in lines if "ended" in r), key=lambda r: float(r["ended"]))
+    if not timed:
+        return None
+    begun, seconds = math.inf, 0.0
+    for record in timed:
+        seconds += seconds_of(record)
+        begun = min(begun, record["ended"] - seconds)
+    return Worker(
+        begun,
+        timed[-1]["ended"],
+        seconds,
+        sum(work.get(r["digest"], 0.0) for r in timed),
+        len(timed),
+    )
+
+
+def seconds_of(record: Record) -> float:
+    """Return the seconds that a case took."""
+    return float(record.get("performance", {}).get("seconds", 0.0))
+
+
+def predicted_work(plan: Plan) -> dict[str, float]:
+    """Return {digest: steps} of each case; one each where the step is not an input."""
+    work = {}
+    for digest, settings in zip(plan.digests, plan.settings, strict=True):
+        values: Mapping[str, Any] = plan.base | settings
+        end = float(values.get("duration", 0.0))
+        if values.get("revolutions", 0.0):
+            end = values["revolutions"] * 2 * math.pi / abs(values["speed"])
+        work[digest] = end / float(values.get("solver.time_step", 1.0))
+    unknown = any((plan.base | s).get("solver.accuracy") for s in plan.settings)
+    return dict.fromkeys(work, 1.0) if unknown else work
+
+
+def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
+    """Return the ranks that finished a case about as lately as the last one did."""
+    last = max((w.ended for w in workers), default=0.0)
+    patience = max(LEAST_PATIENCE, PATIENCE * longest)
+    return [w for w in workers if last - w.ended <= patience]
+
+
+def progress_of(folder: Path, now: float | None = None) -> Progress:
+    """Return the progress of a campaign directory.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    now : s since 1970; None: this moment
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where it is no campaign directory, or its plan is damaged
+    """
+    plan, journals = read_plan(folder), read_journals(folder)
+    records = read_records(folder)
+    own = [records[d] for d in plan.digests if d in records]
+    done = [r for r in own if r["status"] == "ok"]
+    work = predicted_work(plan)
+    lines = [r for journal in journals.values() for r in journal if "digest" in r]
+    workers = [worker_of(journal, work) for journal in journals.values()]
+    known = [w for w in workers if w is not None]
+    at_work = active(known, max(map(seconds_of, lines), default=0.0))
+    left_work = sum(work[d] for d in plan.digests if d not in records)
+    seconds, span = sum(w.seconds for w in at_work), sum(w.span for w in at_work)
+    pace = sum(w.work / w.span for w in at_work)
+    done_work = sum(w.work for w in known)
+    spent = sum(map(seconds_of, lines))
+    last = max((w.ended for w in known), default=None)
+    left = len(plan.digests) - len(own)
+    return Progress(
+        cases=len(plan.digests),
+        done=len(done),
+        failed=len(own) - len(done),
+        left=left,
+        ranks=len(at_work),
+        rate=3600 * sum(w.cases / w.span for w in at_work) if at_work else None,
+        eta=left_work / pace if pace else (0.0 if not left else None),
+        busy=seconds / span if at_work else None,
+        core_hours=spent / 3600,
+        core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
+        idle_for=(time.time() if now is None else now) - last if last else None,
+        regimes=dict(Counter(r["row"]["regime"] for r in done)),
+    )
+
+
+def duration_text(seconds: float) -> str:
+    """Return a duration as people write it: ``42 s``, ``3 min``, ``5 h 20 min``."""
+    whole = round(seconds)
+    if whole < 120:
+        return f"{whole} s"
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min"

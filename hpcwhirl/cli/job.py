@@ -1,0 +1,90 @@
+"""`hpcwhirl job`: a job script for a cluster's scheduler."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
+from hpcwhirl.errors import InputError, MissingFileError
+
+TEXTS = {
+    "out": ("DIR", "directory of the campaign (default campaign)"),
+    "time": ("[D-]HH:MM:SS", "time limit of the job (default 04:00:00)"),
+    "name": ("NAME", "name of the job (default hpcwhirl)"),
+    "partition": ("NAME", "partition or queue"),
+    "account": ("NAME", "account, project or bank"),
+    "shard": ("I/N", "only this share of the campaign"),
+    "launcher": ("NAME", "mpirun, mpiexec, srun or flux; what the scheduler allows"),
+    "mpi": ("NAME", "for srun --mpi, e.g. pmix or pmi2"),
+    "pe": ("NAME", "parallel environment of Grid Engine (default mpi)"),
+    "venv": ("DIR", "virtual environment to activate"),
+    "script": ("PATH", "write the script there instead of printing it"),
+}
+NUMBERS = {
+    "ntasks": "ranks, of each element of an array (default 32)",
+    "nodes": "nodes to spread the ranks over",
+    "array": "an array job of so many shards",
+    "requeues": "how often it may come again while there is more to do (default 20)",
+    "warning": "seconds before the limit at which it stops (default 120)",
+}
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(LAUNCHERS)}"
+    )
+    parser.add_argument("file", metavar="FILE.toml", help="campaign")
+    defaults = Request.__dataclass_fields__
+    for name, (shape, meaning) in TEXTS.items():
+        default = defaults[name].default
+        parser.add_argument(f"--{name}", default=default, metavar=shape, help=meaning)
+    for name, meaning in NUMBERS.items():
+        default = defaults[name].default
+        parser.add_argument(
+            f"--{name}", type=int, default=default, metavar="N", help=meaning
+        )
+    parser.add_argument(
+        "--module",
+        action="append",
+        default=[],
+        dest="modules",
+        metavar="NAME",
+        help="environment module to load; repeatable",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the script, or write it to the path it is to lie at."""
+    from hpcwhirl.campaign.jobs.schedulers import SCHEDULERS
+    from hpcwhirl.campaign.jobs.script import job_script
+
+    values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
+    request = Request(**(values | {"modules": tuple(args.modules)}))
+    text = job_script(request)
+    if not request.script:
+        sys.stdout.write(text)
+        return 0
+    _write(Path(request.script), text)
+    print(f"{SCHEDULERS[request.scheduler].submit} {request.script}")
+    return 0
+
+
+def _write(path: Path, text: str) -> None:
+    """Write the script; only a script that was printed before is replaced."""
+    from hpcwhirl.campaign.jobs.script import PRINTED
+    from hpcwhirl.store.plan import write_text
+
+    try:
+        old = path.read_text(encoding="utf-8") if path.exists() else PRINTED
+    except (OSError, UnicodeDecodeError):
+        old = ""
+    if path.is_dir():
+        msg = f"cannot write {path}: it is a directory"
+        raise MissingFileError(msg)
+    if PRINTED not in old:
+        msg = f"--script {path}: there is a file that is no job script; it is kept"
+        raise InputError(msg)
+    write_text(path, text)

@@ -1,0 +1,32 @@
+"""Which HDF5 is in use here, and which MPI libraries it brought along."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+
+def hdf5_facts() -> dict[str, Any]:
+    """Return versions, whether HDF5 is parallel, and its locking variable."""
+    return {
+        "h5py": h5py.version.version,
+        "hdf5": h5py.version.hdf5_version,
+        "mpi_io": bool(h5py.get_config().mpi),
+        "locking": os.environ.get("HDF5_USE_FILE_LOCKING", ""),
+    }
+
+
+def mpi_libraries() -> list[str]:
+    """Return the real paths of the MPI libraries mapped into this process."""
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+    paths = {line.split(maxsplit=5)[5] for line in lines if len(line.split()) > 5}
+    named = (
+        path for path in paths if Path(path).name.startswith(("libmpi.", "libmpich."))
+    )
+    return sorted({os.path.realpath(path) for path in named})

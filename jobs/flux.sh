@@ -1,0 +1,58 @@
+#!/bin/bash
+# flux: --job-name=hpcwhirl
+# flux: --nslots=32
+# flux: --time-limit=14400s
+# flux: --signal=USR1@120s
+# flux: --output=hpcwhirl-{{id}}.log
+# Printed by: hpcwhirl job flux campaign.toml --script jobs/flux.sh
+# Submit with: flux batch jobs/flux.sh
+
+set -eo pipefail
+file=campaign.toml
+out=campaign
+ranks=32
+most_requeues=20
+# module load the MPI that mpi4py was built for (--module)
+# source VENV/bin/activate (--venv)
+
+set -u
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+mkdir -p "$out"
+# compiled once, kept for the next run; one rank a node fills it, all may write there
+export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
+
+work=(hpcwhirl campaign "$file" --out "$out")
+
+# USR1: the time is nearly over; stop, keep all, come again.
+# TERM INT HUP: someone ended the job; stop, keep all, leave it at that.
+running='' again=yes
+# shellcheck disable=SC2317,SC2329  # the traps call it
+stop() {
+  caught=yes
+  [ -z "$running" ] || [ "$again" = yes ] || flux cancel --all || true
+}
+trap stop USR1
+trap 'again=no; stop' TERM INT HUP
+# USR2, which some schedulers send to all, must not kill the ranks
+(trap '' USR2; exec flux run -n "$ranks" "${work[@]}") &
+running=$!
+while :; do  # a signal that is caught ends the wait, not what is waited for
+  caught=no code=0
+  wait "$running" || code=$?
+  [ "$caught" = yes ] || break
+done
+
+used_up() {
+  echo "hpcwhirl: started again $most_requeues times, and there is more to do:" \
+    "submit it once more" >&2
+}
+if [ "$code" = 75 ] && [ "$again" = yes ]; then  # there is more to do
+  used=${HPCWHIRL_REQUEUES:-0}
+  if [ "$used" -lt "$most_requeues" ]; then
+    export HPCWHIRL_REQUEUES=$((used + 1))
+    flux --parent batch jobs/flux.sh
+  else
+    used_up
+  fi
+fi
+exit "$code"

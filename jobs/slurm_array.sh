@@ -1,0 +1,62 @@
+#!/bin/bash
+#SBATCH --job-name=hpcwhirl
+#SBATCH --ntasks=32
+#SBATCH --cpus-per-task=1
+#SBATCH --time=04:00:00
+#SBATCH --array=1-8
+#SBATCH --signal=B:USR1@120
+#SBATCH --requeue
+#SBATCH --open-mode=append
+#SBATCH --output=%x-%A_%a.log
+# Printed by: hpcwhirl job slurm campaign.toml --array 8 --script jobs/slurm_array.sh
+# Submit with: sbatch jobs/slurm_array.sh
+
+set -eo pipefail
+file=campaign.toml
+out=campaign
+ranks=32
+most_requeues=20
+# module load the MPI that mpi4py was built for (--module)
+# source VENV/bin/activate (--venv)
+
+set -u
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+mkdir -p "$out"
+# compiled once, kept for the next run; one rank a node fills it, all may write there
+export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
+
+work=(hpcwhirl campaign "$file" --out "$out")
+shard=$SLURM_ARRAY_TASK_ID
+work+=(--shard "$shard/8")
+
+# USR1: the time is nearly over; stop, keep all, come again.
+# TERM INT USR2: someone ended the job; stop, keep all, leave it at that.
+running='' again=yes
+# shellcheck disable=SC2317,SC2329  # the traps call it
+stop() {
+  caught=yes
+  [ -z "$running" ] || kill -USR1 "$running" || true
+}
+trap stop USR1
+trap 'again=no; stop' TERM INT USR2
+# USR2, which some schedulers send to all, must not kill the ranks
+(trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
+running=$!
+while :; do  # a signal that is caught ends the wait, not what is waited for
+  caught=no code=0
+  wait "$running" || code=$?
+  [ "$caught" = yes ] || break
+done
+
+used_up() {
+  echo "hpcwhirl: started again $most_requeues times, and there is more to do:" \
+    "submit it once more" >&2
+}
+if [ "$code" = 75 ] && [ "$again" = yes ]; then  # there is more to do
+  if [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_requeues" ]; then
+    scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+  else
+    used_up
+  fi
+fi
+exit "$code"

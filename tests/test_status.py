@@ -1,0 +1,154 @@
+"""How far a campaign is: from plan and journals alone, and never more than is known."""
+
+import json
+
+import pytest
+
+from hpcwhirl.campaign.progress import duration_text, progress_of
+from hpcwhirl.cli import main
+from hpcwhirl.cli import status as status_command
+from hpcwhirl.store.journal import Journal
+from hpcwhirl.store.plan import Plan, write_plan
+
+BEGUN = 1.7e9  # s since 1970
+LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
+BASE = {"duration": 1.0, "revolutions": 0.0, "speed": 400.0, "solver.time_step": 1e-6}
+
+
+def record(case, ended, seconds, status="ok"):
+    performance = {"seconds": seconds, "rank": 0, "host": "node"}
+    row = {"row": {"regime": "damped"}} if status == "ok" else {}
+    made = {"case": case, "digest": f"d{case}", "status": status, "message": ""}
+    return made | row | {"performance": performance, "ended": BEGUN + ended}
+
+
+def plan(folder):
+    settings = [{"duration": length} for length in LENGTHS]
+    digests = [f"d{case}" for case in range(len(LENGTHS))]
+    write_plan(folder, Plan("e", BASE, ["duration"], digests, settings, "0"))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Two ranks from BEGUN on: 10 s for each second of engine time; the first idles."""
+    plan(tmp_path)
+    with Journal(tmp_path, 1, 0) as zero, Journal(tmp_path, 1, 1) as one:
+        zero.append(record(0, 40.0, 40.0), {})
+        zero.append(record(2, 80.0, 20.0), {})
+        one.append(record(1, 30.0, 30.0, "failed"), {})
+    return tmp_path
+
+
+def test_counts_are_those_of_the_journals(folder):
+    found = progress_of(folder, BEGUN + 90.0)
+    assert (found.cases, found.done, found.failed, found.left) == (6, 2, 1, 3)
+    assert found.regimes == {"damped": 2}
+    assert found.idle_for == pytest.approx(10.0)
+    assert found.ranks == 2
+
+
+def test_rate_time_and_core_hours_left_follow_from_what_was_computed(folder):
+    found = progress_of(folder, BEGUN + 90.0)
+    assert found.rate == pytest.approx(3600 * (2 / 80 + 1 / 30))
+    assert found.eta == pytest.approx(3.0 / (6 / 80 + 3 / 30))
+    assert found.core_hours == pytest.approx(90 / 3600)
+    assert found.core_hours_left == pytest.approx(30 / 3600)
+
+
+def test_busy_is_the_share_of_time_in_the_kernel(folder):
+    assert progress_of(folder).busy == pytest.approx((60 + 30) / (80 + 30))
+
+
+def test_lanes_of_a_batch_do_not_make_a_core_busier_than_it_can_be(tmp_path):
+    plan(tmp_path)
+    with Journal(tmp_path, 1, 0) as journal:
+        for case, ended in enumerate([39.0, 39.5, 40.0, 40.0]):
+            journal.append(record(case, ended, 10.0), {})
+    assert progress_of(tmp_path).busy == pytest.approx(1.0)
+
+
+def test_ranks_of_an_earlier_run_do_not_count_for_the_rate(folder):
+    with Journal(folder, 2, 0) as journal:
+        journal.append(record(3, 5010.0, 10.0), {})
+        journal.append(record(4, 5030.0, 20.0), {})
+    found = progress_of(folder, BEGUN + 5030.0)
+    assert found.ranks == 1
+    assert found.rate == pytest.approx(3600 * 2 / 30)
+    assert found.core_hours == pytest.approx(120 / 3600)
+
+
+def test_what_no_journal_tells_is_not_made_up(tmp_path):
+    plan(tmp_path)
+    found = progress_of(tmp_path)
+    assert found.left == 6
+    assert found.rate is found.eta is found.busy is found.idle_for is None
+    assert found.core_hours_left is None
+    assert found.core_hours == 0.0
+
+
+def test_the_step_sets_the_time_left_and_no_step_no_weights(tmp_path):
+    base = BASE | {"solver.accuracy": 0.01}
+    settings = [{"duration": length} for length in LENGTHS]
+    digests = [f"d{case}" for case in range(len(LENGTHS))]
+    write_plan(tmp_path, Plan("e", base, ["duration"], digests, settings, "0"))
+    with Journal(tmp_path, 1, 0) as journal:
+        journal.append(record(0, 40.0, 40.0), {})
+    assert progress_of(tmp_path).eta == pytest.approx(5 * 40.0)
+
+
+def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
+    assert main(["status", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "left: 3" in told
+    assert f"rate: {3600 * (2 / 80 + 1 / 30):.4g} cases/h" in told
+    found = facts("status", str(folder), "--json")
+    assert found["rate"] == pytest.approx(3600 * (2 / 80 + 1 / 30))
+
+
+def finish_one(folder, left):
+    """Return a sleep in which another case is finished."""
+
+    def sleep(seconds):
+        assert seconds == 0.5
+        case = left.pop(0)
+        with Journal(folder, 2, 0) as journal:
+            journal.append(record(case, 100.0 + case, 1.0), {})
+
+    return sleep
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_watching_prints_a_line_a_look_and_ends_with_the_campaign(
+    folder, capsys, monkeypatch, as_json
+):
+    monkeypatch.setattr(status_command.time, "sleep", finish_one(folder, [3, 4, 5]))
+    words = ["status", str(folder), "--watch", "0.5", *(["--json"] if as_json else [])]
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 4
+    if as_json:
+        assert [json.loads(line)["left"] for line in lines] == [3, 2, 1, 0]
+    else:
+        counts = [line.partition(",")[0] for line in lines]
+        assert counts == [f"{done} of 6 cases" for done in (2, 3, 4, 5)]
+        assert all("1 failed" in line for line in lines)
+
+
+def test_on_a_terminal_the_same_is_drawn_in_place(folder, capsys, monkeypatch):
+    monkeypatch.setattr(status_command.time, "sleep", finish_one(folder, [3, 4, 5]))
+    monkeypatch.setattr(status_command.sys.stdout, "isatty", lambda: True)
+    assert main(["status", str(folder), "--watch", "0.5"]) == 0
+    shown = capsys.readouterr().out
+    assert "core_hours" in shown
+    assert "1 failed" not in shown
+
+
+@pytest.mark.parametrize("every", ["0", "-1", "nan", "inf"])
+def test_a_watch_that_could_not_wait_is_refused(folder, capsys, every):
+    assert main(["status", str(folder), "--watch", every]) == 2
+    assert "--watch must be >= 0.2 s" in capsys.readouterr().err
+
+
+def test_durations_are_written_as_people_write_them():
+    told = [duration_text(s) for s in (0.4, 119.4, 120, 3570, 3600, 100_000)]
+    assert told == ["0 s", "119 s", "2 min", "1 h 00 min", "1 h 00 min", "27 h 47 min"]
