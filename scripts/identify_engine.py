@@ -51,7 +51,8 @@ from scipy.optimize import differential_evolution
 
 from hpcwhirl import open_results
 from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.store.reader import words
 
 SEED = 1

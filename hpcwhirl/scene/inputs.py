@@ -45,6 +45,13 @@ def anchored(file: str, folder: Path | str = "") -> str:
     return str((Path(folder) / file).resolve()) if file else ""
 
 
+def end_time(duration: float, revolutions: float, speed: float) -> float:
+    """Return the engine time, s, of a duration, s, or of revolutions, if > 0."""
+    if revolutions > 0:
+        return revolutions * 2 * math.pi / abs(speed)
+    return duration
+
+
 class Inputs(BaseModel):
     """Base: frozen, strict about unknown keys, strict about types."""
 
@@ -235,6 +242,4 @@ class Scene(Inputs):
     @property
     def end_time(self) -> float:
         """Engine time to simulate, s."""
-        if self.revolutions > 0:
-            return self.revolutions * 2 * math.pi / abs(self.speed)
-        return self.duration
+        return end_time(self.duration, self.revolutions, self.speed)

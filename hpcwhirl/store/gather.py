@@ -8,8 +8,11 @@ temporary name, synced and renamed.
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
+import math
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -19,6 +22,8 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.scene.inputs import end_time
+from hpcwhirl.store.hdf5 import reason, writing
 from hpcwhirl.store.journal import Record, read_records, read_traces
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.schema import (
@@ -67,7 +72,7 @@ def gather(
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
     final, temporary = folder / RESULTS, folder / part
-    begin = partial(_Content, folder) if rank == 0 else None
+    begin = partial(_content, folder) if rank == 0 else None
     content = _agreed(begin, temporary, comm)
     write = publish = None
     if parallel or rank == 0:
@@ -92,9 +97,8 @@ def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
     except WhirlError as failed:
         error = failed
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        told = getattr(failed, "strerror", None) or str(failed)
         error = MissingFileError(
-            f"cannot write {part.with_suffix('')}: {told.splitlines()[0]}"
+            f"cannot write {part.with_suffix('')}: {reason(failed)}"
         )
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
@@ -114,7 +118,7 @@ def _write_file(
     """Write the whole file alone, or with `comm` each rank its share of the cases."""
     options = {"driver": "mpio", "comm": comm} if comm is not None else {}
     rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
-    with h5py.File(part, "w", libver=("earliest", "v110"), **options) as file:
+    with writing(part, libver=("earliest", "v110"), **options) as file:
         _define(file, content, facts)
         _fill(file, content, range(rank, content.cases, size))
 
@@ -153,9 +157,33 @@ class _Content:
         return found.pop() if len(found) == 1 else None
 
     @property
+    def size(self) -> int:
+        """Bytes of rows and traces, the least that the file will have."""
+        tables = (ROW | STATUS | PERFORMANCE).items()
+        row = sum(dtype(name, variable).itemsize for name, variable in tables)
+        traces = sum(8 * math.prod(s) for n, s in self.shapes.items() if n in TRACES)
+        return self.cases * (row + traces)
+
+    @property
     def sample_axis(self) -> str:
         """Name of the trace axis: `time` if all cases share it, else `sample`."""
         return "time" if self.interval is not None else "sample"
+
+
+def _content(folder: Path) -> _Content:
+    """Return what is to be written; raise before a byte is where there is no room.
+
+    MPI-IO cannot be told to end once a write of one rank has failed: others may wait
+    for that rank in a collective call. A quota, which no call tells, it meets still.
+    """
+    content = _Content(folder)
+    free = shutil.disk_usage(folder).free
+    if content.size > free:
+        need, have = content.size / 1e6, free / 1e6
+        why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
+        msg = f"cannot write {folder / RESULTS}: {why}"
+        raise MissingFileError(msg)
+    return content
 
 
 def variable_name(dotted: str) -> str:
@@ -284,6 +312,9 @@ def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
 def _inputs_of(plan: Plan, case: int) -> dict[str, Any]:
     """Return what is known of a case without a result: its inputs."""
     values = plan.base | plan.settings[case]
+    if values.get("revolutions"):
+        asked = values["duration"], values["revolutions"], values["speed"]
+        values["duration"] = end_time(*asked)
     short = {variable_name(dotted): value for dotted, value in values.items()}
     return {name: short[name] for name in ROW if name in short}
 
