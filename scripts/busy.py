@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,15 @@ import numpy as np
 
 from hpcwhirl.campaign.cost import costs_of
 from hpcwhirl.campaign.design import Design, load_design
-from hpcwhirl.campaign.evaluate import Evaluator
+from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.ranks import Tally
-from hpcwhirl.campaign.run import prepare, to_do
+from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.shares import keep_shares
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.store.journal import Journal
+from hpcwhirl.store.running import Running
 from hpcwhirl.store.runs import read_runs
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -49,7 +53,7 @@ speed = {{start = 120, stop = 520, step = 40}}
 nodal_diameter = [1, 2]
 duration = [{short}, {long}]
 """
-IDLE = 1e-3  # s between looks, as in hpcwhirl
+SAVE_EVERY = 600.0  # s: cases are shorter
 Share = Callable[[Any, Design, Evaluator, Tally], None]
 
 
@@ -93,12 +97,17 @@ def baseline(share: str, file: Path, out: Path) -> None:
     comm, design = MPI.COMM_WORLD, load_design(file, {})
     if comm.rank == 0:
         prepare(design, out)
-        to_do(design, out, costs_of(design))
     March(design.cases[0]).advance(1)  # numba's cache has the kernel
     comm.Barrier()
     units = [(case,) for case in range(len(design.cases))]
-    with Journal(out, 1, comm.rank) as journal:
-        evaluate, tally = Evaluator(design, units, journal, comm.rank), Tally()
+    with (
+        Journal(out, 1, comm.rank) as journal,
+        Running(out, 1, comm.rank) as running,
+        closing(Child(out, SAVE_EVERY)) as child,
+    ):
+        halfway = Halfway(out, SAVE_EVERY, say)
+        desk = Desk(comm.rank, journal, running, halfway, child)
+        evaluate, tally = Evaluator(design, units, desk), Tally()
         SHARES[share](comm, design, evaluate, tally)
         comm.Barrier()
         tally.close()

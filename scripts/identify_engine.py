@@ -3,29 +3,28 @@
     python scripts/identify_engine.py --out DIR --minutes 60 [--ranks N]
 
 The unknowns and their bounds are in `identify_space`; the score is that of
-`identify_score`, written down before the search. Three stages, every case through
-`hpcwhirl campaign`:
+`identify_score`, written down before the search. Whether the pulse squeezes or
+stretches is no unknown: with k = 1 and an even number of blades the two are the same
+motion turned by half a turn (`pytest tests/test_march.py -k whole_turn`), and Table 1
+with k = 2 is damped either way. Three stages, every case through `hpcwhirl campaign`:
 
-A  screening: a Sobol sequence over all unknowns, few speeds, short runs, step 2e-6 s.
-   A second sequence is kept to rings whose two-lobed mode meets the rotor's backward
-   wave near 420 rad/s, 380 <= omega_bd + omega_2/2 <= 440 rad/s: a blade whose contact
-   point turns with that wave in the static frame at Omega - omega_bd excites n lobes
-   at n (Omega - omega_bd).
+A  differential evolution (scipy) over all unknowns: a generation is a campaign of few
+   speeds at a step of 8e-6 s; it starts from the default, engines found by hand and a
+   Sobol sequence, and minimizes -(score + guide) / 2.
 B  the best of A and the present default: a coarse sweep, the clamped centre and
-   Table 1 at a few speeds, 2.5 s, step 1e-6 s. Then rounds of refinement: Sobol
-   sequences in ever smaller boxes around the best, screened as in A, the best as in B.
-C  the best few and the default: 51 speeds, clamped centre, Table 1, other time steps
-   and numbers of modes, and a profile of the score along each unknown.
+   Table 1 at a few speeds, step 1e-6 s.
+C  the best few of B and the default: 51 speeds, clamped centre, Table 1, other time
+   steps and numbers of modes, and a profile of the score along each unknown.
 
-A campaign's directory is named by its content, so that the same command continues.
-DIR/engines.json holds every engine with its score, DIR/report.md the tables.
+A campaign's directory is named by its content and all chance is seeded, so that the
+same command continues. DIR/engines.json holds every engine with its score,
+DIR/report.md the tables.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
-import math
 import subprocess
 import sys
 import time
@@ -37,28 +36,29 @@ from typing import Any
 import numpy as np
 import tomli_w
 from identify_report import write_report
-from identify_score import Row, score, score_parts
+from identify_score import Row, guide, score, score_parts
 from identify_space import (
-    BY_HAND,
-    TWO_LOBED,
     UNKNOWNS,
     Engine,
-    box_around,
     default_engine,
-    draw,
+    engine_at,
+    first_population,
     from_unit,
     to_unit,
 )
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
 
 from hpcwhirl import open_results
 from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.store.reader import words
 
-BATCH = 24  # engines a campaign
+SEED = 1
 ROWS = ("orbit_radius", "line_frequency", "growth_rate", "speed", "gap", "centre_peak",
         "late_fed", "late_lost", "last_contact", "ledger_rotation", "ledger_friction",
-        "ledger_damping", "ledger_impact")  # fmt: skip
+        "ledger_damping", "ledger_impact", "window")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,11 @@ class Found:
         """Points won over points possible."""
         return score(score_parts(self.rows))
 
+    @property
+    def guide(self) -> float:
+        """What leads the search where words alone are flat."""
+        return guide(self.rows)
+
 
 def grid(start: int, stop: int, step: int) -> tuple[float, ...]:
     """Return speeds, both ends included."""
@@ -95,7 +100,13 @@ def grid(start: int, stop: int, step: int) -> tuple[float, ...]:
 
 
 DECIDING = (270.0, 410.0, 420.0, 520.0)
-SCREEN = Stage("A", (150.0, *DECIDING), duration=1.5, time_step=2e-6)
+SCREEN = Stage(
+    "A",
+    (100.0, 150.0, 200.0, 240.0, 300.0, 330.0, 370.0, 460.0, *DECIDING),
+    time_step=8e-6,
+    clamped=(150.0, 270.0),
+    table1=(270.0, 420.0),
+)
 SWEEP = Stage(
     "B",
     tuple(sorted({*grid(60, 500, 40), 260.0, 280.0, *DECIDING})),
@@ -113,14 +124,12 @@ FINAL = Stage(
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is done: engines of each stage, durations, time."""
+    """How much is done: time of stage A, engines of a generation and of each stage."""
 
     minutes: float = 60.0
-    screened: int = 288
+    population: int = 32
+    generations: int = 60
     kept: int = 8
-    around: int = 4
-    drawn: int = 16
-    rounds: int = 6
     finals: int = 2
     profile: int = 7
     stages: tuple[Stage, Stage, Stage] = (SCREEN, SWEEP, FINAL)
@@ -132,7 +141,7 @@ def short_plan(minutes: float) -> Plan:
     sweep = replace(SWEEP, speeds=DECIDING, clamped=(270.0,), table1=(420.0,), **tiny)
     final = replace(sweep, name="C", variants=((4e-6, 88),))
     return Plan(
-        minutes, screened=4, kept=1, around=1, drawn=2, rounds=1, finals=1, profile=1,
+        minutes, population=6, generations=1, kept=1, finals=1, profile=1,
         stages=(replace(SCREEN, **tiny), sweep, final),
     )  # fmt: skip
 
@@ -228,72 +237,62 @@ class Search:
         self.final: list[Found] = []
         self.profile: dict[str, list[tuple[float, float]]] = {}
 
-    def left(self, share: float) -> bool:
-        """Return whether less than a share of the time has gone."""
-        return time.monotonic() - self.start < 60 * share * self.plan.minutes
-
-    def batches(
-        self, engines: Sequence[Engine], stage: Stage, until: float
-    ) -> list[Found]:
-        """Compute engines in campaigns of `BATCH` while there is time."""
-        found: list[Found] = []
-        for first in range(0, len(engines), BATCH):
-            if first and not self.left(until):
-                break
-            part = engines[first : first + BATCH]
-            found += compute(part, stage, self.out, self.ranks)
-            best = max(item.score for item in found)
-            spent = (time.monotonic() - self.start) / 60
-            print(
-                f"{spent:6.1f} min  {stage.name}: {len(found)} of {len(engines)} "
-                f"engines, best score {best:.3f}",
-                flush=True,
-            )
+    def compute(self, engines: Sequence[Engine], stage: Stage) -> list[Found]:
+        """Return what one campaign finds; say how far the search is."""
+        found = compute(engines, stage, self.out, self.ranks)
+        best = max(found, key=lambda item: item.score)
+        spent = (time.monotonic() - self.start) / 60
+        print(
+            f"{spent:6.1f} min  {stage.name}: {len(found)} engines, the best has "
+            f"{best.score:.3f} of the points",
+            flush=True,
+        )
         return found
 
     def screen(self) -> None:
-        """Stage A: both sequences, taken in turns."""
-        half = self.plan.screened // 2
-        everywhere, two_lobed = draw(half, seed=1), draw(half, seed=2, within=TWO_LOBED)
-        engines = [e for pair in zip(everywhere, two_lobed, strict=True) for e in pair]
-        self.screened = self.batches(engines, self.plan.stages[0], 0.35)
+        """Stage A: generations until the time has gone."""
+        population = first_population(self.plan.population, SEED)
+        differential_evolution(
+            self._generation,
+            [(0.0, 1.0)] * len(UNKNOWNS),
+            init=population,
+            maxiter=self.plan.generations,
+            mutation=(0.4, 0.9),
+            recombination=0.8,
+            updating="deferred",
+            vectorized=True,
+            polish=False,
+            tol=0.0,
+            seed=SEED,
+            callback=self._out_of_time,
+        )
+
+    def _generation(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what a generation minimizes, (engines,), for (unknowns, engines)."""
+        engines = [engine_at(point) for point in points.T]
+        found = self.compute(engines, self.plan.stages[0])
+        self.screened += found
+        self.save()
+        return np.array([-(item.score + item.guide) / 2 for item in found])
+
+    def _out_of_time(self, best: NDArray[np.float64], convergence: float) -> bool:
+        del best, convergence
+        return time.monotonic() - self.start > 60 * self.plan.minutes
 
     def sweep(self) -> None:
-        """Stage B: the best of A, then rounds of smaller boxes."""
+        """Stage B: the best of A, by what led them there, and the default."""
         best = top(self.screened, self.plan.kept)
-        engines = [default_engine(), *(item.engine for item in best)]
-        self.swept = self.batches(engines, self.plan.stages[1], 0.5)
-        for number in range(self.plan.rounds):
-            if not self.left(0.85):
-                break
-            self.refine(number)
-            self.save()
-
-    def refine(self, number: int) -> None:
-        """One round of stage B: draw around the best, screen, sweep the best.
-
-        Round 1 looks into the box found by hand instead.
-        """
-        half = 0.12 * 0.7**number
-        drawn: list[Engine] = []
-        if number == 1:
-            drawn = draw(3 * self.plan.drawn, 200, BY_HAND, "squeeze")
-        around = 0 if drawn else self.plan.around
-        for rank, item in enumerate(top(self.swept, around)):
-            box = box_around(item.engine, half)
-            seed = 100 * (number + 1) + rank
-            drawn += draw(self.plan.drawn, seed, box, item.engine["direction"])
-        found = self.batches(drawn, self.plan.stages[0], 1.0)
-        self.screened += found
-        engines = [item.engine for item in top(found, max(1, self.plan.kept // 2))]
-        self.swept += self.batches(engines, self.plan.stages[1], 1.0)
+        engines = [item.engine for item in best]
+        engines += [e for e in [default_engine()] if e not in engines]
+        self.swept = self.compute(engines, self.plan.stages[1])
+        self.save()
 
     def conclude(self) -> None:
         """Stage C: the best few and the default, and the profile of the best."""
         best = [item.engine for item in top(self.swept, self.plan.finals)]
         engines = best + [e for e in [default_engine()] if e not in best]
         for engine in engines:
-            self.final += compute([engine], self.plan.stages[2], self.out, self.ranks)
+            self.final += self.compute([engine], self.plan.stages[2])
             self.save()
         self.profile = self.profiles(top(self.final, 1)[0].engine)
 
@@ -306,7 +305,7 @@ class Search:
             tried = {from_unit(name, share) for share in shares} - {engine[name]}
             values += [(name, value) for value in sorted(tried)]
         engines = [engine, *(engine | {name: value} for name, value in values)]
-        found = self.batches(engines, self.plan.stages[0], math.inf)
+        found = self.compute(engines, self.plan.stages[0])
         out = {name: [(engine[name], found[0].score)] for name in UNKNOWNS}
         for (name, value), item in zip(values, found[1:], strict=True):
             out[name].append((value, item.score))
@@ -319,9 +318,9 @@ class Search:
 
 
 def top(found: Sequence[Found], count: int) -> list[Found]:
-    """Return the best, each engine once."""
+    """Return the best by score and guide, each engine once."""
     out: list[Found] = []
-    for item in sorted(found, key=lambda item: -item.score):
+    for item in sorted(found, key=lambda item: -(item.score + item.guide)):
         if all(item.engine != other.engine for other in out):
             out.append(item)
     return out[:count]
@@ -331,13 +330,12 @@ def main(words_: Sequence[str] | None = None) -> int:
     """Search and write the report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("build/identify"))
-    parser.add_argument("--minutes", type=float, default=60.0, help="of stages A and B")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of stage A")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks a campaign")
     parser.add_argument("--short", action="store_true", help="show that it works")
-    parser.add_argument("--rounds", type=int, default=6, help="of refinement, at most")
     parser.add_argument("--finals", type=int, default=2, help="engines of stage C")
     args = parser.parse_args(words_)
-    plan = Plan(args.minutes, rounds=args.rounds, finals=args.finals)
+    plan = Plan(args.minutes, finals=args.finals)
     plan = short_plan(args.minutes) if args.short else plan
     search = Search(args.out, plan, args.ranks)
     search.screen()

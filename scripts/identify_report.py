@@ -15,8 +15,10 @@ SHORT = {
     "engine.casing.thickness": ("thickness, mm", 1e3),
     "engine.casing.width": ("width, mm", 1e3),
     "engine.casing.damping": ("ring damping", 1.0),
-    "engine.rotor.damping": ("rotor damping", 1.0),
+    "engine.casing.support_damping": ("support damping", 1.0),
     "engine.casing.support_frequency": ("support, rad/s", 1.0),
+    "engine.rotor.damping": ("rotor damping", 1.0),
+    "engine.rotor.suspension_damping": ("suspension damping", 1.0),
     "pulse": ("pulse, ms", 1e3),
 }
 Lines = list[str]
@@ -65,7 +67,7 @@ def _record(item: Any) -> dict[str, Any]:
 def describe(engine: dict[str, Any]) -> str:
     """Return the unknowns of an engine in a line."""
     values = (f"{what} {engine[n] * by:.4g}" for n, (what, by) in SHORT.items())
-    return ", ".join(values) + f", {engine['direction']}"
+    return ", ".join(values)
 
 
 def engines_table(stage: str, items: Sequence[Any], default: dict[str, Any]) -> Lines:
@@ -73,14 +75,13 @@ def engines_table(stage: str, items: Sequence[Any], default: dict[str, Any]) -> 
     if not items:
         return []
     names = list(score_parts(items[0].rows))
-    heads = ["score", *(what for what, _ in SHORT.values()), "direction", *names]
+    heads = ["score", *(what for what, _ in SHORT.values()), *names]
     lines = [f"## Stage {stage}: the best", "", *_head(heads)]
     for item in items:
         parts = score_parts(item.rows)
         mark = " (default)" if item.engine == default else ""
         cells = [f"{item.score:.3f}{mark}"]
         cells += [f"{item.engine[n] * by:.4g}" for n, (_, by) in SHORT.items()]
-        cells += [item.engine["direction"]]
         cells += [f"{won:.3g} of {most:g}" for won, most in parts.values()]
         lines.append(_line(cells))
     return [*lines, ""]
@@ -157,8 +158,7 @@ def determined(stage: str, items: Sequence[Any], unknowns: dict[str, Any]) -> Li
             share = math.log(max(values) / min(values)) / math.log(high / low)
         ends = [f"{v * by:.4g}" for v in (min(values), max(values))]
         lines.append(_line([what, *ends, f"{share:.0%}"]))
-    ways = sorted({engine["direction"] for engine in near})
-    return [*lines, "", "Direction: " + " or ".join(ways), ""]
+    return [*lines, ""]
 
 
 def profile_table(profile: dict[str, list[tuple[float, float]]]) -> Lines:

@@ -23,7 +23,8 @@ from paper_text import page
 from paper_why import why
 
 from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
 from hpcwhirl.report.figures import save
 from hpcwhirl.report.maps import REGIMES

@@ -5,7 +5,7 @@
 Fed with message times measured here between two ranks, and with the case times of a
 finished campaign DIR (or of one that is integrated now): N cases are scattered over its
 parameter space, each with the cost of the nearest one, a tenth of noise on it. The
-simulation hands out with hpcwhirl's own agenda and desk. It is held against real runs
+simulation hands out by hpcwhirl's own agenda and answers. It is held against real runs
 first: ranks that sleep instead of computing (so that more ranks than cores are fair),
 and DIR's own run. Then: efficiency over ranks and cases beside a static split and a
 dedicated master, what gathering and keeping cost, and what breaks first.
@@ -35,7 +35,8 @@ from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
 from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, places_of
 from hpcwhirl.campaign.design import Design, Scenes, design_of, load_design
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.scene import Scene, apply_settings, digest, input_names
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal, read_records, read_traces

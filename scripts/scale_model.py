@@ -1,4 +1,4 @@
-"""A discrete-event model of a campaign's ranks, with hpcwhirl's own agenda and desk.
+"""A discrete-event model of a campaign's ranks, with hpcwhirl's own policy in it.
 
 Rank 0 computes in slices and serves what has come in between them; a worker asks ahead
 when it begins what it has. Times of messages and cases are given, all in s.
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.cost import Costs
-from hpcwhirl.campaign.desk import Answers, Desk
+from hpcwhirl.campaign.questions import Answers, Questions
 from hpcwhirl.campaign.ranks import IDLE
 from hpcwhirl.dynamics.march import SLICE_SECONDS
 
@@ -71,7 +71,7 @@ class Model:
     def __init__(self, seconds: Floats, costs: Costs, ranks: int, times: Times) -> None:
         self.seconds, self.times, self.ranks = seconds, times, ranks
         self.agenda = Agenda([(case,) for case in range(len(seconds))], costs, ranks)
-        self.desk = Desk(self.agenda, ranks)
+        self.questions = Questions(self.agenda, ranks)
         self.workers = [_Worker() for _ in range(ranks)]
         self.busy, self.now = np.zeros(ranks), 0.0
         self.post: list[tuple[float, int, int, int, int]] = []
@@ -118,13 +118,13 @@ class Model:
             if kind == ENDS:
                 self.at_work -= 1
             elif kind == ASKS:
-                self._deliver(self.desk.ask(rank))
+                self._deliver(self.questions.ask(rank))
             elif not answered:
-                self._deliver(self.desk.hungry(rank))
+                self._deliver(self.questions.hungry(rank))
             for case in worker.done:
                 self.agenda.finished(case, self.seconds[case])
             worker.done = []
-        self._deliver(self.desk.rest())
+        self._deliver(self.questions.rest())
 
     def _deliver(self, answers: Answers) -> None:
         for rank, units in answers:

@@ -1,7 +1,6 @@
 """What several test files share: campaigns of a few milliseconds, strict JSON."""
 
 import json
-import signal
 
 import pytest
 
@@ -19,14 +18,11 @@ def campaign(tmp_path_factory):
     """Return a function: TOML of what is swept -> (exit code, directory)."""
 
     def integrate(swept):
-        handlers = {s: signal.getsignal(s) for s in (2, 10, signal.SIGTERM)}
         place = tmp_path_factory.mktemp("campaign")
         (place / "short.toml").write_text(SHORT + swept)
         code = main(
             ["campaign", str(place / "short.toml"), "--out", str(place / "out")]
         )
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
         return code, place / "out"
 
     return integrate

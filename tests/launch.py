@@ -22,7 +22,7 @@ def start(words, ranks=0, **options):
     front = [*MPIRUN, "-n", str(ranks)] if ranks else []
     call = [*front, sys.executable, "-m", "hpcwhirl", *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(call, cwd=ROOT, env=ENVIRONMENT, **pipes, **options)
+    return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": ENVIRONMENT, **options})
 
 
 def finish(process):

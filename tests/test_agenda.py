@@ -11,7 +11,7 @@ from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT
 from hpcwhirl.campaign.agenda import MOST, Agenda
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.desk import Desk
+from hpcwhirl.campaign.questions import Questions
 from hpcwhirl.campaign.ranks import Tally, map_serial
 from hpcwhirl.campaign.shares import told
 
@@ -131,21 +131,23 @@ def test_a_worker_gets_one_long_unit_or_a_moment_s_worth_of_short_ones():
 
 
 def test_the_last_units_wait_for_ranks_that_have_nothing_left():
-    desk = Desk(Agenda([(i,) for i in range(5)], known(np.ones(5)), 3), ranks=3)
-    ((rank, units),) = desk.ask(1)  # more than a unit a rank: answered ahead
+    questions = Questions(
+        Agenda([(i,) for i in range(5)], known(np.ones(5)), 3), ranks=3
+    )
+    ((rank, units),) = questions.ask(1)  # more than a unit a rank: answered ahead
     assert (rank, len(units)) == (1, 1)
-    ((rank, _),) = desk.ask(2)
-    assert (rank, len(desk.agenda)) == (2, 3)
-    assert desk.ask(1) == []  # of the last three, one is kept for each
-    assert desk.ask(2) == []
-    ((rank, units),) = desk.hungry(2)
+    ((rank, _),) = questions.ask(2)
+    assert (rank, len(questions.agenda)) == (2, 3)
+    assert questions.ask(1) == []  # of the last three, one is kept for each
+    assert questions.ask(2) == []
+    ((rank, units),) = questions.hungry(2)
     assert (rank, len(units)) == (2, 1)
-    assert desk.hungry(2) == []  # it was answered while it asked again
-    desk.ask(2)
-    desk.agenda.take()
-    desk.agenda.take()
-    assert desk.rest() == [(1, []), (2, [])]
-    assert desk.rest() == []
+    assert questions.hungry(2) == []  # it was answered while it asked again
+    questions.ask(2)
+    questions.agenda.take()
+    questions.agenda.take()
+    assert questions.rest() == [(1, []), (2, [])]
+    assert questions.rest() == []
 
 
 def test_a_stop_hands_out_nothing_more_and_counts_what_was_begun():
@@ -173,3 +175,10 @@ def test_the_line_at_the_end_tells_throughput_and_busy_fractions():
     assert told(ranks) == (
         "50 cases in 10.0 s on 2 ranks: 5 cases/s, busy fraction 0.950 to 0.990"
     )
+
+
+def test_units_that_are_to_go_last_go_last_however_long():
+    agenda = Agenda([(i,) for i in range(20)], known(np.arange(20.0) + 1), last={19, 3})
+    assert agenda.take() == 18
+    agenda.finished(18, 1.0)
+    assert handed_out(agenda)[-2:] == [19, 3]

@@ -12,12 +12,15 @@ from launch import kill, launch, records, root_variables, start, wait_for
 from hpcwhirl.campaign import evaluate
 from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.units import units_of
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.plan import write_plan
+from hpcwhirl.store.running import Running
 
 SHORT = """
 scene = {duration = 4e-3}
@@ -187,13 +190,10 @@ def test_a_directory_begun_with_other_inputs_is_refused(alone, tmp_path, ranks):
 @pytest.mark.slow
 def test_more_cases_of_the_same_inputs_may_be_added(tmp_path, capsys):
     file, out = inputs(tmp_path, SHORT), tmp_path / "out"
-    handlers = {s: signal.getsignal(s) for s in (2, signal.SIGTERM, signal.SIGUSR1)}
     assert main(["campaign", str(file), "--out", str(out)]) == 0
     first = records(out)
     file.write_text(SHORT.replace("410]", "410, 350]"))
     assert main(["campaign", str(file), "--out", str(out)]) == 0
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
     assert "9 cases, 6 already there" in capsys.readouterr().err
     assert len(records(out)) == 9
     assert all(record in records(out) for record in first)
@@ -291,16 +291,18 @@ def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, caps
     journal = tmp_path / "kept"
 
     class Broken(Batch):
-        def run(self, between_slices=None):
-            yield next(super().run(between_slices))
+        def marches(self, between_slices=None):
+            yield next(super().marches(between_slices))
             msg = "planted"
             raise RuntimeError(msg)
 
     monkeypatch.setattr(evaluate, "Batch", Broken)
     unit = (0, 2, 4, 6)
     write_plan(journal, design.plan())
-    with Journal(journal, 0, 0) as kept:
-        done = evaluate.Evaluator(design, [unit], kept, 0)(0, lambda: None)
+    with Journal(journal, 0, 0) as kept, Running(journal, 0, 0) as running:
+        halfway, child = Halfway(journal, 600.0, evaluate.say), Child(journal, 600.0)
+        desk = evaluate.Desk(0, kept, running, halfway, child)
+        done = evaluate.Evaluator(design, [unit], desk)(0, lambda: None)
     assert done == ["ok"] * 4
     assert "planted" in capsys.readouterr().err
     found = records(journal)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hpcwhirl
-from hpcwhirl.campaign import run as campaigns
+from hpcwhirl.campaign import resume as campaigns
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command

@@ -15,7 +15,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.files import scene_of_document
 from hpcwhirl.store.reader import words
 
@@ -184,12 +184,18 @@ def test_exported_matrices_have_the_frequencies_of_the_modal_table(
 
 
 def test_exported_shapes_and_damping_are_modal(tmp_path):
-    for arrays in exported(tmp_path, "--set", "modes=22").values():
+    engine = Scene().engine
+    own = {
+        "rotor": (engine.rotor.damping, engine.rotor.suspension_damping),
+        "casing": (engine.casing.damping, engine.casing.support_damping),
+    }
+    for body, arrays in exported(tmp_path, "--set", "modes=22").items():
         shapes, mass = arrays["shapes"], arrays["mass"]
         assert np.abs(shapes.T @ mass @ shapes - np.eye(len(mass))).max() < 1e-9
         modal = shapes.T @ arrays["damping"] @ shapes
         ratio = np.diag(modal) / (2 * arrays["omega"])
-        assert ratio == pytest.approx(ratio[0], rel=1e-6)
+        away = np.min([abs(ratio - xi) for xi in own[body]], axis=0)
+        assert away.max() < 1e-6
         stiffness = arrays["stiffness"]
         assert np.abs(stiffness - stiffness.T).max() < 1e-12 * np.abs(stiffness).max()
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.campaign.design import design_of, load_design
-from hpcwhirl.campaign.run import prepare
+from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.general import march_general
 from hpcwhirl.dynamics.march import March

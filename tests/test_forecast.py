@@ -4,7 +4,8 @@ import pytest
 
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.forecast import forecast
-from hpcwhirl.campaign.run import prepare, run_campaign
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 
 SHORT = {
     "scene": {"duration": 2e-3},

@@ -110,15 +110,34 @@ def test_what_was_not_computed_is_not_possible(scoring):
     assert scoring.score({}) == 0.0
 
 
-def test_drawn_engines_stay_within_bounds(engines):
-    drawn = engines.draw(64, seed=3)
-    corner = {n: bounds[1] for n, bounds in engines.UNKNOWNS.items()}
-    drawn += engines.draw(8, 1, engines.box_around(corner, 0.2), "stretch")
+def test_a_search_begins_within_bounds_and_with_the_default(engines):
+    drawn = [engines.engine_at(p) for p in engines.first_population(64, seed=3)]
+    assert len(drawn) == 64
     for name, (low, high, _) in engines.UNKNOWNS.items():
         values = [engine[name] for engine in drawn]
         assert low <= min(values) < max(values) <= high
-    assert {engine["direction"] for engine in drawn} == {"squeeze", "stretch"}
-    assert drawn[:64] == engines.draw(64, seed=3)
+    for name, value in engines.default_engine().items():
+        assert drawn[0][name] == pytest.approx(value, rel=1e-4)
+
+
+def test_an_engine_that_damps_everything_has_points_but_does_not_lead(scoring):
+    rest = {"late_fed": 0.0, "late_lost": 1.0, "growth_rate": -1.0, "window": 1.0}
+    paper = [r | rest for r in as_the_paper()]
+    still = [r | {"regime": "damped"} for r in paper]
+    half = changed(still, 420.0, regime="divergent")
+    half = changed(half, 410.0, regime="sustained")
+    assert scoring.guide(paper) == pytest.approx(1.0)
+    assert scoring.score(scoring.score_parts(still)) > 0.4
+    assert scoring.guide(still) < 0.4 < scoring.guide(half) < 1.0
+
+
+def test_the_guide_rises_with_what_contact_replaces(scoring):
+    def led(fed, **more):
+        kept = {"late_fed": fed, "late_lost": 1.0, "growth_rate": 0.0, "window": 1.0}
+        return scoring.guide([row(420.0, "undecided", **(kept | more))])
+
+    assert led(0.1) < led(0.5) < led(1.0) <= led(3.0)
+    assert led(0.5, growth_rate=-0.5) < led(0.5)
 
 
 def test_unit_coordinates_come_back(engines):
@@ -129,7 +148,7 @@ def test_unit_coordinates_come_back(engines):
 
 
 def test_campaigns_are_accepted_and_keep_the_order(engines):
-    pair = [engines.default_engine(), *engines.draw(1, seed=5)]
+    pair = [engines.engine_at(p) for p in engines.first_population(8, 5)[[0, 7]]]
     for stage in (engines.SCREEN, engines.SWEEP, engines.FINAL):
         design = design_of(tomllib.loads(engines.document(pair, stage)))
         told = [c for engine in pair for c in engines.cases_of(engine, stage)]
@@ -148,7 +167,7 @@ def test_a_short_search_reports_and_is_not_repeated(engines, tmp_path):
     assert engines.main(words) == 0
     facts = json.loads((tmp_path / "engines.json").read_text())
     found = facts["stages"]
-    assert [len(found[s]) for s in "ABC"] == [4 + 2, 2 + 1, 2]
+    assert [len(found[s]) for s in "ABC"] == [2 * 6, 2, 2]
     assert facts["default"] in [item["engine"] for item in found["C"]]
     report = (tmp_path / "report.md").read_text()
     for heading in ("Stage C", "Within 10 %", "One at a time", "agrees"):

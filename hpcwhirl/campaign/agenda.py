@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -27,11 +27,18 @@ class Agenda:
     units : cases of each unit
     costs : of the cases; learns with every finished unit
     ranks : that share the work
+    last : units that go out after all others
     """
 
     def __init__(
-        self, units: Sequence[tuple[int, ...]], costs: Costs, ranks: int = 1
+        self,
+        units: Sequence[tuple[int, ...]],
+        costs: Costs,
+        ranks: int = 1,
+        last: Collection[int] = (),
     ) -> None:
+        self.early = np.ones(len(units), dtype=bool)
+        self.early[list(last)] = False
         self.units, self.costs, self.ranks = units, costs, ranks
         self.hold = max(SHORTEST, A_RANK * ranks)
         self.predicted = self._predict(np.arange(len(units)))
@@ -107,5 +114,5 @@ class Agenda:
     def _ordered(self, chosen: np.ndarray) -> list[int]:
         """Return units by predicted seconds, the longest last."""
         scattered = (chosen * GOLDEN) % 1.0
-        order = np.lexsort((-scattered, self.predicted[chosen]))
+        order = np.lexsort((-scattered, self.predicted[chosen], self.early[chosen]))
         return [int(unit) for unit in chosen[order]]

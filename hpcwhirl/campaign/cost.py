@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene import Scene, digest, flatten
+from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
 NOMINAL = {"paper": 14e-6, "general": 6e-6, "modal": 0.2e-6, "exact": 0.25e-6}  # s
@@ -104,6 +106,22 @@ def costs_of(design: Design) -> Costs:
         predicted_steps(scene) * NOMINAL[scene.solver.scheme] for scene in design.cases
     ]
     return Costs(np.array(nominal, dtype=np.float64), places_of(design))
+
+
+def learn_from(folder: Path, design: Design, costs: Costs) -> list[int]:
+    """Let costs learn from a directory; return the cases that have no result there."""
+
+    def brief(record: Record) -> tuple[bool, float]:
+        return record["status"] == "ok", record["performance"].get("seconds", np.nan)
+
+    kept, left = scan(folder, brief), []
+    for case, scene in enumerate(design.cases):
+        found = kept.get(digest(scene))
+        if found is None:
+            left.append(case)
+        elif found[0]:
+            costs.learn([case], found[1])
+    return left
 
 
 def nothing_known() -> Costs:

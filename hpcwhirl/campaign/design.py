@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from importlib import resources
 from pathlib import Path
@@ -23,13 +23,20 @@ from hpcwhirl.scene import (
     flatten,
     load_document,
 )
-from hpcwhirl.scene.files import FILE, Value, resolve, scene_of_document, takes_list
+from hpcwhirl.scene.files import (
+    FILE,
+    PHYSICS_VERSION,
+    Value,
+    resolve,
+    scene_of_document,
+    takes_list,
+)
 from hpcwhirl.scene.inputs import anchored
-from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.plan import PHYSICS, Plan
 
 Settings = dict[str, Value]
 CONTENT = f"{FILE} (SHA-256)"  # in the plan: a changed file is a changed input
-TABLES = ("sweep", "zip", "cases")
+TABLES = ("sweep", "zip", "cases", "campaign")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
 LARGEST = 1e300  # of a range's numbers: differences stay finite
@@ -69,12 +76,14 @@ class Design:
     cases : one scene each, in the order of the dimension `case`; not sent to others
     settings : {dotted input: value} of each case
     swept : dotted names of the swept inputs, in the order of the file
+    rules : of the table [campaign]; no result depends on them, see `policy`
     """
 
     base: Scene
     cases: Sequence[Scene]
     settings: tuple[Settings, ...]
     swept: tuple[str, ...]
+    rules: dict[str, Any] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
@@ -83,7 +92,8 @@ class Design:
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
-        content = {CONTENT: content_digest(file)} if file else {}
+        content: dict[str, Value] = {CONTENT: content_digest(file)} if file else {}
+        content[PHYSICS] = PHYSICS_VERSION
         return Plan(
             engine=self.base.engine.name,
             base=flatten(self.base) | content,
@@ -105,7 +115,8 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
 
     Parameters
     ----------
-    path : tables scene, engine, solver, output (one scene), sweep, zip, cases
+    path : tables scene, engine, solver, output (one scene), sweep, zip, cases and
+        campaign
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -139,7 +150,16 @@ def design_of(
         raise InputError(msg)
     cases = tuple(apply_settings(base, row) for row in rows)
     _check_distinct(cases)
-    return Design(base, cases, tuple(rows), swept)
+    rules = _named_rules(document)
+    return Design(base, cases, tuple(rows), swept, rules)
+
+
+def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
+    content = document.get("campaign", {})
+    if not isinstance(content, Mapping):
+        msg = f"[campaign] must be a table, got {content!r}"
+        raise InputError(msg)
+    return dict(content)
 
 
 def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:

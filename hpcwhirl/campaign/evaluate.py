@@ -7,17 +7,36 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
-from hpcwhirl.campaign.case import Result, result_of, simulate
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.campaign.case import Result, result_of
+from hpcwhirl.campaign.compute import (
+    DiedError,
+    LateError,
+    compute,
+    late,
+    message_of,
+)
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.units import Unit
 from hpcwhirl.dynamics.batch import Batch
-from hpcwhirl.dynamics.timestep import with_step
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.dynamics.lanes import Lanes
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import digest
 from hpcwhirl.store.journal import Journal, Record
+from hpcwhirl.store.running import Running
+
+MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
 
 
 def say(text: str) -> None:
@@ -26,18 +45,43 @@ def say(text: str) -> None:
     sys.stderr.flush()
 
 
+@dataclass
+class Desk:
+    """What one rank of one run works with.
+
+    Attributes
+    ----------
+    journal, running : its own files of the campaign's directory
+    halfway : states of cases on their way
+    child : of its own interpreter, for isolated cases
+    suspects : cases to be isolated: in flight when two processes died
+    """
+
+    rank: int
+    journal: Journal
+    running: Running
+    halfway: Halfway
+    child: Child
+    policy: Policy = field(default_factory=Policy)
+    stopping: Stopping = field(default_factory=Stopping)
+    suspects: frozenset[int] = frozenset()
+
+
 class Evaluator:
     """Computes units of cases on this rank and keeps them in this rank's journal."""
 
-    def __init__(
-        self, design: Design, units: list[Unit], journal: Journal, rank: int
-    ) -> None:
-        self.design, self.units, self.journal = design, units, journal
-        self.where = {"rank": rank, "host": socket.gethostname()}
+    def __init__(self, design: Design, units: list[Unit], desk: Desk) -> None:
+        self.design, self.units, self.desk = design, units, desk
+        self.limit = desk.policy.limit
+        self.where = {"rank": desk.rank, "host": socket.gethostname()}
+        self.told = 0
+        self._digests: dict[int, str] = {}  # of the unit
 
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
         """Compute a unit and return the status of each of its cases."""
         cases = self.units[unit]
+        self._digests = {case: digest(self.design.cases[case]) for case in cases}
+        self.desk.running.begin(self._digests.values())
         done = self._together(cases, between_slices) if len(cases) > 1 else {}
         for case in cases:
             if case not in done:
@@ -47,45 +91,108 @@ class Evaluator:
     def _together(self, cases: Unit, between: Callable[[], None]) -> dict[int, str]:
         """Compute a batch; what it could not finish is left to be computed alone."""
         done: dict[int, str] = {}
-        scenes = [self.design.cases[case] for case in cases]
-        model = model_of(scenes[0])
-        runs = Batch(scenes, len(scenes), model).run(between)
+        batch = self._batch(cases, between)
+        halfway, names = self.desk.halfway, [self._digests[case] for case in cases]
+
+        def guard() -> None:
+            for place, march in batch.aboard(lambda i, m: halfway.is_due(names[i], m)):
+                halfway.save(names[place], march)
+            between()
+
+        marches = batch.marches(guard)
         while len(done) < len(cases):
             try:
-                place, history = next(runs)
-                result = result_of(with_step(scenes[place], model), history)
+                place, march = next(marches)
+                status = self._settle(cases[place], march)
             except Stop:
+                for place, march in batch.aboard():
+                    halfway.save(names[place], march)
                 raise
             except Exception as failed:  # noqa: BLE001 - each case shows its own error
                 say(f"batch of cases {cases} given up, they go on alone: {failed}")
                 break
-            done[cases[place]] = self._keep(cases[place], result)
+            done[cases[place]] = status
         return done
+
+    def _batch(self, cases: Unit, between: Callable[[], None]) -> Batch:
+        """Return the batch, its kernel compiled; marches go on where they were left."""
+        scenes = [self.design.cases[case] for case in cases]
+        with breakable(between):
+            model = model_of(scenes[0])
+            Lanes(March(scenes[0], model)).advance(0)
+
+        def begin(place: int, march: March) -> None:
+            self.desk.halfway.take_up(self._digests[cases[place]], march)
+
+        return Batch(scenes, len(scenes), model, begin, self.limit)
+
+    def _settle(self, case: int, march: March) -> str:
+        """Keep what a lane has given: a result, or a case beyond its limit."""
+        if march.done:
+            return self._keep(case, result_of(march.scene, march.history()))
+        self.desk.halfway.save(self._digests[case], march)
+        return self._fail(case, late(march, self.limit), march.seconds)
 
     def _alone(self, case: int, between: Callable[[], None]) -> str:
         start = time.perf_counter()
         try:
-            result = simulate(self.design.cases[case], between)
+            if self.desk.policy.isolate or case in self.desk.suspects:
+                result = self._isolated(case, between)
+            else:
+                scene, halfway = self.design.cases[case], self.desk.halfway
+                result = compute(
+                    scene, self._digests[case], halfway, self.limit, between
+                )
         except Stop:
             raise
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
-            message = f"{type(failed).__name__}: {failed}".splitlines()[0]
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
-        else:
-            return self._keep(case, result)
-        spent = {"seconds": time.perf_counter() - start}
-        record = self._record(case) | {"status": "failed", "message": message}
-        self.journal.append(record | {"performance": self.where | spent}, {})
-        say(f"case {case} failed: {message}")
-        return "failed"
+            return self._fail(case, failed, time.perf_counter() - start)
+        return self._keep(case, result)
+
+    def _isolated(self, case: int, between: Callable[[], None]) -> Result:
+        name = self._digests[case]
+        self.desk.halfway.kept.add(name)  # the child may have kept a state
+        scene = self.design.cases[case]
+        return self.desk.child.compute(scene, name, self.limit, between)
+
+    def _fail(self, case: int, failed: Exception, seconds: float) -> str:
+        """Keep a row that tells why a case gave no result, and say the first few."""
+        status = "failed"
+        if isinstance(failed, LateError):
+            status = "timeout"
+        elif isinstance(failed, DiedError):
+            status = "crashed"
+        message = message_of(failed)
+        record = self._record(case) | {"status": status, "message": message}
+        record["performance"] = self.where | {"seconds": seconds}
+        self._append(record, {})
+        if status != "timeout":  # which may go on from its state
+            self.desk.halfway.drop(self._digests[case])
+        self.told += 1
+        if self.told <= MOST_TOLD:
+            where = f"{self.where['host']}, rank {self.where['rank']}"
+            say(f"case {case} {status} on {where}: {message}")
+        if self.told == MOST_TOLD:
+            say("further cases of this rank without a result are counted only")
+        return status
 
     def _record(self, case: int) -> Record:
-        key = digest(self.design.cases[case])
-        return {"case": case, "digest": key, "ended": time.time()}
+        return {"case": case, "digest": self._digests[case], "ended": time.time()}
 
     def _keep(self, case: int, result: Result) -> str:
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
-        self.journal.append(record, result.traces)
+        self._append(record, result.traces)
+        self.desk.halfway.drop(self._digests[case])
         return "ok"
+
+    def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
+        """Journal a record; a disk that takes no more ends the campaign, cleanly."""
+        try:
+            self.desk.journal.append(record, traces)
+        except MissingFileError as failed:
+            say(f"{failed} ({self.where['host']}, rank {self.where['rank']})")
+            self.desk.stopping.ask(str(failed))
+            raise Stop from None

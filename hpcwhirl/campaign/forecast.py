@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from hpcwhirl.campaign.case import simulate
-from hpcwhirl.campaign.cost import Costs, costs_of, predicted_steps
+from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.run import facts_of, to_do
+from hpcwhirl.campaign.run import facts_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import step_counts, with_step
 from hpcwhirl.errors import WhirlError
@@ -61,7 +61,7 @@ def forecast(
     """
     costs, left = costs_of(design), list(range(len(design.cases)))
     if (folder / NAME).exists():
-        left = to_do(design, folder, costs)
+        left = learn_from(folder, design, costs)
     if mine is not None:
         left = [case for case in left if case in mine]
     finished = int(np.isfinite(costs.factor).sum())

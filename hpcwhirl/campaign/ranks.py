@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hpcwhirl.campaign.desk import Answers, Desk
+from hpcwhirl.campaign.questions import Answers, Questions
 from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:  # `gather` needs no more of this file than the communicator
@@ -178,7 +178,7 @@ class _Root:
         from mpi4py import MPI
 
         self.agenda, self.tally = agenda, tally
-        self.desk = Desk(agenda, comm.size)
+        self.questions = Questions(agenda, comm.size)
         self.left = len(agenda)
         self.notice, self.stopping, self.comm = notice, stopping, comm
         self.at_work = set(range(1, comm.size))
@@ -236,16 +236,16 @@ class _Root:
             rank, tag = self.status.Get_source(), self.status.Get_tag()
             finished, wish = self.comm.recv(source=rank, tag=tag)
             if tag == ASK:
-                self.send(self.desk.ask(rank))
+                self.send(self.questions.ask(rank))
             elif tag == HUNGRY:
-                self.send(self.desk.hungry(rank))
+                self.send(self.questions.hungry(rank))
             else:
                 self.at_work.discard(rank)
             for one in finished:
                 self.done(*one)
             if wish and not self.halted:  # the worker was asked to stop
                 self.halt()
-        self.send(self.desk.rest())
+        self.send(self.questions.rest())
         return any_came
 
     def send(self, answers: Answers) -> None:

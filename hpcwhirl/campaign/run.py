@@ -3,166 +3,84 @@
 from __future__ import annotations
 
 import datetime as dt
-import os
 import platform
 import shlex
-import signal
 import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from types import FrameType
 from typing import Any
-
-import numpy as np
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import Costs, costs_of, nothing_known, predicted_steps
+from hpcwhirl.campaign.cost import (
+    Costs,
+    costs_of,
+    learn_from,
+    nothing_known,
+    predicted_steps,
+)
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.evaluate import Evaluator, say
+from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
-from hpcwhirl.campaign.ranks import Tally, map_ranks, map_serial
+from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
+from hpcwhirl.campaign.resume import suspects, to_do
 from hpcwhirl.campaign.shards import Shard, share
 from hpcwhirl.campaign.shares import keep_shares
+from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import check_step, with_step
-from hpcwhirl.errors import InputError, WhirlError
-from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, digest, to_toml
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.scene import digest, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
-from hpcwhirl.store.journal import (
-    Journal,
-    Record,
-    claim_run,
-    is_whole,
-    read_records,
-    scan,
-)
-from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
+from hpcwhirl.store.journal import Journal, claim_run, read_records
+from hpcwhirl.store.running import Running
 
 PROGRESS_EVERY = 5.0  # s, at first
 PROGRESS_SHARE = 0.02  # of the time spent so far, later
 PROGRESS_RAREST = 300.0  # s
-MOST_TRIED = 32  # models built to find a case that can be integrated
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
 @dataclass(frozen=True)
 class Ending:
-    """How a campaign ended on this call."""
+    """How a campaign ended on this call.
+
+    Attributes
+    ----------
+    complete : whether all cases have ended and results were written
+    cases, failed : of the campaign; those without a result, once it is complete
+    results : the file
+    reason : why it stopped early
+    gave_up : whether it was for too many failures
+    left : cases of other shards that have no result yet
+    """
 
     complete: bool
     cases: int
     failed: int
     results: Path | None
-    left: int = 0  # cases of other shards that have no result yet
-
-
-class StopFlag:
-    """Set by TERM, INT or USR1; looked at between slices."""
-
-    def __init__(self) -> None:
-        self.wanted = False
-        for name in (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT):
-            signal.signal(name, self._set)
-
-    def _set(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
-        self.wanted = True
-
-    def __call__(self) -> bool:
-        """Return whether this process has been asked to end."""
-        return self.wanted
-
-
-def prepare(design: Design, folder: Path) -> None:
-    """Begin a campaign directory, or check that it may be continued.
-
-    Raises
-    ------
-    InputError
-        naming the value that differs from the one the directory was begun with, or
-        the limit that the time step of every case is above
-    """
-    plan = design.plan()
-    if (folder / NAME).exists():
-        old = read_plan(folder)
-        check_same(old, plan, folder)
-        if old == plan:
-            return
-    check_steps(design)
-    write_plan(folder, plan)
-
-
-def check_steps(design: Design) -> None:
-    """Refuse a campaign that could not integrate any of its cases.
-
-    The limit of the time step depends on the structures, eta and the gap alone, so
-    one case is tried for each of those, smallest step first, until one is accepted;
-    after `MOST_TRIED` models a campaign is let through, and its cases fail as rows.
-
-    Raises
-    ------
-    InputError
-        the first refusal, with its limit, where every case is refused
-    """
-    distinct: dict[Any, Scene] = {}
-    for scene in sorted(design.cases, key=lambda s: s.solver.time_step):
-        distinct.setdefault((scene.engine, scene.solver.modes, scene.gap), scene)
-    refusal = None
-    for scene in list(distinct.values())[:MOST_TRIED]:
-        try:
-            model = model_of(scene)
-            check_step(model, with_step(scene, model).solver.time_step)
-        except InputError as failed:
-            refusal = refusal or failed
-        except WhirlError:
-            return
-        else:
-            return
-    if refusal is not None and len(distinct) <= MOST_TRIED:
-        raise refusal
-
-
-def to_do(
-    design: Design, folder: Path, costs: Costs, *, retry: bool = False
-) -> list[int]:
-    """Return the cases without a result, the longest first.
-
-    `costs` learns from those that have one.
-    """
-
-    def brief(record: Record) -> tuple[str, float] | None:
-        if retry and not (record["status"] == "ok" and is_whole(folder, record)):
-            return None
-        return record["status"], record["performance"].get("seconds", np.nan)
-
-    kept, left = scan(folder, brief), []
-    for case, scene in enumerate(design.cases):
-        status, seconds = kept.get(digest(scene)) or ("missing", np.nan)
-        if status == "missing":
-            left.append(case)
-        elif status == "ok":
-            costs.learn([case], seconds)
-    seconds_of = dict(zip(left, costs.predict(left), strict=True))
-    return sorted(left, key=lambda case: (-seconds_of[case], case))
+    reason: str = ""
+    gave_up: bool = False
+    left: int = 0
 
 
 def run_campaign(
     design: Design,
     folder: Path,
     comm: Any = None,
-    *,
-    retry: bool = False,
-    lanes: bool | None = None,
-    shard: Shard | None = None,
+    policy: Policy | None = None,
+    stopping: Stopping | None = None,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -173,65 +91,51 @@ def run_campaign(
     design : the campaign
     folder : its directory
     comm : MPI communicator; None for one process
-    retry : integrate failed cases again, and those whose traces are damaged
-    lanes : whether cases ride in batches; None: where they pay, see `units_of`
-    shard : compute this share alone; the last shard to end gathers
+    policy : limits, retries, isolation; the same on every rank
+    stopping : that has taken over the signals already; None: while this runs
     """
-    rank = comm.rank if comm is not None else 0
-    stopping = StopFlag()
-    ranks = comm.size if comm is not None else 1
-    start, costs = None, nothing_known()
-    if rank == 0:
-        costs = costs_of(design)
-        todo = to_do(design, folder, costs, retry=retry)
-        mine = cases_of(design, shard)
-        todo = [case for case in todo if case in mine]
-        start = (_units(design, todo, ranks, lanes=lanes), claim_run(folder))
-    units, run = comm.bcast(start, root=0) if comm is not None else start  # type: ignore[misc]
-    if units:
-        _warm(design, units, comm)
-    agenda = Agenda(units if rank == 0 else [], costs, ranks)
-    report = _Report(design, agenda, shard) if rank == 0 else None
-    with Journal(folder, run, rank) as journal:
-        evaluate = Evaluator(design, units, journal, rank)
-        notice, tally = report if report else _ignore, Tally()
-        if comm is None:
-            complete = map_serial(agenda, evaluate, notice, stopping, tally)
-        else:
-            complete = map_ranks(agenda, evaluate, notice, stopping, comm, tally)
-    if units:
-        keep_shares(folder, run, tally, comm)
-    if not complete:
-        return Ending(complete=False, cases=len(design.cases), failed=0, results=None)
-    return _conclude(design, folder, comm, shard)
+    policy = policy or Policy()
+    node = _node_of(comm)
+    with ExitStack() as stack:
+        stopping = stopping or stack.enter_context(Stopping())
+        first = node is None or node.rank == 0
+        stopping.watch(folder if first else None, policy.seconds)
+        costs = nothing_known()  # on other ranks: they hand nothing out
+        if comm is None or comm.rank == 0:
+            costs = costs_of(design)
+            learn_from(folder, design, costs)
+        work = _work(design, folder, comm, policy, costs)
+        with _desk(folder, work, comm, policy, stopping) as desk:
+            agenda = _agenda(work, costs, comm)
+            complete, gave_up = _compute(design, work, desk, comm, node, agenda)
+        if complete:  # a signal does not interrupt what is left to do
+            return _conclude(design, folder, comm, policy.shard)
+        reasons = [stopping.reason]
+        reasons = comm.allgather(stopping.reason) if comm is not None else reasons
+    return Ending(
+        complete=False, cases=len(design.cases), failed=0, results=None,
+        reason=next(filter(None, reasons), ""), gave_up=gave_up,
+    )  # fmt: skip
 
 
 def _conclude(design: Design, folder: Path, comm: Any, shard: Shard | None) -> Ending:
-    """Gather, or leave that to other shards that have cases left."""
-    rank = comm.rank if comm is not None else 0
-    others = _left(design, folder) if shard and rank == 0 else 0
+    """Gather a campaign that has been computed; a full disk stops it here."""
+    cases, failed, others, results, told = len(design.cases), 0, 0, None, ""
+    if comm is None or comm.rank == 0:
+        failed = _count_failed(design, folder, shard)
+        others = len(to_do(design, folder)) if shard else 0
     others = comm.bcast(others, root=0) if comm is not None else others
-    failed = _count_failed(design, folder, shard) if rank == 0 else 0
     if others:
         return Ending(
-            complete=True,
-            cases=len(design.cases),
-            failed=failed,
-            results=None,
-            left=others,
+            complete=True, cases=cases, failed=failed, results=None, left=others
         )
     # Two shards that end at once both gather, each under a name of its own.
     part = f"{RESULTS}.part-{shard.number}" if shard else f"{RESULTS}.part"
-    results = gather(folder, facts_of(design, comm), comm, part)
-    return Ending(
-        complete=True, cases=len(design.cases), failed=failed, results=results
-    )
-
-
-def _left(design: Design, folder: Path) -> int:
-    """Return how many cases have no result, whoever is to compute them."""
-    kept = scan(folder, lambda _: None)
-    return sum(digest(scene) not in kept for scene in design.cases)
+    try:
+        results = gather(folder, facts_of(design, comm), comm, part)
+    except MissingFileError as error:  # the same on every rank
+        told = str(error)
+    return Ending(results is not None, cases, failed, results, told)
 
 
 def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
@@ -241,17 +145,99 @@ def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
     return share([predicted_steps(scene) for scene in design.cases], shard)
 
 
-def _ignore(unit: int, statuses: list[str]) -> None:
-    del unit, statuses
+@dataclass(frozen=True)
+class _Work:
+    """What is left of a campaign, and the number of the run that does it."""
+
+    units: list[Unit]
+    suspects: frozenset[int]
+    run: int
 
 
-def _units(
-    design: Design, order: list[int], ranks: int, *, lanes: bool | None
-) -> list[Unit]:
+def _node_of(comm: Any) -> Any:
+    """Return the communicator of this node's ranks, None for one process."""
+    if comm is None:
+        return None
+    from mpi4py import MPI
+
+    return comm.Split_type(MPI.COMM_TYPE_SHARED)
+
+
+def _work(
+    design: Design, folder: Path, comm: Any, policy: Policy, costs: Costs
+) -> _Work:
+    """Return the work of all ranks, as rank 0 finds it in the directory."""
+    work = None
+    if comm is None or comm.rank == 0:
+        mine = cases_of(design, policy.shard)
+        left = [case for case in to_do(design, folder, policy.retry) if case in mine]
+        alone = suspects(design, folder, left)
+        seconds = dict(zip(left, costs.predict(left), strict=True))
+        order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
+        units = _units(design, order, comm.size if comm is not None else 1, policy)
+        units += [(case,) for case in sorted(alone)]
+        work = _Work(units, alone, claim_run(folder))
+    shared = comm.bcast(work, root=0) if comm is not None else work
+    if shared is None:
+        msg = "rank 0 has shared no work"
+        raise RuntimeError(msg)
+    return shared
+
+
+def _units(design: Design, order: list[int], ranks: int, policy: Policy) -> list[Unit]:
     steps = sum(predicted_steps(design.cases[case]) for case in order)
+    lanes = False if policy.isolate else policy.lanes
     if lanes is not None:
         steps = float("inf") if lanes else 0.0
     return units_of(order, design.cases, steps, ranks)
+
+
+@contextmanager
+def _desk(
+    folder: Path, work: _Work, comm: Any, policy: Policy, stopping: Stopping
+) -> Iterator[Desk]:
+    """Open what this rank works with."""
+    rank = comm.rank if comm is not None else 0
+    halfway = Halfway(folder, policy.save_every, say)
+    child = Child(folder, policy.save_every)
+    with (
+        Journal(folder, work.run, rank) as journal,
+        Running(folder, work.run, rank) as running,
+        closing(child),
+    ):
+        yield Desk(
+            rank, journal, running, halfway, child, policy, stopping, work.suspects
+        )
+
+
+def _agenda(work: _Work, costs: Costs, comm: Any) -> Agenda:
+    """Return what this rank hands out: all units on rank 0, nothing elsewhere."""
+    if comm is not None and comm.rank > 0:
+        return Agenda([], costs)
+    alone = {u for u, cases in enumerate(work.units) if set(cases) & work.suspects}
+    return Agenda(work.units, costs, comm.size if comm is not None else 1, last=alone)
+
+
+def _compute(
+    design: Design, work: _Work, desk: Desk, comm: Any, node: Any, agenda: Agenda
+) -> tuple[bool, bool]:
+    """Do the work on all ranks; return whether all is done and whether it gave up."""
+    if work.units:
+        _warm(design, work, desk, node)
+    report = _Report(design, agenda, desk) if desk.rank == 0 else None
+    evaluate = Evaluator(design, work.units, desk)
+    notice, tally = report if report else _ignore, Tally()
+    if comm is None:
+        complete = map_serial(agenda, evaluate, notice, desk.stopping, tally)
+    else:
+        complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
+    if work.units:
+        keep_shares(desk.journal.folder, work.run, tally, comm)
+    return complete, report is not None and report.gave_up
+
+
+def _ignore(unit: int, statuses: list[str]) -> None:
+    del unit, statuses
 
 
 def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
@@ -260,21 +246,35 @@ def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
-def _warm(design: Design, units: list[Unit], comm: Any) -> None:
+def _warm(design: Design, work: _Work, desk: Desk, node: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
-    batch = next((unit for unit in units if len(unit) > 1), None)
-    swept = "solver.scheme" in design.swept
-    some = design.cases if swept else design.cases[:1]
-    first = {s.solver.scheme: s for s in reversed(some)}
-    local = None
-    if comm is not None:
-        from mpi4py import MPI
+    if node is None or node.rank == 0:
+        with suppress(Stop):  # the ranks will see it, too
+            _compile(design, work, desk)
+    if node is not None:
+        node.Barrier()
 
-        local = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    if local is None or local.rank == 0:
+
+def _compile(design: Design, work: _Work, desk: Desk) -> None:
+    """Take a step of a case of each scheme, and of a batch if there is one."""
+
+    def between() -> None:
+        if desk.stopping():
+            raise Stop
+
+    left = [c for unit in work.units for c in unit if c not in work.suspects]
+    first = {design.cases[c].solver.scheme: design.cases[c] for c in reversed(left)}
+    desk.running.begin(digest(scene) for scene in first.values())
+    if desk.policy.isolate:
+        desk.child.warm(list(first.values()), between)
+        return
+    batch = next((unit for unit in work.units if len(unit) > 1), None)
+    with breakable(between):
         for scene in first.values():
             try:
                 March(scene).advance(1)
+            except Stop:
+                raise
             except Exception:  # noqa: BLE001 - it will fail as a row
                 continue
         if batch is not None:
@@ -282,28 +282,37 @@ def _warm(design: Design, units: list[Unit], comm: Any) -> None:
             group = Lanes(march)
             group.load(0, march)
             group.advance(1)
-    if local is not None:
-        local.Barrier()
-        local.Free()
 
 
 class _Report:
     """Plain progress lines on rank 0's stderr."""
 
-    def __init__(self, design: Design, agenda: Agenda, shard: Shard | None) -> None:
-        self.agenda, self.total = agenda, sum(map(len, agenda.units))
+    def __init__(self, design: Design, agenda: Agenda, desk: Desk) -> None:
+        self.desk, self.agenda = desk, agenda
+        self.total = sum(map(len, agenda.units))
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
+        shard = desk.policy.shard
         mine = len(cases_of(design, shard))
         of = f" of {len(design.cases)} in shard {shard}" if shard else ""
         kept = mine - self.total
         already = f", {kept} already there" if kept else ""
-        say(f"{mine} cases{of}{already}")
+        alone = len(desk.suspects)
+        apart = f", {alone} of two crashes apart" if alone else ""
+        say(f"{mine} cases{of}{already}{apart}")
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether there were more failures on this call than allowed."""
+        most = self.desk.policy.max_fails
+        return most is not None and self.failed >= most
 
     def __call__(self, unit: int, statuses: list[str]) -> None:
         del unit
         self.finished += len(statuses)
         self.failed += sum(status != "ok" for status in statuses)
+        if self.gave_up:
+            self.desk.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
@@ -352,16 +361,3 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
         "created": now,
         **{f"threshold_{n}": v for n, v in asdict(Thresholds()).items()},
     }
-
-
-def check_folder(folder: Path) -> None:
-    """Raise InputError where a campaign directory cannot be made or written."""
-    place = folder.resolve()
-    if place.exists() and not place.is_dir():
-        msg = f"--out must be a directory, got the file {folder}"
-        raise InputError(msg)
-    while not place.exists():
-        place = place.parent
-    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-        msg = f"--out {folder}: {place} cannot be written"
-        raise InputError(msg)

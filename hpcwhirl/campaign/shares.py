@@ -8,6 +8,7 @@ from typing import Any
 
 from hpcwhirl.campaign.evaluate import say
 from hpcwhirl.campaign.ranks import Tally
+from hpcwhirl.errors import MissingFileError
 from hpcwhirl.store.runs import Share, write_run
 
 
@@ -18,8 +19,11 @@ def keep_shares(folder: Path, run: int, tally: Tally, comm: Any = None) -> None:
     own |= {"cases": tally.cases, "busy": tally.busy, "span": tally.span}
     shares = comm.gather(own, root=0) if comm is not None else [own]
     if rank == 0 and shares is not None:
-        write_run(folder, run, shares)
         say(told(shares))
+        try:
+            write_run(folder, run, shares)
+        except MissingFileError as full:  # a full disk: results do without
+            say(f"the ranks' times were not kept: {full}")
 
 
 def told(shares: list[Share]) -> str:

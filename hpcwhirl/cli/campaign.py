@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 import traceback
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
+from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
+from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.cli.options import add_json, add_set, print_json
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
@@ -33,11 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dry-run", action="store_true", help="cases and predicted core-hours only"
     )
-    parser.add_argument(
-        "--retry",
-        choices=["failed"],
-        help="integrate failed cases again, and those whose traces are damaged",
-    )
+    _add_ends(parser)
     parser.add_argument(
         "--lanes",
         choices=["auto", "yes", "no"],
@@ -53,13 +52,67 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
+def _add_ends(parser: argparse.ArgumentParser) -> None:
+    """Declare what ends a campaign or a case, and what begins again."""
+    parser.add_argument(
+        "--retry", action="append", default=[], metavar="STATUS",
+        help="compute cases of this status again: failed, timeout, crashed, or several "
+        "by commas; also those whose traces are damaged",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fresh", action="store_true",
+        help="start over; an old directory is renamed to DIR.1, DIR.2, ...",
+    )  # fmt: skip
+    parser.add_argument(
+        "--walltime", metavar="HH:MM:SS",
+        help="stop, resumable, shortly before this call has taken so long",
+    )  # fmt: skip
+    parser.add_argument(
+        "--case-limit", type=float, metavar="SECONDS",
+        help="computing time after which a case is given up, status timeout",
+    )  # fmt: skip
+    fails = parser.add_mutually_exclusive_group()
+    fails.add_argument(
+        "--max-fails", type=int, metavar="N",
+        help="end, exit code 1, once N cases gave no result on this call",
+    )  # fmt: skip
+    fails.add_argument(
+        "--fail-fast", dest="max_fails", action="store_const", const=1,
+        help="end at the first case without a result",
+    )  # fmt: skip
+    parser.add_argument(
+        "--isolate", action="store_true", default=None,
+        help="each case in a process of its own: what crashes is a row; no batches",
+    )  # fmt: skip
+
+
+def _policy(args: argparse.Namespace, design: Design) -> Policy:
+    """Return the rules of this call; options count before the table [campaign]."""
+    walltime = parse_walltime(args.walltime) if args.walltime else None
+    policy = Policy(
+        retry=retries(args.retry),
+        lanes={"auto": None, "yes": True, "no": False}[args.lanes],
+        seconds=time_left(walltime),
+        shard=parse_shard(args.shard) if args.shard is not None else None,
+    )
+    names = ("case_limit", "max_fails", "isolate")
+    given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
+    return with_rules(with_rules(policy, design.rules), given)
+
+
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on this process or on all ranks."""
-    comm = communicator()
+    args.began = time.monotonic()
+    with Stopping() as stopping:  # to the end: a warning must not kill the gathering
+        return _guarded(args, communicator(), stopping)
+
+
+def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
+    """Run; where one of several ranks fails, end all of them."""
     if comm is None:
-        return _run(args, None)
+        return _run(args, None, stopping)
     try:
-        return _run(args, comm)
+        return _run(args, comm, stopping)
     except WhirlError as failed:
         print(f"hpcwhirl: error: {failed}", file=sys.stderr)
         code = WRONG_INPUT
@@ -71,57 +124,55 @@ def run(args: argparse.Namespace) -> int:
     return code
 
 
-def _run(args: argparse.Namespace, comm: Any) -> int:
+def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     """Prepare on rank 0; share its error, so that one line is printed."""
     from hpcwhirl.campaign.run import run_campaign
 
     root = comm is None or comm.rank == 0
-    design, failure = None, ""
+    design, policy, failure = None, None, ""
     if root:
         try:
-            design = _prepared(args)
+            design, policy = _prepared(args)
         except WhirlError as failed:
             failure = str(failed)
     if comm is not None:
-        design, failure = comm.bcast((design, failure), root=0)
+        design, policy, failure = comm.bcast((design, policy, failure), root=0)
     if failure:
         if root:
             print(f"hpcwhirl: error: {failure}", file=sys.stderr)
         return WRONG_INPUT
-    if args.dry_run or design is None:
+    if args.dry_run or design is None or policy is None:
         return COMPLETE
-    lanes = {"auto": None, "yes": True, "no": False}[args.lanes]
-    ending = run_campaign(
-        design, args.out, comm, retry=args.retry is not None, lanes=lanes,
-        shard=_shard(args),
-    )  # fmt: skip
+    if policy.seconds is not None:  # the wall-time began with the command
+        spent = time.monotonic() - args.began
+        policy = replace(policy, seconds=policy.seconds - spent)
+    ending = run_campaign(design, args.out, comm, policy, stopping)
     code = _conclude(args, ending) if root else COMPLETE
     return int(comm.bcast(code, root=0)) if comm is not None else code
 
 
-def _prepared(args: argparse.Namespace) -> Design:
-    from hpcwhirl.campaign.run import check_folder, prepare
+def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
+    from hpcwhirl.campaign.resume import check_folder, prepare, put_aside
 
-    _shard(args)
     settings = dict(parse_setting(text) for text in args.settings)
     design = load_design(args.file, settings)
+    policy = _policy(args, design)
     check_folder(args.out)
     if args.dry_run:
-        _dry_run(args, design)
-    else:
-        prepare(design, args.out)
-    return design
+        _dry_run(args, design, policy.shard)
+        return design, policy
+    aside = put_aside(args.out) if args.fresh else None
+    if aside:
+        print(f"hpcwhirl: what was in {args.out} is now {aside}", file=sys.stderr)
+    prepare(design, args.out)
+    return design, policy
 
 
-def _shard(args: argparse.Namespace) -> Shard | None:
-    return parse_shard(args.shard) if args.shard is not None else None
-
-
-def _dry_run(args: argparse.Namespace, design: Design) -> None:
+def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
     from hpcwhirl.campaign.forecast import forecast
     from hpcwhirl.campaign.run import cases_of
 
-    found = forecast(design, args.out, cases_of(design, _shard(args)))
+    found = forecast(design, args.out, cases_of(design, shard))
     step = 1e6 * found.seconds / found.steps if found.steps else 0.0
     disk = found.disk
     facts = {
@@ -162,12 +213,13 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
     from hpcwhirl.report.maps import draw_map
 
     if not ending.complete:
+        why = f": {ending.reason}" if ending.reason else ""
         print(
-            f"hpcwhirl: stopped early; finished cases are safe in {args.out}; "
+            f"hpcwhirl: stopped early{why}; finished cases are safe in {args.out}; "
             "the same command continues",
             file=sys.stderr,
         )
-        return STOPPED
+        return FAILED if ending.gave_up else STOPPED
     if ending.left:
         return _conclude_shard(args, ending)
     if ending.failed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 
@@ -28,6 +29,10 @@ class Batch:
     scenes : the cases, read as lanes become free
     lanes : cases on their way at once
     model : of all the scenes; built from the first if not given
+    begin : called with the place and the march of every case before it rides; may let
+        it go on from a snapshot
+    limit : computing seconds after which a case is taken out, whether it has ended or
+        not
 
     Raises
     ------
@@ -36,13 +41,19 @@ class Batch:
     """
 
     def __init__(
-        self, scenes: Iterable[Scene], lanes: int = FOUR, model: Model | None = None
+        self,
+        scenes: Iterable[Scene],
+        lanes: int = FOUR,
+        model: Model | None = None,
+        begin: Callable[[int, March], None] | None = None,
+        limit: float = math.inf,
     ) -> None:
         if not 1 <= lanes <= MOST_LANES:
             msg = f"lanes must be in 1 .. {MOST_LANES}, got {lanes}"
             raise InputError(msg)
         self.waiting = enumerate(scenes)
         self.lanes, self.model = lanes, model
+        self.begin, self.limit = begin, limit
         self.first: Scene | None = None
         self.groups: list[Lanes] = []
         self.seats: dict[tuple[int, int], int] = {}  # group and lane -> case
@@ -54,6 +65,13 @@ class Batch:
 
         between_slices : called every 10 ms or so; may raise to end the batch
         """
+        for case, march in self.marches(between_slices):
+            yield case, march.history()
+
+    def marches(
+        self, between_slices: Callable[[], None] | None = None
+    ) -> Iterator[tuple[int, March]]:
+        """Yield (place in the queue, march) of every case as it ends; see `run`."""
         for place in range(self.lanes):
             self._refill(place // FOUR, place % FOUR)
         size = FIRST_SLICE
@@ -68,14 +86,35 @@ class Batch:
                 if between_slices:
                     between_slices()
 
-    def _ended(self, number: int) -> Iterator[tuple[int, History]]:
+    def aboard(
+        self, wanted: Callable[[int, March], bool] | None = None
+    ) -> Iterator[tuple[int, March]]:
+        """Yield (place, march) of every case on its way, as it would be alone now.
+
+        A march is to be read, not advanced: it is still in its lane.
+
+        wanted : of place and march, whose `seconds` alone are of now; None: all
+        """
+        for (number, lane), case in list(self.seats.items()):
+            group = self.groups[number]
+            riding = group.marches[lane]
+            if riding is not None and (wanted is None or wanted(case, riding)):
+                march = group.unload(lane)
+                group.load(lane, march)
+                yield case, march
+
+    def _ended(self, number: int) -> Iterator[tuple[int, March]]:
         """Take out what has ended in a group, fill its lanes again, yield it."""
         group = self.groups[number]
-        for lane in group.ended():
+        late = [
+            lane for lane, march in enumerate(group.marches)
+            if march is not None and march.seconds > self.limit
+        ]  # fmt: skip
+        for lane in sorted({*group.ended(), *late}):
             march = group.unload(lane)
             case = self.seats.pop((number, lane))
             self._refill(number, lane)
-            yield case, march.history()
+            yield case, march
 
     def _refill(self, number: int, lane: int) -> None:
         """Put the next waiting case, if there is one, in a lane."""
@@ -83,6 +122,8 @@ class Batch:
         if scene is None:
             return
         march = self._march(scene)
+        if self.begin:
+            self.begin(case, march)
         if number == len(self.groups):
             self.groups.append(Lanes(march))
         self.groups[number].load(lane, march)

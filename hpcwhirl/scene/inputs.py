@@ -45,6 +45,13 @@ def anchored(file: str, folder: Path | str = "") -> str:
     return str((Path(folder) / file).resolve()) if file else ""
 
 
+def end_time(duration: float, revolutions: float, speed: float) -> float:
+    """Return the engine time, s, of a duration, s, or of revolutions, if > 0."""
+    if revolutions > 0:
+        return revolutions * 2 * math.pi / abs(speed)
+    return duration
+
+
 class Inputs(BaseModel):
     """Base: frozen, strict about unknown keys, strict about types."""
 
@@ -76,9 +83,9 @@ class Rotor(Inputs):
     density: Positive = Field(7800.0, description="density, kg/m^3")
     centre: Literal["free", "clamped"] = Field("free", description="shaft centre")
     centre_stiffness: Positive = Field(3.4e7, description="k_o, N/m")
-    damping: NonNegative = Field(0.0104, description="modal damping ratio")
+    damping: NonNegative = Field(0.01103, description="modal damping ratio")
     suspension_damping: OwnRatio = Field(
-        AS_THE_REST, description="ratio of the suspension modes; -1: as damping"
+        0.1964, description="ratio of the suspension modes; -1: as damping"
     )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = Field(
         (), description="relative change of each blade's Young's modulus, N numbers"
@@ -115,16 +122,16 @@ class Casing(Inputs):
     )
     harmonics: int = Field(20, ge=1, le=1000, description="highest harmonic H")
     elements: int = Field(40, ge=3, le=2000, description="ring elements")
-    thickness: Positive = Field(0.0218, description="radial, m")
-    width: Positive = Field(0.160, description="axial, m")
+    thickness: Positive = Field(0.02663, description="radial, m")
+    width: Positive = Field(0.2077, description="axial, m")
     young: Positive = Field(210e9, description="Young's modulus, Pa")
     density: Positive = Field(7800.0, description="density, kg/m^3")
     support_frequency: NonNegative = Field(
-        14.6, description="foundation frequency omega_c1, rad/s"
+        16.29, description="foundation frequency omega_c1, rad/s"
     )
-    damping: NonNegative = Field(0.064, description="modal damping ratio")
+    damping: NonNegative = Field(0.1214, description="modal damping ratio")
     support_damping: OwnRatio = Field(
-        AS_THE_REST, description="ratio of the modes on the support; -1: as damping"
+        0.4303, description="ratio of the modes on the support; -1: as damping"
     )
     amplitude: Finite = Field(0.0, description="rigid: distortion A0, m")
     growth: Finite = Field(0.0, description="rigid: sigma of A0 exp(sigma t), 1/s")
@@ -145,12 +152,6 @@ class Engine(Inputs):
     def _a_file_is_as_it_is(self) -> Self:
         if self.file and self.rotor.mistuning:
             msg = f"rotor.mistuning must be [] with a rotor from file, got {self.file}"
-            raise ValueError(msg)
-        if self.file and self.rotor.suspension_damping != AS_THE_REST:
-            msg = (
-                "rotor.suspension_damping must be -1 with a rotor from file, which "
-                f"tells no suspension, got {self.rotor.suspension_damping}"
-            )
             raise ValueError(msg)
         return self
 
@@ -187,7 +188,7 @@ class Scene(Inputs):
     gap: NonNegative = Field(1.28e-4, description="blade-tip clearance, m")
     friction: NonNegative = Field(0.1, description="Coulomb coefficient mu")
     force: NonNegative = Field(75e3, description="peak modal force, N")
-    pulse: Positive = Field(0.97e-3, description="pulse duration tau, s")
+    pulse: Positive = Field(0.7802e-3, description="pulse duration tau, s")
     direction: Literal["squeeze", "stretch"] = Field(
         "squeeze", description="of the casing at theta = 0"
     )
@@ -241,6 +242,4 @@ class Scene(Inputs):
     @property
     def end_time(self) -> float:
         """Engine time to simulate, s."""
-        if self.revolutions > 0:
-            return self.revolutions * 2 * math.pi / abs(self.speed)
-        return self.duration
+        return end_time(self.duration, self.revolutions, self.speed)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra, variable_name
@@ -77,6 +78,9 @@ def row_of(plan: Plan, case: int, record: Record | None) -> dict[str, Any]:
     if record and record.get("row"):
         return dict(record["row"])
     values = plan.base | plan.settings[case]
+    if values.get("revolutions"):
+        asked = values["duration"], values["revolutions"], values["speed"]
+        values["duration"] = end_time(*asked)
     short = {variable_name(dotted): value for dotted, value in values.items()}
     return {name: short[name] for name in ROW if name in short}
 

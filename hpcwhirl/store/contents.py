@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.runs import Share, read_runs
-from hpcwhirl.store.schema import TRACES
+from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TRACES, dtype
 
 
 @dataclass
@@ -73,6 +73,13 @@ class Contents:
         if self.kept and self.common_interval is None:
             shapes["time"] = (longest,)
         return shapes
+
+    @property
+    def size(self) -> int:
+        """Bytes of rows and traces, the least that the file will have."""
+        tables = (ROW | STATUS | PERFORMANCE).items()
+        row = sum(dtype(name, variable).itemsize for name, variable in tables)
+        return self.cases * (row + self.bytes_of_traces())
 
     def bytes_of_traces(self) -> int:
         """Return the bytes that the traces of one case take."""

@@ -8,7 +8,9 @@ traces. The file is written under a temporary name, synced and renamed.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import shutil
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -20,6 +22,7 @@ import numpy as np
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
+from hpcwhirl.store.hdf5 import reason, writing
 from hpcwhirl.store.layout import LIBVER, define
 
 RESULTS = "results.h5"
@@ -58,7 +61,7 @@ def gather(
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
     final, temporary = folder / RESULTS, folder / part
-    begin = partial(contents_of, folder) if rank == 0 else None
+    begin = partial(_fitting, folder) if rank == 0 else None
     content = _agreed(begin, temporary, comm)
     write = publish = None
     if parallel or rank == 0:
@@ -82,9 +85,8 @@ def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
     except WhirlError as failed:
         error = failed
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        told = getattr(failed, "strerror", None) or str(failed)
         error = MissingFileError(
-            f"cannot write {part.with_suffix('')}: {told.splitlines()[0]}"
+            f"cannot write {part.with_suffix('')}: {reason(failed)}"
         )
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
@@ -112,7 +114,7 @@ def _write_file(
     """
     options = {"driver": "mpio", "comm": comm} if comm is not None else {}
     rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
-    with h5py.File(part, "w", libver=LIBVER, **options) as file:
+    with writing(part, libver=LIBVER, **options) as file:
         define(file, contents, facts, compress)
         for cases in ranges(contents.cases, rank, size, block_size(contents)):
             block = _agreed(partial(read_block, contents, cases), part, comm)
@@ -148,3 +150,19 @@ def _publish(part: Path, final: Path) -> None:
     with part.open("rb+") as file:
         os.fsync(file.fileno())
     part.replace(final)
+
+
+def _fitting(folder: Path) -> Contents:
+    """Return what is to be written; raise before a byte is where there is no room.
+
+    MPI-IO cannot be told to end once a write of one rank has failed: others may wait
+    for that rank in a collective call. A quota, which no call tells, it meets still.
+    """
+    contents = contents_of(folder)
+    free = shutil.disk_usage(folder).free
+    if contents.size > free:
+        need, have = contents.size / 1e6, free / 1e6
+        why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
+        msg = f"cannot write {folder / RESULTS}: {why}"
+        raise MissingFileError(msg)
+    return contents

@@ -11,6 +11,8 @@ import json
 import os
 import zlib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -25,12 +27,13 @@ T = TypeVar("T")
 
 
 def sealed(record: Record) -> bytes:
-    """Return the line of a record: its checksum, itself, a newline."""
+    """Return a record as a line: CRC-32 of the JSON, a space, the JSON."""
     body = json.dumps(record).encode()
     return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
 
 
-def _opened(line: bytes) -> Record | None:
+def opened(line: bytes) -> Record | None:
+    """Return the record of a line, None where it does not match its checksum."""
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None
@@ -52,26 +55,29 @@ class Journal:
         try:
             for part in ("journal", "traces"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
-            self._lines = (folder / "journal" / f"{name}.log").open("ab")
-            self._blocks = (folder / "traces" / f"{name}.bin").open("ab")
+            self._lines = (folder / "journal" / f"{name}.log").open("ab", buffering=0)
+            self._blocks = (folder / "traces" / f"{name}.bin").open("ab", buffering=0)
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
             raise MissingFileError(msg) from None
-        self._name = f"{name}.bin"
+        self.folder, self._name = folder, f"{name}.bin"
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Keep a finished case: its traces first, then the line that names them."""
+        """Keep a finished case: its traces first, then the line that names them.
+
+        Raises
+        ------
+        MissingFileError
+            where they cannot be written; what was there before is still whole
+        """
         if traces:
             record = record | {"traces": self._block(traces)}
-        self._lines.write(sealed(record))
-        _sync(self._lines)
+        _write(self._lines, sealed(record))
 
     def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
         parts = {n: np.ascontiguousarray(a, dtype="<f8") for n, a in traces.items()}
         data = b"".join(a.tobytes() for a in parts.values())
-        offset = self._blocks.seek(0, os.SEEK_END)
-        self._blocks.write(data)
-        _sync(self._blocks)
+        offset = _write(self._blocks, data)
         return {
             "file": self._name,
             "offset": offset,
@@ -95,9 +101,20 @@ class Journal:
         self._blocks.close()
 
 
-def _sync(file: Any) -> None:
-    file.flush()
-    os.fsync(file.fileno())
+def _write(file: FileIO, data: bytes) -> int:
+    """Append data whole and synced, or not at all; return where it begins."""
+    offset = file.seek(0, os.SEEK_END)
+    try:
+        left = memoryview(data)
+        while left:
+            left = left[file.write(left) :]
+        os.fsync(file.fileno())
+    except OSError as failed:
+        with suppress(OSError):
+            file.truncate(offset)
+        msg = f"cannot write {file.name!s}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    return offset
 
 
 def next_run(folder: Path) -> int:
@@ -142,7 +159,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Record]]:
         with path.open("rb") as file:
             start = 0
             for line in file:
-                record = _opened(line)
+                record = opened(line)
                 if record is not None:
                     yield path, start, record
                 start += len(line)
@@ -153,8 +170,8 @@ def read_journals(folder: Path) -> dict[str, list[Record]]:
     found = {}
     for path in sorted((folder / "journal").glob("*.log")):
         with path.open("rb") as file:
-            opened = [_opened(line) for line in file]
-        found[path.stem] = [record for record in opened if record is not None]
+            lines = [opened(line) for line in file]
+        found[path.stem] = [record for record in lines if record is not None]
     return found
 
 
@@ -203,7 +220,7 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
         with path.open("rb") as file:
             for start in starts:
                 file.seek(start)
-                record = _opened(file.readline())
+                record = opened(file.readline())
                 if record is None:
                     msg = f"{path} has changed at byte {start} while it was read"
                     raise StoreError(msg)

@@ -14,6 +14,7 @@ from hpcwhirl.errors import InputError, MissingFileError, StoreError
 from hpcwhirl.store.schema import FORMAT
 
 NAME = "campaign.json"
+PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
 
 
 @dataclass(frozen=True)
@@ -84,24 +85,41 @@ def read_plan(folder: Path) -> Plan:
 
 
 def check_same(old: Plan, new: Plan, folder: Path) -> None:
-    """Raise InputError, naming what changed, where `new` may not continue `old`."""
-    own = "use another --out, or the inputs it was begun with"
+    """Raise InputError, naming what changed, where `new` may not continue `old`.
+
+    A campaign may get more cases: longer lists, and further inputs to sweep as long as
+    the value that they had is among those that they get.
+    """
+    own = "use another --out, the inputs it was begun with, or --fresh to start over"
     if old.version != new.version:
         msg = f"{folder} was begun by hpcwhirl {old.version}, this is {new.version}: "
         raise InputError(msg + own)
-    if sorted(old.swept) != sorted(new.swept):
+    if not set(old.swept) <= set(new.swept):
         msg = f"{folder} sweeps {', '.join(old.swept)}; this sweeps "
-        raise InputError(msg + f"{', '.join(new.swept)}: {own}")
-    for name, value in new.base.items():
-        if name not in new.swept and old.base.get(name) != value:
-            msg = f"{folder} was begun with {name} = {old.base.get(name)!r}, "
-            raise InputError(msg + f"got {value!r}: {own}")
+        raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
+    for name in new.base:
+        was, now = old.base.get(name), _values(new, name, old.swept)
+        begun_before = name == PHYSICS and was is None
+        if now and was not in now and not begun_before:
+            msg = f"{folder} was begun with {name} = {was!r}, "
+            got = " or ".join(map(repr, now[:3])) + (" ..." if len(now) > 3 else "")
+            raise InputError(msg + f"got {got}: {own}")
     known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
     for settings, digest in zip(new.settings, new.digests, strict=True):
         file = settings.get("engine.file")
         if file and known.get(_key(settings), digest) != digest:
             msg = f"{folder} was begun with another content of {file}: {own}"
             raise InputError(msg)
+
+
+def _values(plan: Plan, name: str, swept: list[str]) -> list[Any]:
+    """Return the values an input has in a plan; none where `swept` lets it differ."""
+    if name in swept:
+        return []
+    if name not in plan.swept:
+        return [plan.base[name]]
+    values = (settings.get(name, plan.base[name]) for settings in plan.settings)
+    return list({json.dumps(value): value for value in values}.values())
 
 
 def _key(settings: dict[str, Any]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.hdf5 import reason, writing
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
 
@@ -36,7 +38,7 @@ def relabel(
     part = path.with_name(path.name + ".part")
     try:
         shutil.copyfile(path, part)
-        with h5py.File(part, "r+") as file:
+        with writing(part, "r+") as file:
             changes = _rename(file, name)
             for limit, value in thresholds.items():
                 file.attrs[f"threshold_{limit}"] = np.float64(value)
@@ -45,8 +47,10 @@ def relabel(
         part.unlink(missing_ok=True)
         msg = f"{path} is not a campaign's results: {failed.args[0]}"
         raise StoreError(msg) from None
-    except OSError as failed:
-        msg = f"cannot write {path}: {failed.strerror or failed}"
+    except (OSError, RuntimeError) as failed:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        msg = f"cannot write {path}: {reason(failed)}"
         raise MissingFileError(msg) from None
     return changes
 

@@ -10,7 +10,7 @@ from hpcwhirl.errors import StoreError, unknown
 
 FORMAT = 2
 ENUMS = {
-    "status": ("ok", "failed", "missing"),
+    "status": ("ok", "failed", "missing", "timeout", "crashed"),
     "outcome": ("none", "completed", "stopped", "unstable"),
     "regime": ("none", "damped", "sustained", "divergent", "undecided"),
     "whirl": ("none", "forward", "backward", "mixed"),

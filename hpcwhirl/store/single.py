@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError
+from hpcwhirl.store.hdf5 import reason, writing
 
 Arrays = Mapping[str, tuple[NDArray[Any], str, str]]
 
@@ -28,17 +28,17 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
     part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(part, "w") as file:
+        with writing(part) as file:
             for name, (array, unit, meaning) in arrays.items():
                 data = file.create_dataset(name, data=array)
                 data.attrs["units"], data.attrs["long_name"] = unit, meaning
             for name, value in facts.items():
                 file.attrs[name] = value
         part.replace(path)
-    except OSError as failed:
+    except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
         with contextlib.suppress(OSError):  # a file on the way is no directory
             part.unlink(missing_ok=True)
-        msg = f"cannot write {path}: {failed.strerror or failed}"
+        msg = f"cannot write {path}: {reason(failed)}"
         raise MissingFileError(msg) from None
 
 

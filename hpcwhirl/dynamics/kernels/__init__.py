@@ -25,5 +25,6 @@ def _cache_base(chosen: str) -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hpcwhirl"
 
 
+DIGEST = _digest()
 _settings = vars(config)
-_settings["CACHE_DIR"] = str(_cache_base(_settings["CACHE_DIR"]) / _digest())
+_settings["CACHE_DIR"] = str(_cache_base(_settings["CACHE_DIR"]) / DIGEST)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 Answers = list[tuple[int, list[int]]]
 
 
-class Desk:
+class Questions:
     """Open questions of the workers; no messages, no clock.
 
     A worker asks ahead and is answered at once, but for the last units, one a rank:

@@ -1,0 +1,129 @@
+"""What runs in the interpreter of isolated cases; see `isolate`."""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import os
+import select
+import signal
+import sys
+import time
+import traceback
+import zlib
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from hpcwhirl.campaign.case import Result
+from hpcwhirl.campaign.compute import LateError, compute, message_of
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.isolate import STOP
+from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.stop import SIGNALS
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.store.journal import Record, opened, sealed
+
+
+def say(text: str) -> None:
+    """Write a plain line on stderr at once."""
+    sys.stderr.write(f"hpcwhirl: {text}\n")
+    sys.stderr.flush()
+
+
+class Server:
+    """Answers requests until their source ends."""
+
+    def __init__(self, source: int, sink: BinaryIO) -> None:
+        self._source, self._sink, self._come = source, sink, b""
+        first = self._next() or {}
+        self.halfway = Halfway(Path(first["folder"]), first["every"], say)
+
+    def serve(self) -> None:
+        """Answer one request after the other."""
+        while (asked := self._next()) is not None:
+            if "warm" in asked:
+                self._warm(asked)
+            else:
+                self._answer(asked)
+
+    def _next(self) -> Record | None:
+        """Return the next request, None at the end; a late word to stop is no more."""
+        while True:
+            line, found, rest = self._come.partition(b"\n")
+            if found:
+                self._come = rest
+                asked = opened(line + found)
+                if asked is not None:
+                    return asked
+                continue
+            part = os.read(self._source, 65536)
+            if not part:
+                return None
+            self._come += part
+
+    def _between(self) -> None:
+        """Raise Stop where the parent says so; end with the parent."""
+        if not select.select([self._source], [], [], 0.0)[0]:
+            return
+        part = os.read(self._source, 65536)
+        if not part:
+            os._exit(1)
+        self._come += part
+        if STOP in self._come:
+            self._come = b""
+            raise Stop
+
+    def _warm(self, asked: Record) -> None:
+        with contextlib.suppress(Exception):  # it will fail as a row
+            March(apply_settings(Scene(), asked["warm"])).advance(1)
+        self._send({"status": "warm"}, b"")
+
+    def _answer(self, asked: Record) -> None:
+        scene, start = apply_settings(Scene(), asked["scene"]), time.perf_counter()
+        limit = float("inf") if asked["limit"] is None else asked["limit"]
+        try:
+            digest = asked["digest"]
+            result = compute(scene, digest, self.halfway, limit, self._between)
+        except Stop:
+            self._send({"status": "stopped"}, b"")
+        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+            if not isinstance(failed, WhirlError):
+                traceback.print_exc()
+            status = "timeout" if isinstance(failed, LateError) else "failed"
+            spent = time.perf_counter() - start
+            told = {"status": status, "message": message_of(failed), "seconds": spent}
+            self._send(told, b"")
+        else:
+            self._send_result(result)
+
+    def _send_result(self, result: Result) -> None:
+        parts = {n: np.asarray(a, dtype="<f8") for n, a in result.traces.items()}
+        data = b"".join(np.ascontiguousarray(a).tobytes() for a in parts.values())
+        told: Record = {"status": "ok", "row": result.row}
+        told["performance"] = result.performance
+        told["shapes"] = {n: list(a.shape) for n, a in parts.items()}
+        self._send(told, data)
+
+    def _send(self, told: Record, data: bytes) -> None:
+        told |= {"bytes": len(data), "crc": zlib.crc32(data)}
+        self._sink.write(sealed(told) + data)
+        self._sink.flush()
+
+
+def main() -> None:
+    """Serve stdin and stdout; whatever else prints goes to stderr."""
+    for name in SIGNALS:  # the parent says when to stop
+        signal.signal(name, signal.SIG_IGN)
+    faulthandler.enable()
+    sink = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    with contextlib.suppress(BrokenPipeError):
+        Server(0, sink).serve()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""One case of a campaign, from where it was left to its end or to a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hpcwhirl.campaign.case import Result, result_of
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.stop import breakable
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import CaseError
+from hpcwhirl.scene import Scene
+
+
+class LateError(CaseError):
+    """A case has computed longer than it may."""
+
+
+class DiedError(CaseError):
+    """The process of a case died."""
+
+
+class FailedError(CaseError):
+    """A case failed in its process, which has told why."""
+
+
+def late(march: March, limit: float) -> LateError:
+    """Return the error of a case that has been computed longer than `limit`, s."""
+    share = march.steps / march.total
+    return LateError(
+        f"more than {limit:g} s of computing, {share:.1%} of the case: a greater "
+        "--case-limit with --retry timeout goes on from there"
+    )
+
+
+def message_of(failed: Exception) -> str:
+    """Return the one line that tells why a case failed."""
+    told = isinstance(failed, CaseError)
+    text = str(failed) if told else f"{type(failed).__name__}: {failed}"
+    return text.splitlines()[0]
+
+
+def compute(
+    scene: Scene,
+    digest: str,
+    halfway: Halfway,
+    limit: float,
+    between: Callable[[], None],
+) -> Result:
+    """Integrate a case, its state kept now and then, at a stop and at its limit.
+
+    Parameters
+    ----------
+    scene, digest : the case
+    halfway : where its state is kept and may be found; not dropped here
+    limit : s of computing that the case may take, all runs together
+    between : called between slices; may raise `Stop`
+
+    Raises
+    ------
+    LateError
+        beyond the limit
+    """
+    with breakable(between):
+        march = March(scene)
+        march.advance(0)  # compiles what has not been compiled yet
+    march.seconds = 0.0
+    halfway.take_up(digest, march)
+
+    def guard() -> None:
+        if march.seconds > limit and not march.done:
+            raise late(march, limit)
+        if halfway.is_due(digest, march):
+            halfway.save(digest, march)
+        between()
+
+    try:
+        history = march.run(guard)
+    except (Stop, LateError):
+        halfway.save(digest, march)
+        raise
+    return result_of(march.scene, history)

@@ -1,0 +1,70 @@
+"""Cases on their way: their states kept at a stop and now and then, and taken up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
+
+FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
+
+
+class Halfway:
+    """The states of the cases of a campaign's directory.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    every : s of a case's computing between states kept of it
+    say : told in one line what could not be used or written
+    """
+
+    def __init__(self, folder: Path, every: float, say: Callable[[str], None]) -> None:
+        self.folder, self.every, self.say = folder, every, say
+        self.kept = stored_states(folder)  # one listing, not a look a case
+        self.mute = False
+        self.saved: dict[str, float] = {}  # digest: the case's seconds at that time
+
+    def take_up(self, digest: str, march: March) -> None:
+        """Let a march go on from the state that is kept of its case, if one fits."""
+        self.saved[digest] = 0.0
+        if digest not in self.kept:
+            return
+        try:
+            arrays = read_state(self.folder, digest, {FITS: fingerprint(march)})
+            if arrays is not None and not restore(march, arrays):
+                msg = f"the state of case {digest[:12]} has other arrays"
+                raise StoreError(msg)  # noqa: TRY301 - told below as the others
+        except StoreError as failed:
+            self.say(f"{failed}: the case starts anew")
+            self.drop(digest)
+        self.saved[digest] = march.seconds
+
+    def is_due(self, digest: str, march: March) -> bool:
+        """Return whether the state of a case should be kept now."""
+        return march.seconds - self.saved[digest] >= self.every
+
+    def save(self, digest: str, march: March) -> None:
+        """Keep the state of a case; where that fails, the case can start anew."""
+        self.saved[digest] = march.seconds
+        if march.steps == 0:
+            return
+        try:
+            belongs = {FITS: fingerprint(march)}
+            write_state(self.folder, digest, belongs, snapshot(march))
+            self.kept.add(digest)
+        except MissingFileError as failed:
+            if not self.mute:
+                self.say(f"{failed}: a stop costs what has been computed of this case")
+            self.mute = True
+
+    def drop(self, digest: str) -> None:
+        """Forget the state of a case that has ended."""
+        self.saved.pop(digest, None)
+        if digest in self.kept:
+            self.kept.discard(digest)
+            drop_state(self.folder, digest)

@@ -1,0 +1,182 @@
+"""Why and when a campaign ends early: signals, clocks, a file, a rank's own wish."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.errors import InputError
+
+FILE = "STOP"  # in the campaign's directory
+SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
+MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
+LOOK_EVERY = 1.0  # s between looks for the file
+BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
+END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
+
+
+class Stopping:
+    """Whether this process is to end; asked between slices.
+
+    As a context it takes over TERM, USR1 and INT, and gives them back.
+    """
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self._file: Path | None = None
+        self._deadline: float | None = None
+        self._looked = 0.0
+        self._before: dict[int, Any] = {}
+
+    def watch(self, folder: Path | None, seconds: float | None) -> None:
+        """Watch a file and the clock, too.
+
+        Parameters
+        ----------
+        folder : looked into for `STOP`; None: by another rank of this node
+        seconds : from now until this process is to end; None: no limit
+        """
+        self._looked = time.monotonic()
+        self._file = folder / FILE if folder else None
+        self._deadline = self._looked + seconds if seconds is not None else None
+
+    def ask(self, reason: str) -> None:
+        """Ask this process, and with it the campaign, to end."""
+        self.reason = self.reason or reason
+
+    def __call__(self) -> bool:
+        """Return whether this process has been asked to end."""
+        now = time.monotonic()
+        if self._deadline is not None and now >= self._deadline:
+            self.ask("the wall-time is nearly over")
+        elif self._file is not None and now - self._looked >= LOOK_EVERY:
+            self._looked = now
+            if self._file.exists():
+                self.ask(f"{self._file} is there")
+        return bool(self.reason)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        del frame
+        self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
+
+    def __enter__(self) -> Self:
+        """Take the signals over; only a main thread can."""
+        if threading.current_thread() is threading.main_thread():
+            for name in SIGNALS:
+                self._before[name] = signal.signal(name, self._hear)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Give the signals back as they were."""
+        for name, handler in self._before.items():
+            signal.signal(name, handler or signal.SIG_DFL)
+        self._before.clear()
+
+
+class _Alarm:
+    """Calls `check` at every tick of a timer and remembers what it raised."""
+
+    def __init__(self, check: Callable[[], None]) -> None:
+        self.check, self._at_it = check, False
+        self.told: Stop | None = None
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        if self._at_it:  # a check that receives a message must not be cut in two
+            return
+        self._at_it = True
+        try:
+            self.check()
+        except Stop as stop:
+            self.told = stop
+            raise
+        finally:
+            self._at_it = False
+
+
+@contextmanager
+def breakable(check: Callable[[], None]) -> Iterator[None]:
+    """Break what is inside off at any line where `check` raises Stop.
+
+    Compiling a kernel takes up to a minute and building a model may take seconds,
+    without slices: a timer calls `check` meanwhile. Nothing is written to the
+    campaign's files inside.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    alarm = _Alarm(check)
+    before = signal.signal(signal.SIGALRM, alarm)
+    signal.setitimer(signal.ITIMER_REAL, BREAK_EVERY, BREAK_EVERY)
+    try:
+        yield
+    except Exception:
+        if alarm.told:  # a compiler may make another error of it
+            raise alarm.told from None
+        raise
+    finally:
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        finally:  # also where the last tick came just now
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, before or signal.SIG_DFL)
+
+
+def refuse_stop_file(folder: Path) -> None:
+    """Raise InputError where a campaign has been stopped by its file until further."""
+    if (folder / FILE).exists():
+        msg = f"{folder / FILE} keeps this campaign stopped: remove it to go on"
+        raise InputError(msg)
+
+
+def parse_walltime(text: str) -> float:
+    """Return the seconds of ``HH:MM:SS``; hours have no upper limit."""
+    parts = text.split(":")
+    plain = all(part.isascii() and part.isdigit() for part in parts)
+    if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
+        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got '{text}'"
+        raise InputError(msg)
+    seconds = 0.0
+    for part in parts:
+        seconds = 60.0 * seconds + int(part)
+    if seconds == 0.0:
+        msg = f"--walltime must be > 00:00:00, got '{text}'"
+        raise InputError(msg)
+    return seconds
+
+
+def time_left(
+    walltime: float | None, env: Mapping[str, str] = os.environ
+) -> float | None:
+    """Return the seconds until a stop, None for no limit.
+
+    The nearer of a wall-time that begins now and the end of the Slurm job counts,
+    less a margin in which states are saved. PBS, LSF, SGE and Flux tell a job no end
+    that could be relied on: there, `--walltime` says it.
+
+    Parameters
+    ----------
+    walltime : s, or None
+    env : the environment, with `SLURM_JOB_END_TIME` where Slurm sets it
+    """
+    ends = [walltime] if walltime is not None else []
+    known = env.get(END_TIME, "")
+    if known.isascii() and known.isdigit():
+        ends.append(max(int(known) - time.time(), 0.0))
+    if not ends:
+        return None
+    left = min(ends)
+    return left - min(MARGIN, 0.1 * left)

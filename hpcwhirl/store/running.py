@@ -1,0 +1,83 @@
+"""What each rank is computing: a file a rank and run, there while it is at work.
+
+A process that ends by itself, whether stopped or done, removes its file. One that is
+left was written by a process that died: what it names was in flight at a crash.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections import Counter
+from collections.abc import Collection, Iterable
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.store.journal import opened, sealed
+
+
+class Running:
+    """What one rank of one run is computing now.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    run, rank : as of its journal
+    """
+
+    def __init__(self, folder: Path, run: int, rank: int) -> None:
+        self._path = folder / "running" / f"{run:04d}-{rank:05d}.log"
+        self._who = {"rank": rank, "host": socket.gethostname(), "pid": os.getpid()}
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = self._path.open("wb", buffering=0)
+        except OSError as failed:
+            msg = f"cannot write in {folder}: {failed.strerror}"
+            raise MissingFileError(msg) from None
+
+    def begin(self, digests: Iterable[str]) -> None:
+        """Note the cases that are computed from now on, in place of those before.
+
+        The note is not synced: it is to outlive the process, not the machine.
+        """
+        line = sealed(self._who | {"digests": list(digests)})
+        with suppress(OSError):  # a full disk stops the campaign at the next result
+            os.pwrite(self._file.fileno(), line, 0)
+            self._file.truncate(len(line))
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Remove the note: this process ends by itself."""
+        self._file.close()
+        with suppress(OSError):
+            self._path.unlink()
+
+
+def crashes(folder: Path) -> Counter[str]:
+    """Return how many processes have died computing a case, by its digest."""
+    found: Counter[str] = Counter()
+    for path in sorted((folder / "running").glob("*.log")):
+        with suppress(OSError):
+            record = opened(path.read_bytes())
+            found.update(record["digests"] if record else [])
+    return found
+
+
+def forget_crashes(folder: Path, finished: Collection[str]) -> None:
+    """Remove the notes of dead processes whose cases all have a result by now."""
+    for path in (folder / "running").glob("*.log"):
+        with suppress(OSError):
+            record = opened(path.read_bytes())
+            if record and set(record["digests"]) <= set(finished):
+                path.unlink()

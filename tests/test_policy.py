@@ -1,0 +1,178 @@
+"""Limits, retries, starting over, and campaigns that get more cases."""
+
+import pytest
+from launch import records, root_variables
+
+from hpcwhirl.campaign.policy import Policy, retries, with_rules
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.store.cases import Cases
+
+SHORT = """
+scene = {duration = 4e-3}
+solver = {time_step = 2e-6}
+output = {interval = 5e-5}
+"""
+SPEEDS = "sweep = {speed = [300, 410]}\n"
+COARSE = "sweep = {time_step = [2e-5, 1e-6, 3e-5, 2e-6]}\n"  # the first and third fail
+LATE = """
+scene = {duration = 1.0}
+output = {interval = 1e-2}
+sweep = {time_step = [1e-6, 8e-6]}
+campaign = {case_limit = 1e-4}
+"""
+
+
+@pytest.fixture
+def run(tmp_path, capsys):
+    """Return a function: TOML, options -> (exit code, stderr), always in `out`."""
+
+    def integrate(text, *options):
+        (tmp_path / "c.toml").write_text(text)
+        out = str(tmp_path / "out")
+        code = main(["campaign", str(tmp_path / "c.toml"), "--out", out, *options])
+        return code, capsys.readouterr().err
+
+    return integrate
+
+
+def statuses(folder):
+    return [row["status"] for row in Cases(folder).rows]
+
+
+@pytest.mark.slow
+def test_a_late_case_is_a_row_and_goes_on_when_it_may(run, tmp_path):
+    out = tmp_path / "out"
+    code, err = run(LATE)
+    assert code == 1
+    assert "case 0 timeout on " in err
+    assert statuses(out) == ["timeout", "timeout"]
+    message = Cases(out).rows[0]["message"]
+    assert message.startswith(b"more than 0.0001 s of computing, ")
+    kept = records(out)
+    assert all(record["performance"]["seconds"] > 1e-4 for record in kept)
+    assert {"rank", "host"} <= kept[0]["performance"].keys()
+    assert len(list(out.glob("states/*"))) == 2
+    assert run(LATE)[0] == 1
+    assert records(out) == kept
+    assert run(LATE, "--retry", "failed")[0] == 1
+    assert records(out) == kept
+    assert run(LATE, "--retry", "timeout", "--case-limit", "1e6")[0] == 0
+    assert statuses(out) == ["ok", "ok"]
+    assert not list(out.glob("states/*"))
+    cut = root_variables(out)
+    code, err = run(LATE.partition("campaign")[0], "--fresh")
+    assert code == 0
+    assert f"is now {tmp_path}/out.1" in err
+    assert root_variables(out) == cut
+    assert root_variables(tmp_path / "out.1") == cut
+
+
+@pytest.mark.parametrize(("option", "kept"), [("--fail-fast", 3), ("--max-fails=2", 4)])
+def test_too_many_failures_end_a_campaign_and_keep_it(run, tmp_path, option, kept):
+    text = SHORT.replace("time_step = 2e-6", "") + COARSE
+    code, err = run(text, option)
+    assert code == 1
+    found = records(tmp_path / "out")
+    assert [record["status"] for record in found].count("failed") == kept - 2
+    assert "without a result" in err or kept == 4
+    assert run(text)[0] == 1
+    assert statuses(tmp_path / "out") == ["failed", "ok", "failed", "ok"]
+
+
+def test_starting_over_deletes_nothing(run, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    assert run(SHORT + SPEEDS, "--fresh")[0] == 0
+    assert not (tmp_path / "out.1").exists()
+    old = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
+    (tmp_path / "out.1").touch()
+    assert run(SHORT + SPEEDS, "--set", "gap=2e-4")[0] == 2
+    code, err = run(SHORT + SPEEDS, "--set", "gap=2e-4", "--fresh")
+    assert code == 0
+    aside = tmp_path / "out.2"
+    assert f"what was in {out} is now {aside}" in err
+    for path, content in old.items():
+        assert (aside / path).read_bytes() == content
+    assert len(records(out)) == 2
+    monkeypatch.chdir(out / "journal")
+    code, err = run(SHORT + SPEEDS, "--fresh")
+    assert code == 2
+    assert "must not be the working directory" in err
+    assert (out / "campaign.json").exists()
+
+
+@pytest.mark.slow
+def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
+    out = tmp_path / "out"
+    assert run(SHORT + "sweep = {speed = [300]}")[0] == 0
+    first = records(out)
+    assert run(SHORT + "sweep = {speed = [410, 300]}")[0] == 0
+    assert run(SHORT + "sweep = {speed = [410, 300], gap = [1.28e-4, 2e-4]}")[0] == 0
+    assert records(out)[0] == first[0]
+    assert len(records(out)) == 4
+    assert statuses(out) == ["ok"] * 4
+    code, err = run(SHORT + "sweep = {speed = [410], friction = [0.2, 0.3]}")
+    assert code == 2
+    assert "sweeps" in err
+    text = "sweep = {speed = [300], gap = [1.28e-4], friction = [0.2, 0.3, 0.4, 0.5]}"
+    code, err = run(SHORT + text)
+    assert code == 2
+    assert "was begun with friction = 0.1, got 0.2 or 0.3 or 0.4 ...: " in err
+    assert "--fresh" in err
+
+
+def test_another_model_version_is_refused_by_name(run, monkeypatch):
+    assert run(SHORT + SPEEDS)[0] == 0
+    monkeypatch.setattr("hpcwhirl.campaign.design.PHYSICS_VERSION", 99)
+    code, err = run(SHORT + SPEEDS)
+    assert code == 2
+    assert "was begun with physics version = " in err
+    assert ", got 99" in err
+
+
+def test_a_case_without_a_result_has_the_time_that_its_revolutions_take(run, tmp_path):
+    text = "scene = {revolutions = 1}\n[sweep]\ntime_step = [2e-5, 5e-6]\n"
+    assert run(text)[0] == 1
+    failed, ok = Cases(tmp_path / "out").rows
+    assert failed["status"] == "failed"
+    assert failed["duration"] == ok["duration"] == pytest.approx(0.0153248, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("rules", "told"),
+    [
+        ({"case_limit": 0}, "case_limit must be a number of seconds > 0, got 0"),
+        ({"case_limit": "1 h"}, "got '1 h'"),
+        ({"case_limit": float("inf")}, "got inf"),
+        ({"case_limit": float("nan")}, "got nan"),
+        ({"max_fails": 0}, "max_fails must be a whole number > 0, got 0"),
+        ({"max_fails": True}, "got True"),
+        ({"max_fails": 1.5}, "got 1.5"),
+        ({"isolate": 1}, "isolate must be true or false, got 1"),
+        ({"save_every": -1}, "save_every must be a number of seconds > 0"),
+        ({"limit": 1}, "unknown key in .campaign. 'limit'; did you mean 'case_limit'"),
+    ],
+)
+def test_rules_that_mean_nothing_are_refused(rules, told):
+    with pytest.raises(InputError, match=told):
+        with_rules(Policy(), rules)
+
+
+def test_what_is_tried_again_is_a_list():
+    assert retries([]) == set()
+    assert retries(["failed,timeout", "crashed"]) == {"failed", "timeout", "crashed"}
+    with pytest.raises(InputError, match="did you mean 'failed'"):
+        retries(["fail"])
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--walltime", "90"], ["--case-limit", "-1"], ["--max-fails", "0"],
+     ["--retry", "ok"], ["--max-fails", "2", "--fail-fast"]],
+)  # fmt: skip
+def test_options_that_mean_nothing_are_one_line(run, tmp_path, words):
+    code, err = run(SHORT + SPEEDS, *words)
+    assert code == 2
+    assert err.startswith("hpcwhirl: error: ")
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()

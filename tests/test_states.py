@@ -1,0 +1,260 @@
+"""A case cut anywhere and taken up again, alone or in a lane, has the same bits."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.campaign.compute import LateError, compute
+from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.dynamics.batch import Batch
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.errors import StoreError
+from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.store.running import Running, crashes, forget_crashes
+from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
+
+SCHEMES = {
+    "modal": {},
+    "exact": {"scheme": "exact"},
+    "general": {"scheme": "general"},
+    "elements": {"discretization": "elements"},
+    "rigid": {"kind": "rigid", "amplitude": 2e-4},
+    "mistuned": {"mistuning": [0.01 * (-1) ** j * j for j in range(22)]},
+    "paper": {"scheme": "paper", "duration": 1.2e-3},
+}
+FITS = {"machine": "this"}
+
+
+def scene(**settings):
+    fast = {"duration": 3e-3, "interval": 1e-5, "traces": "full", "time_step": 2e-6}
+    return apply_settings(named_scene("table2"), fast | settings)
+
+
+def ended(march):
+    march.advance(10**9)
+    return march
+
+
+def assert_same_bits(one, other):
+    for a, b in zip(one.state + one.tracks, other.state + other.tracks, strict=True):
+        assert a.shape == b.shape
+        assert a.tobytes() == b.tobytes()
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
+    case = scene(**SCHEMES[name])
+    whole = ended(March(case))
+    assert whole.history().contacts > 0
+    march = March(case)
+    for steps in (1, 88, 301):  # from one cut to the next, each in a new march
+        march.advance(steps)
+        kept = fingerprint(march)
+        write_state(tmp_path, "d", FITS, snapshot(march))
+        march = March(case)
+        assert fingerprint(march) == kept
+        assert restore(march, read_state(tmp_path, "d", FITS))
+    assert march.steps == 390
+    assert_same_bits(ended(march), whole)
+
+
+def test_what_rides_together_goes_on_alone_or_in_another_batch():
+    scenes = [scene(speed=300.0 + 40 * i, duration=2e-3 + 2e-4 * i) for i in range(6)]
+    wholes = [ended(March(case)) for case in scenes]
+    kept, calls = {}, []
+
+    def give_up():
+        calls.append(1)
+        if len(calls) > 3:
+            raise Stop
+
+    batch, done = Batch(scenes), {}
+    runs = batch.marches(give_up)
+    with pytest.raises(Stop):
+        done |= dict(runs)
+    kept = {place: snapshot(march) for place, march in batch.aboard()}
+    assert len(kept) == 4
+
+    def begin(place, march):
+        if order[place] in kept:
+            assert restore(march, kept[order[place]])
+
+    order = [5, 3, 1, 0, 2, 4]
+    again = Batch([scenes[i] for i in order], begin=begin)
+    for place, march in again.marches():
+        assert_same_bits(march, wholes[order[place]])
+    for place, arrays in kept.items():
+        march = March(scenes[place])
+        assert restore(march, arrays)
+        assert 0 < march.steps < march.total
+        assert_same_bits(ended(march), wholes[place])
+
+
+def test_reading_the_states_of_lanes_changes_none_of_them():
+    scenes = [scene(speed=300.0 + 40 * i) for i in range(5)]
+    batch = Batch(scenes)
+
+    def look():
+        list(batch.aboard())
+
+    for place, march in batch.marches(look):
+        assert_same_bits(march, ended(March(scenes[place])))
+
+
+def test_a_case_beyond_its_limit_leaves_its_lane_and_the_others_stay():
+    scenes = [scene(speed=300.0 + 40 * i) for i in range(4)]
+
+    def begin(place, march):
+        march.seconds = 1e9 if place == 1 else 0.0
+
+    found = dict(Batch(scenes, begin=begin, limit=1e8).marches())
+    assert not found[1].done
+    for place in (0, 2, 3):
+        assert_same_bits(found[place], ended(March(scenes[place])))
+    assert_same_bits(ended(found[1]), ended(March(scenes[1])))
+
+
+def test_a_state_of_another_case_kernel_or_shape_does_not_fit():
+    march = March(scene())
+    march.advance(300)
+    others = {"speed": 411.0}, {"time_step": 1e-6}, {"blades": 21}, {"thickness": 0.02}
+    for settings in others:
+        assert fingerprint(March(scene(**settings))) != fingerprint(march)
+    fresh, kept = March(scene(traces="orbit")), snapshot(march)
+    assert not restore(fresh, kept)
+    assert fresh.steps == 0
+    assert not restore(March(scene(blades=21)), kept)
+    assert not restore(March(scene(interval=1e-3)), kept)
+    assert not restore(March(scene()), {n: a for n, a in kept.items() if n != "track3"})
+
+
+def test_a_damaged_state_is_never_taken(tmp_path):
+    march = March(scene(traces="orbit", interval=1e-4))
+    march.advance(500)
+    write_state(tmp_path, "d", FITS, snapshot(march))
+    path = tmp_path / "states/d.state"
+    whole = path.read_bytes()
+    assert read_state(tmp_path, "d", FITS).keys() == snapshot(march).keys()
+    assert read_state(tmp_path, "e", FITS) is None
+    for end in range(0, len(whole), 97):
+        path.write_bytes(whole[:end])
+        with pytest.raises(StoreError, match="damaged"):
+            read_state(tmp_path, "d", FITS)
+    for place in range(0, len(whole), 97):
+        spoilt = whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :]
+        path.write_bytes(spoilt)
+        with pytest.raises(StoreError, match="damaged"):
+            read_state(tmp_path, "d", FITS)
+    path.write_bytes(whole)
+    with pytest.raises(StoreError, match="another machine"):
+        read_state(tmp_path, "d", {"machine": "other"})
+    path.rename(tmp_path / "states/e.state")
+    with pytest.raises(StoreError, match="another digest"):
+        read_state(tmp_path, "e", FITS)
+    drop_state(tmp_path, "e")
+    drop_state(tmp_path, "e")
+    assert stored_states(tmp_path) == set()
+
+
+def steps_of(monkeypatch):
+    """Return a list that gets the steps of every slice from now on."""
+    made, advance = [], March.advance
+
+    def counted(march, steps):
+        before = march.steps
+        advance(march, steps)
+        made.append(march.steps - before)
+
+    monkeypatch.setattr(March, "advance", counted)
+    return made
+
+
+def stopped_again_and_again(case, folder, told, limit=1e9):
+    """Return the result of a case that is stopped after every second slice."""
+    for attempt in range(1000):
+        calls = []
+
+        def between(calls=calls):
+            calls.append(1)
+            if len(calls) > 2:
+                raise Stop
+
+        halfway = Halfway(folder, 1e9, told.append)
+        try:
+            return compute(case, "d", halfway, limit, between), attempt
+        except Stop:
+            assert stored_states(folder) == {"d"}
+    raise AssertionError
+
+
+def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
+    case = scene(duration=0.05, interval=1e-4)
+    whole = compute(case, "d", Halfway(tmp_path, 1e9, print), 1e9, lambda: None)
+    made, told = steps_of(monkeypatch), []
+    result, attempts = stopped_again_and_again(case, tmp_path, told)
+    assert attempts > 3
+    assert told == []
+    assert sum(made) == whole.row["steps"] == 25000
+    assert result.row == whole.row
+    for name, trace in whole.traces.items():
+        assert result.traces[name].tobytes() == trace.tobytes()
+
+
+def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, monkeypatch):
+    case, told = scene(), []
+    march = March(case)
+    march.advance(700)
+    Halfway(tmp_path, 1e9, told.append).save("d", march)
+    path = tmp_path / "states/d.state"
+    path.write_bytes(path.read_bytes()[:-1])
+    made = steps_of(monkeypatch)
+    halfway = Halfway(tmp_path, 1e9, told.append)
+    compute(case, "d", halfway, 1e9, lambda: None)
+    (line,) = told
+    assert "it is damaged: the case starts anew" in line
+    assert sum(made) == 1500
+    assert stored_states(tmp_path) == set()
+
+
+def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypatch):
+    saved, save = [], Halfway.save
+    monkeypatch.setattr(
+        Halfway, "save", lambda *of: (saved.append(of[2].seconds), save(*of))
+    )
+    halfway = Halfway(tmp_path, 0.02, print)
+    compute(scene(duration=0.2, interval=1e-3), "d", halfway, 1e9, lambda: None)
+    assert saved
+    assert np.diff([0.0, *saved]).min() >= 0.02
+
+
+def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, monkeypatch):
+    case = scene(duration=0.2, interval=1e-3)
+    halfway = Halfway(tmp_path, 1e9, print)
+    with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
+        compute(case, "d", halfway, 0.01, lambda: None)
+    assert stored_states(tmp_path) == {"d"}
+    made = steps_of(monkeypatch)
+    result = compute(case, "d", Halfway(tmp_path, 1e9, print), 1e9, lambda: None)
+    assert 0 < sum(made) < 100_000 == result.row["steps"]
+    assert result.performance["seconds"] > 0.01
+
+
+def test_only_a_process_that_dies_leaves_word_of_what_it_computed(tmp_path):
+    with Running(tmp_path, 1, 0) as running:
+        running.begin(["a", "b" * 64, "c"])
+        assert crashes(tmp_path) == {"a": 1, "b" * 64: 1, "c": 1}
+        running.begin(["d"])
+        assert crashes(tmp_path) == {"d": 1}
+    assert not crashes(tmp_path)
+    for run in (2, 3):
+        with Running(tmp_path, run, 1) as running:
+            running.begin(["e", "f"])
+            left = (tmp_path / f"running/{run:04d}-00001.log").read_bytes()
+        (tmp_path / f"running/{run:04d}-00001.log").write_bytes(left)
+    (tmp_path / "running/0004-00000.log").write_bytes(b"")
+    assert crashes(tmp_path) == {"e": 2, "f": 2}
+    forget_crashes(tmp_path, {"e"})
+    assert crashes(tmp_path) == {"e": 2, "f": 2}
+    forget_crashes(tmp_path, {"e", "f"})
+    assert not crashes(tmp_path)

@@ -1,0 +1,299 @@
+"""Campaigns that are stopped within a case, crash, or meet a full disk."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import pytest
+from launch import (
+    ENVIRONMENT,
+    ROOT,
+    kill,
+    launch,
+    records,
+    root_variables,
+    start,
+    wait_for,
+)
+
+from hpcwhirl.store.schema import ENUMS
+
+# three long cases of different schemes, which a stop finds on their way
+LONG = """
+scene = {duration = 4.0}
+solver = {time_step = 2e-6}
+output = {interval = 1e-2}
+campaign = {save_every = 0.02}
+sweep = {scheme = ["modal", "exact"], speed = [300, 460]}
+"""
+EIGHT = """
+scene = {duration = 1.0}
+solver = {time_step = 2e-6}
+output = {interval = 1e-2}
+campaign = {save_every = 0.02}
+sweep = {speed = {start = 300, stop = 440, step = 20}}
+"""
+SHORT = """
+scene = {duration = 4e-3}
+solver = {time_step = 2e-6}
+output = {interval = 5e-5}
+sweep = {speed = [300, 340, 380, 420]}
+"""
+WIDE = """
+scene = {duration = 0.05}
+solver = {time_step = 2e-6}
+output = {interval = 2e-5, traces = "full"}
+sweep = {speed = {start = 300, stop = 500, step = 20}}
+"""
+# what a defect in a library would do to the second case of SHORT
+SEGFAULT = """
+import ctypes
+from hpcwhirl.dynamics.march import March
+def advance(march, steps, own=March.advance):
+    own(march, steps)
+    if march.scene.speed == 340.0 and march.steps > 1:
+        ctypes.string_at(0)
+March.advance = advance
+"""
+
+
+def inputs(place, text):
+    (place / "campaign.toml").write_text(text)
+    return place / "campaign.toml"
+
+
+def undisturbed(place, text, *words):
+    out = place / "undisturbed"
+    done = launch("campaign", inputs(place, text), "--out", out, *words)
+    assert done.returncode == 0, done.err
+    return root_variables(out)
+
+
+def states(folder):
+    return sorted(path.name for path in folder.glob("states/*.state"))
+
+
+def under_way(folder):
+    return [path for path in folder.glob("running/*.log") if path.stat().st_size]
+
+
+def stopped(process, ask):
+    """Ask a campaign to stop and return its stderr; it has ended within seconds."""
+    begin = time.monotonic()
+    ask(process)
+    _, told = process.communicate(timeout=15)
+    sys.stderr.write(f"stopped after {time.monotonic() - begin:.2f} s\n")
+    assert process.returncode == 75, told
+    assert "stopped early: " in told
+    assert "anew" not in told
+    return told
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
+    whole, out = undisturbed(tmp_path, LONG), tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, LONG), "--out", out]
+
+    process = start(words)
+    wait_for(lambda: states(out), process)
+    assert "signal USR1" in stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
+    assert len(states(out)) == 1
+
+    process = start(words, ranks=2)
+    wait_for(lambda: len(states(out)) > 1 and under_way(out), process)
+    assert "STOP is there" in stopped(process, lambda _: (out / "STOP").touch())
+    kept = states(out)
+    refused = launch(*words)
+    assert refused.returncode == 2
+    assert "remove it to go on" in refused.err
+    (out / "STOP").unlink()
+    assert states(out) == kept
+
+    told = stopped(start([*words, "--walltime", "00:00:01"], ranks=3), lambda _: None)
+    assert "wall-time" in told
+    soon = ENVIRONMENT | {"SLURM_JOB_END_TIME": str(int(time.time()) + 2)}
+    assert "wall-time" in stopped(start(words, env=soon), lambda _: None)
+
+    done = launch(*words, ranks=3)
+    assert done.returncode == 0, done.err
+    assert "anew" not in done.err
+    assert root_variables(out) == whole
+    assert not states(out)
+    assert len(records(out)) == 4
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_lanes_cut_on_their_way_go_on_alone_on_other_ranks(tmp_path):
+    whole, out = undisturbed(tmp_path, EIGHT, "--lanes", "no"), tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, EIGHT), "--out", out]
+    process = start([*words, "--lanes", "yes"])
+    wait_for(lambda: len(states(out)) == 4, process)
+    stopped(process, lambda p: p.send_signal(signal.SIGTERM))
+    assert len(states(out)) == 4
+    assert not records(out)
+    process = start([*words, "--lanes", "no"], ranks=2)
+    wait_for(lambda: len(records(out)) > 1, process)
+    kill(process)
+    done = launch(*words, "--lanes", "yes")
+    assert done.returncode == 0, done.err
+    assert "anew" not in done.err
+    assert root_variables(out) == whole
+    assert not states(out)
+
+
+def planted(place):
+    """Return an environment in which one case kills its process."""
+    (place / "sitecustomize.py").write_text(SEGFAULT)
+    return ENVIRONMENT | {
+        "PYTHONPATH": f"{place}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
+    }
+
+
+def statuses(folder):
+    with h5py.File(folder / "results.h5") as file:
+        words = [ENUMS["status"][i] for i in file["status"][:]]
+        return words, file["message"][:].tolist(), file["performance/rank"][:].tolist()
+
+
+@pytest.mark.slow
+def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
+    whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
+    words, env = ["campaign", inputs(tmp_path, SHORT), "--out", out], planted(tmp_path)
+    for _ in range(2):
+        assert launch(*words, env=env).returncode == -signal.SIGSEGV
+        assert [record["case"] for record in records(out)] == [0]
+    done = launch(*words, env=env)
+    assert done.returncode == 1, done.err
+    assert "1 of two crashes apart" in done.err
+    words_of, messages, ranks = statuses(out)
+    assert words_of == ["ok", "crashed", "ok", "ok"]
+    assert messages[1] == b"the case's process died of SIGSEGV"
+    assert ranks == [0, 0, 0, 0]
+    assert launch(*words, env=env).returncode == 1
+    assert len(records(out)) == 4
+    assert launch(*words, "--retry", "crashed").returncode == 0
+    assert root_variables(out) == whole
+    assert not list(out.glob("running/*"))
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_isolated_cases_crash_alone_and_have_the_same_bits(tmp_path):
+    whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, SHORT), "--out", out, "--isolate"]
+    done = launch(*words, ranks=2, env=planted(tmp_path))
+    assert done.returncode == 1, done.err
+    assert statuses(out)[0] == ["ok", "crashed", "ok", "ok"]
+    assert "case 1 crashed on " in done.err
+    assert "rank " in done.err
+    assert launch(*words, "--retry", "failed,crashed", ranks=2).returncode == 0
+    assert root_variables(out) == whole
+
+
+@pytest.mark.slow
+def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
+    text = LONG.replace("[300, 460]", "[460]")
+    whole, out = undisturbed(tmp_path, text), tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, text), "--out", out]
+    process = start([*words, "--isolate"])
+    wait_for(lambda: states(out), process)
+    stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
+    assert states(out)
+    assert launch(*words).returncode == 0
+    assert root_variables(out) == whole
+
+
+@pytest.mark.slow
+def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path):
+    text = LONG.replace("[300, 460]", "[460]")
+    whole, out = undisturbed(tmp_path, text), tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, text), "--out", out]
+    for crash in (1, 2):
+        process = start(words)
+        wait_for(lambda: len(under_way(out)) == crash, process)  # noqa: B023
+        kill(process)
+    done = launch(*words)
+    assert done.returncode == 0, done.err
+    assert "of two crashes apart" in done.err
+    assert root_variables(out) == whole
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """Return a small file system of its own and a function that sets its size, MB."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=3M", "tmpfs", place]
+    try:
+        subprocess.run(mount, check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("a file system may not be mounted here")
+
+    def resize(size):
+        grow = ["mount", "-o", f"remount,size={size}M", place]
+        subprocess.run(grow, check=True, capture_output=True)
+
+    yield place, resize
+    subprocess.run(["umount", place], check=True)
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [0, 2])
+def test_a_full_disk_ends_a_campaign_and_room_continues_it(disk, tmp_path, ranks):
+    place, resize = disk
+    whole, out = undisturbed(tmp_path, WIDE), place / "out"
+    words = ["campaign", inputs(tmp_path, WIDE), "--out", out]
+    full = launch(*words, ranks=ranks)
+    assert full.returncode == 75, full.err
+    assert "No space left on device" in full.err
+    assert f"finished cases are safe in {out}" in full.err
+    assert "Traceback" not in full.err
+    assert 0 < len(records(out)) < 11
+    resize(17)  # traces of 16.3 MB, but no results beside them
+    full = launch(*words)
+    assert full.returncode == 75, full.err
+    assert "results.h5: No space left on device" in full.err
+    assert len(records(out)) == 11
+    assert [path.name for path in out.glob("results*")] == []
+    resize(40)
+    assert launch(*words, ranks=ranks).returncode == 0
+    assert root_variables(out) == whole
+
+
+@pytest.mark.slow
+def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
+    place, _ = disk
+    script = (
+        "import sys, numpy as np\n"
+        "from pathlib import Path\n"
+        "from hpcwhirl.store.hdf5 import reason, writing\n"
+        "try:\n"
+        "    with writing(Path(sys.argv[1])) as file:\n"
+        "        for i in range(60):\n"
+        "            data = file.create_dataset(f'v{i}', (20000,), 'f8')\n"
+        "            for k in range(0, 20000, 500):\n"
+        "                data[k : k + 500] = 1.0\n"
+        "except (OSError, RuntimeError) as failed:\n"
+        "    print(reason(failed))\n"
+    )
+    call = [sys.executable, "-c", script, place / "x.h5"]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout == "No space left on device\n"
+
+
+@pytest.mark.slow
+def test_a_disk_that_may_not_be_written_is_one_line(disk, tmp_path):
+    place, _ = disk
+    subprocess.run(["mount", "-o", "remount,ro", place], check=True)
+    done = launch("campaign", inputs(tmp_path, SHORT), "--out", place / "out")
+    assert done.returncode == 2
+    (line,) = done.err.splitlines()
+    assert line.startswith("hpcwhirl: error: --out ")
+    assert line.endswith(f"{place} cannot be written")
