@@ -28,6 +28,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.plan import folds_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import (
@@ -216,7 +217,7 @@ def _count_failed(design: Design, folder: Path) -> int:
 def _warm(design: Design, units: list[Unit], comm: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     batch = next((unit for unit in units if len(unit) > 1), None)
-    first = {s.solver.scheme: s for s in reversed(design.cases)}
+    first = {(s.solver.scheme, folds_of(s)): s for s in reversed(design.cases)}
     local = None
     if comm is not None:
         from mpi4py import MPI

@@ -5,12 +5,19 @@ from __future__ import annotations
 import argparse
 import sys
 import traceback
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.ranks import communicator
-from hpcwhirl.cli.options import add_json, add_set, print_json
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_json,
+    add_set,
+    print_json,
+    print_notes,
+)
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
 
@@ -42,6 +49,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="batches of four cases to a kernel: auto where they pay",
     )
+    parser.add_argument(
+        "--regimes-only",
+        action="store_true",
+        help="words alone: traces = summary, and a case ends as its word is certain",
+    )
+    add_explain(parser)
     add_json(parser)
 
 
@@ -94,13 +107,36 @@ def _prepared(args: argparse.Namespace) -> Design:
     from hpcwhirl.campaign.run import check_folder, prepare
 
     settings = dict(parse_setting(text) for text in args.settings)
+    if args.regimes_only:
+        settings |= {"output.traces": "summary", "solver.stop": "certain"}
     design = load_design(args.file, settings)
     check_folder(args.out)
+    if args.explain:
+        _explain(design)
     if args.dry_run:
         _dry_run(args, design)
     else:
         prepare(design, args.out)
     return design
+
+
+def _explain(design: Design) -> None:
+    """Say on stderr what the plans of the cases leave out, each kind of plan once."""
+    from hpcwhirl.reduction.explain import notes_of
+    from hpcwhirl.reduction.model import model_of
+    from hpcwhirl.reduction.plan import plan_of
+
+    kinds: dict[tuple[int, bool], list[Any]] = {}
+    for scene in design.cases:
+        try:
+            plan = plan_of(scene, model_of(scene))
+        except WhirlError:  # it will fail as a row
+            continue
+        kinds.setdefault((plan.folds, plan.settles), []).append(scene)
+    for scenes in kinds.values():
+        print(f"{len(scenes)} cases, such as the first of them:", file=sys.stderr)
+        notes = [asdict(note) for note in notes_of(scenes[0], model_of(scenes[0]))]
+        print_notes(notes, sys.stderr)
 
 
 def _dry_run(args: argparse.Namespace, design: Design) -> None:

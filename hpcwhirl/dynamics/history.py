@@ -37,7 +37,8 @@ class History:
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`
-    stop : "end", "amplitude" or "nonfinite"
+    stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
+        word was proved and no more was asked for
     steps : steps taken
     contacts : touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
@@ -46,6 +47,7 @@ class History:
     centre_peak : m, greatest sampled centre displacement of the run
     seconds : wall time in the kernel
     interval : s between samples
+    folds : sectors that move alike, of which one was marched; 1 for all of them
     """
 
     time: Floats
@@ -67,3 +69,4 @@ class History:
     centre_peak: float
     seconds: float
     interval: float
+    folds: int = 1
