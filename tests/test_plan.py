@@ -235,7 +235,7 @@ def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
 
 def test_a_run_that_asks_for_its_word_alone_ends_as_it_is_proved():
     settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 2.5, "interval": 2e-4}
-    march = March(scene(**settings, stop="certain", traces="summary"))
+    march = March(scene(**settings, until="certain", traces="summary"))
     history = march.run()
     row = result_of(march.scene, history).row
     assert (row["stop"], row["regime"]) == ("certain", "damped")
@@ -245,7 +245,7 @@ def test_a_run_that_asks_for_its_word_alone_ends_as_it_is_proved():
 
 
 def test_a_case_that_might_touch_again_runs_to_its_end():
-    march = March(scene(stop="certain", traces="summary"))
+    march = March(scene(until="certain", traces="summary"))
     history = march.run()
     assert (history.stop, history.steps) == ("end", march.total)
     assert history.certificate == -1.0

@@ -36,7 +36,7 @@ WORDS = {
     "engine.casing.discretization": "elements",
     "solver.scheme": "paper",
     "solver.plan": "everything",
-    "solver.stop": "certain",
+    "solver.until": "certain",
     "output.traces": "full",
     "direction": "stretch",
 }

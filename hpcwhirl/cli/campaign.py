@@ -108,7 +108,7 @@ def _prepared(args: argparse.Namespace) -> Design:
 
     settings = dict(parse_setting(text) for text in args.settings)
     if args.regimes_only:
-        settings |= {"output.traces": "summary", "solver.stop": "certain"}
+        settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)
     check_folder(args.out)
     if args.explain:

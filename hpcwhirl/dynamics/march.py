@@ -95,7 +95,7 @@ class March:
             return
         self.counter[contact.CERTIFIED] = self.steps
         self.state[-2][contact.CERTIFICATE] = reach
-        if self.scene.solver.stop == "certain":
+        if self.scene.solver.until == "certain":
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
             self.coast.finish(self.state, self.tracks, self.total, self.stride)

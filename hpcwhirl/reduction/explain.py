@@ -40,7 +40,7 @@ def _folding(scene: Scene, whole: Model, folds: int) -> Note:
 
 
 def _settling(scene: Scene, plan: Plan) -> Note:
-    certain = scene.solver.stop == "certain"
+    certain = scene.solver.until == "certain"
     rest = "the rest of the run" if certain else "stepping through the rest of the run"
     ways = "it ends there, damped" if certain else "samples come from closed form"
     return Note(

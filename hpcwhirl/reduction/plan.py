@@ -88,7 +88,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     """Return what is marched for a scene and its whole model."""
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and scene.solver.scheme == "modal"
-    wanted = scene.solver.stop == "certain" or settling < SOON * scene.end_time
+    wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 
 

@@ -145,7 +145,7 @@ class Solver(Inputs):
     plan: Literal["lean", "everything"] = Field(
         "lean", description="what is modelled: what the scene requires, or all of it"
     )
-    stop: Literal["end", "certain"] = Field(
+    until: Literal["end", "certain"] = Field(
         "end",
         description="when a run ends: after its duration, or with its word proved",
     )
