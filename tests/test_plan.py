@@ -1,7 +1,6 @@
 """What a plan leaves out is not missed: lean models against the whole."""
 
 import json
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from hpcwhirl.campaign.case import result_of
 from hpcwhirl.campaign.units import PAYS, units_of
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.certificate import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.march import March
@@ -261,37 +259,35 @@ def test_a_tip_beyond_the_limit_is_not_certified_away():
     assert lean.stop == whole.stop
 
 
-@pytest.mark.slow
-def test_folded_cases_ride_with_the_bits_they_have_alone():
-    scenes = [
-        scene(nodal_diameter=2, speed=speed, duration=3e-3)
-        for speed in (300.0, 350.0, -400.0, 520.0, 200.0)
-    ]
-    assert not plan_of(scenes[0], model_of(scenes[0])).settles
-    for place, history in Batch(iter(scenes)).run():
-        own = March(scenes[place]).run()
-        assert history.ledger == own.ledger
-        for field in fields(own):
-            if isinstance(getattr(own, field.name), np.ndarray):
-                one, other = getattr(own, field.name), getattr(history, field.name)
-                assert np.array_equal(one, other), field.name
-
-
-def test_a_batch_holds_cases_of_one_plan():
+def test_what_is_watched_does_not_ride():
     kinds = [1, 2, 4, 3, 0]  # gcd with 22: 1, 2, 2, 1, 22
     cases = [
         scene(nodal_diameter=k, speed=100.0 + i, duration=2e-3)
         for k in kinds
         for i in range(12)
     ]
-    cases += [scene(nodal_diameter=2, speed=200.0 + i, duration=2.0) for i in range(8)]
+    cases += [scene(nodal_diameter=3, speed=200.0 + i, duration=2.0) for i in range(8)]
     units = units_of(list(range(len(cases))), cases, 2 * PAYS, 1)
     assert sorted(case for unit in units for case in unit) == list(range(len(cases)))
-    riding = [unit for unit in units if len(unit) > 1]
-    assert len(riding) == 10  # 24 of either kind, the last four alone
-    for unit in riding:
-        assert len({folds_of(cases[case]) for case in unit}) == 1
-        assert not any(plan_of(cases[i], model_of(cases[i])).settles for i in unit)
+    riding = [case for unit in units if len(unit) > 1 for case in unit]
+    assert len(riding) == 20  # 24 of one group, the last four alone
+    for case in riding:
+        plan = plan_of(cases[case], model_of(cases[case]))
+        assert (plan.folds, plan.settles) == (1, False)
+
+
+UNSTABLE = {"engine.casing.damping": 0.005, "speed": 500.0, "friction": 0.3,
+            "thickness": 0.012, "nodal_diameter": 2, "time_step": 2e-6,
+            "interval": 2e-4, "duration": 0.3}  # fmt: skip
+
+
+def test_a_symmetry_that_breaks_is_left_to_the_whole_model():
+    # in the whole model the shaft leaves its rest out of round-off and whirls
+    marches, (lean, whole) = both(**UNSTABLE)
+    assert (lean.folds, marches[0].lean.model.blades) == (1, 22)
+    assert whole.centre_peak > 1e-6
+    assert np.array_equal(lean.centre, whole.centre)
+    assert lean.ledger == whole.ledger
 
 
 def test_model_tells_its_plan(facts):

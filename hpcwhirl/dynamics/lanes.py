@@ -16,7 +16,7 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.plan import folds_of, plan_of
+from hpcwhirl.reduction.plan import plan_of
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -26,21 +26,22 @@ Integers = NDArray[np.int64]
 def can_ride(scene: Scene, model: Model) -> bool:
     """Return whether a case may be a lane: scheme modal, cyclic rotor, flexible ring.
 
-    What `scheme_of` gives to the general kernel, the exact flow and rigid casings
-    march alone.
+    What `scheme_of` gives to the general kernel, the exact flow and rigid casings march
+    alone, and so does what is looked at on its way: one sector of many, and a case
+    that may be certified.
     """
     fourier = scene.engine.casing.discretization == "fourier"
     plan = plan_of(scene, model)
-    cyclic = model.rotor.cyclic and model.blades // plan.folds > 2
+    cyclic = model.rotor.cyclic and model.blades > 2
     modal = scene.solver.scheme == "modal"
     ring = fourier and model.casing is not None
-    return modal and cyclic and ring and not plan.settles
+    return modal and cyclic and ring and not plan.settles and plan.folds == 1
 
 
 def group_key(scene: Scene) -> tuple[Any, ...]:
     """Return what cases must share to be lanes of one group."""
     solver = scene.solver.model_copy(update={"amplitude_limit": 1.0})
-    return scene.engine, scene.gap, solver, folds_of(scene)
+    return scene.engine, scene.gap, solver
 
 
 @dataclass(frozen=True)

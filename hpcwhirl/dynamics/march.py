@@ -19,7 +19,7 @@ from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.timestep import check_step, step_counts, with_step
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
-from hpcwhirl.reduction.plan import lean_case, plan_of
+from hpcwhirl.reduction.plan import Case, lean_case, plan_of
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -35,6 +35,7 @@ STOPS = {
 }
 LOOKS = 50  # samples between two looks for a certificate
 PATIENCE = 16  # times that, at most
+TOUCHDOWNS = 12  # of a blade up to which one of many sectors is believed, see `_watch`
 CLEAR = 2.0  # pulses after which the window of a word is clear of the load
 MOST_SAMPLES = 20_000_000
 
@@ -61,11 +62,16 @@ class March:
         check_step(self.model, scene.solver.time_step)
         self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
-        self.lean = lean_case(scene, self.model)
-        self.scheme = scheme_of(self.lean.model, self.lean.scene)
+        self._begin(lean_case(scene, self.model))
+
+    def _begin(self, case: Case) -> None:
+        """Put at rest what is marched."""
+        self.lean = case
+        self.scheme = scheme_of(case.model, case.scene)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
+        self.watched = LOOKS * self.stride if case.model.folds > 1 else 0
 
     def _coast(self) -> Coast | None:
         """Return what looks for the certificate, if the plan says that it pays."""
@@ -77,6 +83,29 @@ class March:
         self._look_after(first if loaded else 1)
         coast = Coast(self.scheme, model.blades, scene.solver.time_step)
         return coast if coast.possible else None
+
+    def _watch(self) -> None:
+        """March all sectors instead, from the start, if one has been touched for long.
+
+        Round-off grows from contact to contact, and a motion without the symmetry may
+        grow out of it: what one sector shows is believed only as long as that is small.
+        """
+        if not self.watched or self.steps % self.watched:
+            return
+        model, counter = self.lean.model, self.counter
+        touching = float(counter[contact.TOUCHED]) * self.scene.solver.time_step
+        many = counter[contact.TOUCHDOWNS] > TOUCHDOWNS * model.blades
+        if many or touching > 2.0 * math.pi / float(model.rotor.omega.min()):
+            self._begin(Case(self.scene, self.model))
+
+    def _slice(self, size: int) -> int:
+        """Return how many steps to march up to what happens at certain steps."""
+        if self.coast is not None:
+            left = int(self.counter[contact.NEXT_TRY]) - self.steps
+            size = min(size, max(left, 1))
+        if self.watched:
+            size = min(size, self.watched - self.steps % self.watched)
+        return size
 
     def _look_after(self, steps: int) -> None:
         """Look for a certificate at the first sample after so many steps."""
@@ -185,8 +214,8 @@ class March:
         size = FIRST_SLICE
         while not self.done:
             before = time.perf_counter()
-            left = int(self.counter[contact.NEXT_TRY]) - self.steps
-            self.advance(size if self.coast is None else min(size, max(left, 1)))
+            self.advance(self._slice(size))
+            self._watch()
             self._timed_look()
             spent = max(time.perf_counter() - before, 1e-6)
             size = int(min(max(size * SLICE_SECONDS / spent, 16), 2 * size))

@@ -33,8 +33,10 @@ def _folding(scene: Scene, whole: Model, folds: int) -> Note:
         "centre, which stays at rest",
         f"{blades} equal blades and a load on {k} lobes are the same after a turn by "
         f"360/{folds} degrees, and so is every motion from rest: exact, to round-off. "
-        "A motion without this symmetry could only grow out of round-off; where it "
-        "would, plan = 'everything' shows it, and this model does not",
+        "A motion without this symmetry could only grow out of round-off, from contact "
+        "to contact: after more than 12 touchdowns of a blade, or contact for longer "
+        "than the rotor's slowest period, the case begins anew with the whole model "
+        "(folds in the results is 1 then)",
         f"{few} of {many} modal amplitudes are marched",
     )
 

@@ -147,7 +147,7 @@ class Solver(Inputs):
     )
     until: Literal["end", "certain"] = Field(
         "end",
-        description="when a run ends: after its duration, or with its word proved",
+        description="run to the end, or (modal) until the word is proved",
     )
     amplitude_limit: Positive = Field(
         0.1, description="tip displacement over R_bd at which a run ends"
