@@ -6,6 +6,7 @@
     python scripts/lean.py symmetry     how long a symmetric motion stays so
     options: --cases 300  --seed 1  --duration 2.5  --time-step 2e-6  --processes 2
              --repeats 5 (time: the least of so many)
+             --damping 0.005 (words: of the casing, light: symmetries break)
 
 `words` draws speed 20 ... 520 rad/s, k = 0 ... 4, gap 0.1 ... 1 mm, friction 0 (one
 case in five) or up to 0.2, ring 8 ... 26 mm thick, force 20 ... 150 kN, every fifth
@@ -94,6 +95,8 @@ def words(args: argparse.Namespace) -> int:
         {"duration": args.duration, "time_step": args.time_step},
     )
     cases = drawn(args.cases, args.seed)
+    if args.damping:
+        cases = [case | {"engine.casing.damping": args.damping} for case in cases]
     short = CERTAIN if args.what == "certain" else {}
     scenes = [apply_settings(base, case | short) for case in cases]
     whole = [apply_settings(base, case | WHOLE) for case in cases]
@@ -189,6 +192,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--duration", type=float, default=2.5)
     parser.add_argument("--time-step", type=float, default=2e-6)
+    parser.add_argument("--damping", type=float, default=0.0)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--repeats", type=int, default=5)
     args = parser.parse_args()
