@@ -38,8 +38,10 @@ WHOLE = {"plan": "everything"}
 CERTAIN = {"until": "certain", "traces": "summary"}
 KINDS: dict[str, dict[str, Any]] = {
     "k = 1 in contact: nothing to leave out": {"speed": 300.0},
-    "k = 2, no closed form": {"nodal_diameter": 2, "engine.casing.damping": 0.0,
-                              "support_frequency": 100.0},
+    "k = 2, contact does not end: begun anew, whole":
+        {"nodal_diameter": 2, "engine.casing.damping": 0.0, "support_frequency": 100.0},
+    "k = 2, 0.06 s: one of two sectors, no closed form":
+        {"nodal_diameter": 2, "duration": 0.06},
     "k = 2, damped": {"nodal_diameter": 2},
     "k = 2, damped, words alone": {"nodal_diameter": 2} | CERTAIN,
     "k = 2, gap 1 mm, damped, words alone":

@@ -71,7 +71,7 @@ SYMMETRIC = [
     {"nodal_diameter": 2, "speed": 0.0, "friction": 0.0},
     {"nodal_diameter": 0, "force": 2e6, "gap": 1e-5},
     {"nodal_diameter": 11, "force": 8e6, "gap": 1e-5},
-    {"nodal_diameter": 22, "harmonics": 25, "force": 2e7, "gap": 1e-6},
+    {"nodal_diameter": 22, "harmonics": 25, "force": 2e7, "gap": 1e-5},
     {"nodal_diameter": 3, "blades": 21},
     {"nodal_diameter": 6, "blades": 9, "modes": 60},
     {"nodal_diameter": 2, "scheme": "exact"},
