@@ -158,3 +158,9 @@ def test_a_motion_that_comes_to_rest_in_the_window_is_damped(ends):
 def test_a_motion_that_begins_in_the_window_is_no_divergence():
     energy = np.where(TIME > 1.5, 1.0, 0.0)
     assert words(replace(made(0.0, fed=2.0), energy=energy))[1] != "divergent"
+
+
+def test_a_motion_that_rests_for_a_while_is_not_damped():
+    rests = (TIME > 1.3) & (TIME < 1.6)
+    energy = np.where(rests, 0.0, 1.0)
+    assert words(replace(made(0.0, last=0.3), energy=energy))[1] == "undecided"
