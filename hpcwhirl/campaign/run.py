@@ -34,6 +34,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.plan import folds_of
 from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import Journal, claim_run, read_records
@@ -260,7 +261,8 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
             raise Stop
 
     left = [c for unit in work.units for c in unit if c not in work.suspects]
-    first = {design.cases[c].solver.scheme: design.cases[c] for c in reversed(left)}
+    scenes = [design.cases[case] for case in reversed(left)]
+    first = {(s.solver.scheme, folds_of(s)): s for s in scenes}
     desk.running.begin(digest(scene) for scene in first.values())
     if desk.policy.isolate:
         desk.child.warm(list(first.values()), between)
