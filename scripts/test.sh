@@ -11,7 +11,7 @@ export NUMBA_CACHE_DIR=$scratch/numba
 
 # h5py's parallel build is a build from source: pinned to one that compiles here.
 h5py_parallel="h5py==3.16.0"
-packages=(libhdf5-openmpi-dev openmpi-bin gcc)
+packages=(libhdf5-openmpi-dev openmpi-bin gcc hdf5-tools)
 
 say() { echo "test: $*"; }
 fail() { echo "test: $*" >&2; exit 1; }

@@ -1,6 +1,7 @@
 """Which cases a campaign document asks for, and which documents are refused."""
 
 import itertools
+import pickle
 import tomllib
 
 import numpy as np
@@ -240,3 +241,18 @@ def test_too_many_cases_are_refused_before_they_are_made(monkeypatch):
     assert "at most 5" in refusal(
         "".join(f"[[cases]]\nspeed = {i}\n" for i in range(6))
     )
+
+
+def test_a_design_sent_to_another_rank_has_the_same_cases():
+    lists = [[], [0.1] * 22]
+    whole = design_of({"sweep": {"speed": [300, 410], "mistuning": lists}})
+    sent = pickle.loads(pickle.dumps(whole))
+    assert [digest(s) for s in sent.cases] == [digest(s) for s in whole.cases]
+    assert (sent.base, sent.swept) == (whole.base, whole.swept)
+    assert [s.speed for s in sent.cases[1:3]] == [s.speed for s in whole.cases[1:3]]
+
+
+def test_a_design_is_sent_as_a_few_bytes_a_case():
+    speeds = [[300.0 + i for i in range(n)] for n in (500, 1000)]
+    sizes = [len(pickle.dumps(design_of({"sweep": {"speed": v}}))) for v in speeds]
+    assert sizes[1] - sizes[0] < 500 * 100

@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -16,9 +17,12 @@ from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
 import hpcwhirl
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store import blocks
+from hpcwhirl.store.blocks import ranges
 from hpcwhirl.store.gather import gather, has_mpi_io
 from hpcwhirl.store.journal import read_records, read_traces
 from hpcwhirl.store.reader import words
+from hpcwhirl.store.runs import write_run
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]
@@ -246,3 +250,97 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
     assert "\nhpcwhirl: error: cannot write" in "\n" + done.err
     assert (tmp_path / "results.h5").read_text() == "old"
     assert not (tmp_path / "results.h5.part").exists()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("one_interval", [True, False])
+def test_compressed_traces_are_the_same_traces(tmp_path, one_interval):
+    begin(tmp_path, one_interval=one_interval)
+    write("serial", tmp_path)
+    plain = root_variables(tmp_path)
+    for ranks in (0, 3) if has_mpi_io() else (0,):
+        done = launch("gather", tmp_path, "--compress", 4, ranks=ranks)
+        assert done.returncode == 0, done.err
+        assert root_variables(tmp_path) == plain
+        with h5py.File(tmp_path / "results.h5") as file:
+            assert file["tips"].compression == "gzip"
+            assert file["tips"].chunks[0] == 1
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, pytest.param(7, marks=pytest.mark.slow)])
+def test_ranks_without_a_case_take_part_in_every_write(tmp_path, ranks):
+    if not has_mpi_io():
+        pytest.skip("h5py was built without MPI-IO")
+    begin(tmp_path, one_interval=True)  # five cases
+    write("serial", tmp_path)
+    plain = root_variables(tmp_path)
+    done = launch("gather", tmp_path, "--compress", 1, ranks=ranks)
+    assert done.returncode == 0, done.err
+    assert root_variables(tmp_path) == plain
+
+
+@pytest.mark.parametrize("cases", [0, 1, 5, 1000])
+@pytest.mark.parametrize("size", [1, 2, 7])
+@pytest.mark.parametrize("block", [1, 3, 1024])
+def test_ranks_share_all_cases_in_as_many_rounds(cases, size, block):
+    shares = [ranges(cases, rank, size, block) for rank in range(size)]
+    assert [case for own in shares for part in own for case in part] == [*range(cases)]
+    assert len({len(own) for own in shares}) == 1
+    assert max((len(part) for own in shares for part in own), default=0) <= block
+
+
+@pytest.mark.parametrize("one_interval", [True, False])
+def test_the_size_of_a_block_changes_no_bit(tmp_path, monkeypatch, one_interval):
+    begin(tmp_path, one_interval=one_interval)
+    write("serial", tmp_path)
+    whole = root_variables(tmp_path)
+    for most in (1, 2, 3):
+        monkeypatch.setattr(blocks, "MOST_CASES", most)
+        write("serial", tmp_path)
+        assert root_variables(tmp_path) == whole
+
+
+def test_what_each_rank_did_is_told_over_all_runs(tmp_path):
+    begin(tmp_path, one_interval=True)
+    ranks = [{"rank": r, "host": f"n{r}", "units": 3, "cases": 4, "busy": 9.0 + r,
+              "span": 10.0} for r in range(2)]  # fmt: skip
+    write_run(tmp_path, 1, ranks)
+    write_run(tmp_path, 2, ranks[:1])
+    (tmp_path / "runs/0003.json").write_text('{"run": 3, "ran')  # torn: left out
+    write("serial", tmp_path)
+    with h5py.File(tmp_path / "results.h5") as file:
+        group = file["performance"]
+        assert group["busy_fraction"][:].tolist() == [0.9, 1.0, 0.9]
+        assert group["worker_run"][:].tolist() == [1, 1, 2]
+        assert group["worker_host"][:].tolist() == [b"n0", b"n1", b"n0"]
+        assert "busy_fraction" not in file
+    data = hpcwhirl.open_results(tmp_path)
+    assert data["busy_fraction"].dims == ("worker",)
+    done = subprocess.run(
+        [sys.executable, "-c", NETCDF4, str(tmp_path / "results.h5")],
+        capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found, _ = json.loads(done.stdout)
+    assert found["busy_fraction"][::2] == [["worker"], [0.9, 1.0, 0.9]]
+
+
+def test_h5dump_reads_the_head_and_values(folder):
+    if shutil.which("h5dump") is None:
+        if os.environ.get("HPCWHIRL_EXPECT_MPIIO") == "1":
+            pytest.fail("this environment was to have h5dump")
+        pytest.skip("no h5dump on this machine (Debian: hdf5-tools)")
+    call = ["h5dump", "-d", "/speed", str(folder / "results.h5")]
+    done = subprocess.run(
+        call, capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "(0): 300, 350, 400, 410, 450" in done.stdout
+    head = subprocess.run(
+        ["h5dump", "-H", call[-1]],
+        capture_output=True, text=True, timeout=LIMIT, check=False,
+    )  # fmt: skip
+    assert head.returncode == 0, head.stderr
+    for name in (*ROW, *STATUS, *PERFORMANCE, *TRACES):
+        assert f'DATASET "{name}"' in head.stdout

@@ -97,16 +97,16 @@ def test_a_gather_in_the_midst_of_another_harms_neither(tmp_path, monkeypatch):
     begin(tmp_path, one_interval=True)
     gather(tmp_path, {})
     alone = root_variables(tmp_path)
-    fill, nested = gathering._fill, []
+    read, nested = gathering.read_block, []
 
-    def fill_while_another_gathers(file, content, mine):
+    def read_while_another_gathers(contents, cases):
         if not nested:
             nested.append("begun")
             gather(tmp_path, {}, part="results.h5.part-2")
             assert root_variables(tmp_path) == alone
-        fill(file, content, mine)
+        return read(contents, cases)
 
-    monkeypatch.setattr(gathering, "_fill", fill_while_another_gathers)
+    monkeypatch.setattr(gathering, "read_block", read_while_another_gathers)
     gather(tmp_path, {}, part="results.h5.part-1")
     assert nested
     assert root_variables(tmp_path) == alone

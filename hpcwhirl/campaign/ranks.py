@@ -1,22 +1,27 @@
 """Hand cases out over MPI ranks; rank 0 computes too. A serial twin does the same.
 
-Messages are point to point. A worker asks for its next case when it begins one, so
-that it does not wait; rank 0 answers between the slices of its own case.
+The first units go out together. From then on messages are point to point: a worker
+asks for its next units when it begins those it has, and tells with the question what it
+has finished, so that it does not wait; rank 0 answers between the slices of its own
+case. With many ranks or short cases an answer is several units, see `Agenda.bundle`.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
 
+from hpcwhirl.campaign.questions import Answers, Questions
 from hpcwhirl.errors import InputError
 
-ASK, DONE, BYE = 1, 2, 3  # worker to rank 0
+if TYPE_CHECKING:  # `gather` needs no more of this file than the communicator
+    from hpcwhirl.campaign.agenda import Agenda
+
+ASK, HUNGRY, BYE = 1, 2, 3  # worker to rank 0
 WORK, HALT = 11, 12  # rank 0 to worker
-NOTHING = -1
 IDLE = 1e-3  # s between looks while there is nothing to do
 LAUNCHERS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE")
 
@@ -33,6 +38,43 @@ class Evaluate(Protocol):
 
 
 Notice = Callable[[int, list[str]], None]
+Done = tuple[int, list[str], float]  # a unit, its cases' statuses, its seconds
+
+
+@dataclass
+class Tally:
+    """What this rank did with its time.
+
+    Attributes
+    ----------
+    busy : s, computing and keeping cases; on rank 0 without serving the others
+    span : s, from the first hand-out until all ranks had ended
+    units, cases : finished here
+    """
+
+    busy: float = 0.0
+    span: float = 0.0
+    units: int = 0
+    cases: int = 0
+    begun: float = field(default_factory=time.perf_counter)
+
+    def compute(
+        self, unit: int, evaluate: Evaluate, between: Callable[[], None]
+    ) -> Done:
+        """Return what a unit gave, counting its seconds even where it is stopped."""
+        start = time.perf_counter()
+        try:
+            statuses = evaluate(unit, between)
+        finally:
+            seconds = time.perf_counter() - start
+            self.busy += seconds
+        self.units += 1
+        self.cases += len(statuses)
+        return unit, statuses, seconds
+
+    def close(self) -> None:
+        """End the span."""
+        self.span = time.perf_counter() - self.begun
 
 
 def launched_ranks() -> int:
@@ -60,10 +102,11 @@ def communicator() -> Any:
 
 
 def map_serial(
-    order: Sequence[int],
+    agenda: Agenda,
     evaluate: Evaluate,
     notice: Notice,
     stopping: Callable[[], bool],
+    tally: Tally,
 ) -> bool:
     """Evaluate the units one after the other; return whether all were."""
 
@@ -72,43 +115,53 @@ def map_serial(
             raise Stop
 
     try:
-        for case in order:
+        while agenda:
             between()
-            notice(case, evaluate(case, between))
+            unit, statuses, seconds = tally.compute(agenda.take(), evaluate, between)
+            agenda.finished(unit, seconds)
+            notice(unit, statuses)
     except Stop:
         return False
+    finally:
+        tally.close()
     return True
 
 
 def map_ranks(
-    order: Sequence[int],
+    agenda: Agenda,
     evaluate: Evaluate,
     notice: Notice,
     stopping: Callable[[], bool],
     comm: Any,
+    tally: Tally,
 ) -> bool:
     """Evaluate the units on all ranks of `comm`; every rank must call.
 
     Parameters
     ----------
-    order : units, the longest first; rank 0's counts
+    agenda : units to hand out; rank 0's counts
     evaluate : computes and keeps a unit on the rank that calls it
     notice : told on rank 0 of every finished unit
     stopping : whether this process has been asked to end
     comm : MPI communicator
+    tally : of this rank, filled
 
     Returns
     -------
     whether all units were evaluated, the same on every rank
     """
     if comm.size == 1:
-        return map_serial(order, evaluate, notice, stopping)
+        return map_serial(agenda, evaluate, notice, stopping, tally)
+    complete = None
     if comm.rank == 0:
-        complete = _Root(order, notice, stopping, comm).run(evaluate)
+        root = _Root(agenda, notice, stopping, comm, tally)
+        comm.scatter(agenda.first(), root=0)
+        complete = root.run(evaluate)
     else:
-        _Worker(stopping, comm).run(evaluate)
-        complete = None
-    return bool(comm.bcast(complete, root=0))
+        _Worker(stopping, comm, tally).run(evaluate, comm.scatter(None, root=0))
+    complete = bool(comm.bcast(complete, root=0))
+    tally.close()
+    return complete
 
 
 class _Root:
@@ -116,15 +169,17 @@ class _Root:
 
     def __init__(
         self,
-        order: Sequence[int],
+        agenda: Agenda,
         notice: Notice,
         stopping: Callable[[], bool],
         comm: Any,
+        tally: Tally,
     ) -> None:
         from mpi4py import MPI
 
-        self.queue = deque(order)
-        self.left = len(order)
+        self.agenda, self.tally = agenda, tally
+        self.questions = Questions(agenda, comm.size)
+        self.left = len(agenda)
         self.notice, self.stopping, self.comm = notice, stopping, comm
         self.at_work = set(range(1, comm.size))
         self.halted = False
@@ -132,13 +187,13 @@ class _Root:
 
     def run(self, evaluate: Evaluate) -> bool:
         try:
-            while self.queue:
+            while self.agenda:
                 self.between()
-                if self.queue:
-                    case = self.queue.popleft()
-                    self.done(case, evaluate(case, self.between))
+                if self.agenda:
+                    unit = self.agenda.take()
+                    self.done(*self.tally.compute(unit, evaluate, self.while_busy))
         except Stop:
-            self.queue.clear()
+            self.agenda.drop()
         while self.at_work:
             if not self.serve():
                 time.sleep(IDLE)
@@ -146,9 +201,18 @@ class _Root:
                 self.halt()
         return self.left == 0
 
-    def done(self, unit: int, statuses: list[str]) -> None:
+    def done(self, unit: int, statuses: list[str], seconds: float) -> None:
         self.left -= 1
+        self.agenda.finished(unit, seconds)
         self.notice(unit, statuses)
+
+    def while_busy(self) -> None:
+        """Serve between slices; the time it takes is not computing."""
+        start = time.perf_counter()
+        try:
+            self.between()
+        finally:
+            self.tally.busy -= time.perf_counter() - start
 
     def between(self) -> None:
         """Serve messages; pass a wish to stop on to every worker, then obey it."""
@@ -160,7 +224,7 @@ class _Root:
 
     def halt(self) -> None:
         self.halted = True
-        self.queue.clear()
+        self.agenda.drop()
         for rank in self.at_work:
             self.comm.send(None, dest=rank, tag=HALT)
 
@@ -170,45 +234,62 @@ class _Root:
         while self.comm.Iprobe(status=self.status):
             any_came = True
             rank, tag = self.status.Get_source(), self.status.Get_tag()
-            content = self.comm.recv(source=rank, tag=tag)
+            finished, wish = self.comm.recv(source=rank, tag=tag)
             if tag == ASK:
-                case = self.queue.popleft() if self.queue else NOTHING
-                self.comm.send(case, dest=rank, tag=WORK)
-            elif tag == DONE:
-                self.done(*content)
-            elif tag == BYE:
+                self.send(self.questions.ask(rank))
+            elif tag == HUNGRY:
+                self.send(self.questions.hungry(rank))
+            else:
                 self.at_work.discard(rank)
-                if content and not self.halted:  # the worker was asked to stop
-                    self.halt()
+            for one in finished:
+                self.done(*one)
+            if wish and not self.halted:  # the worker was asked to stop
+                self.halt()
+        self.send(self.questions.rest())
         return any_came
+
+    def send(self, answers: Answers) -> None:
+        for rank, units in answers:
+            self.comm.send(units, dest=rank, tag=WORK)
 
 
 class _Worker:
     """Any other rank: asks ahead, computes, reports."""
 
-    def __init__(self, stopping: Callable[[], bool], comm: Any) -> None:
-        self.stopping, self.comm = stopping, comm
+    def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
+        self.stopping, self.comm, self.tally = stopping, comm, tally
         self.halted = False
+        self.finished: list[Done] = []
 
-    def run(self, evaluate: Evaluate) -> None:
-        self.comm.send(None, dest=0, tag=ASK)
-        case = self.wait()
+    def run(self, evaluate: Evaluate, units: list[int]) -> None:
         try:
-            while case != NOTHING and not self.halted:
-                self.comm.send(None, dest=0, tag=ASK)
-                status = evaluate(case, self.between)
-                self.comm.send((case, status), dest=0, tag=DONE)
-                case = self.wait()
+            while units and not self.halted:
+                self.tell(ASK)
+                for unit in units:
+                    done = self.tally.compute(unit, evaluate, self.between)
+                    self.finished.append(done)
+                    self.between()
+                units = self.wait()
         except Stop:
-            self.wait()  # the answer to the question asked ahead
-        self.comm.send(self.stopping(), dest=0, tag=BYE)
+            self.wait()  # the answer to the question asked ahead, always open here
+        self.tell(BYE)
 
-    def wait(self) -> int:
+    def tell(self, tag: int) -> None:
+        """Say what has been finished since the last message, and whether to stop."""
+        self.comm.send((self.finished, self.stopping()), dest=0, tag=tag)
+        self.finished = []
+
+    def wait(self) -> list[int]:
         """Return the answer to a question, leaving the core alone meanwhile."""
+        asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
+            if not asked:
+                self.tell(HUNGRY)
+                asked = True
             self.look()
             time.sleep(IDLE)
-        return int(self.comm.recv(source=0, tag=WORK))
+        units: list[int] = self.comm.recv(source=0, tag=WORK)
+        return units
 
     def look(self) -> None:
         if self.comm.Iprobe(source=0, tag=HALT):

@@ -13,7 +13,7 @@ from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, digest
-from hpcwhirl.store.journal import is_whole, read_records
+from hpcwhirl.store.journal import Record, is_whole, scan
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
@@ -119,17 +119,17 @@ def to_do(design: Design, folder: Path, retry: Collection[str] = ()) -> list[int
     design, folder : the campaign
     retry : statuses to be computed again; if any, damaged traces are, too
     """
-    records = read_records(folder)
-    ended = {
-        name
-        for name, record in records.items()
-        if record["status"] not in retry
-        and not (retry and record["status"] == "ok" and not is_whole(folder, record))
-    }
-    for name in stored_states(folder) & ended:  # killed between result and tidying
-        if records[name]["status"] != "timeout":
+
+    def brief(record: Record) -> str | None:
+        status = str(record["status"])
+        damaged = retry and status == "ok" and not is_whole(folder, record)
+        return None if status in retry or damaged else status
+
+    ended = {name: end for name, end in scan(folder, brief).items() if end}
+    for name in stored_states(folder) & ended.keys():  # killed before tidying
+        if ended[name] != "timeout":
             drop_state(folder, name)
-    forget_crashes(folder, ended)
+    forget_crashes(folder, set(ended))
     return [i for i, s in enumerate(design.cases) if digest(s) not in ended]
 
 

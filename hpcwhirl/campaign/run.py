@@ -18,24 +18,31 @@ from typing import Any
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import (
+    Costs,
+    costs_of,
+    learn_from,
+    nothing_known,
+    predicted_steps,
+)
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
-from hpcwhirl.campaign.ranks import Stop, map_ranks, map_serial
+from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
 from hpcwhirl.campaign.resume import suspects, to_do
 from hpcwhirl.campaign.shards import Shard, share
+from hpcwhirl.campaign.shares import keep_shares
 from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import with_step
-from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.reduction.model import model_of
+from hpcwhirl.errors import MissingFileError
 from hpcwhirl.reduction.plan import folds_of
-from hpcwhirl.scene import Scene, apply_settings, digest, to_toml
+from hpcwhirl.scene import digest, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import Journal, claim_run, read_records
 from hpcwhirl.store.running import Running
@@ -69,27 +76,6 @@ class Ending:
     left: int = 0
 
 
-def predicted_steps(scene: Scene) -> float:
-    """Return the steps of a case, the measure of its cost."""
-    if scene.solver.accuracy > 0.0:
-        try:
-            scene = with_step(scene, model_of(scene))
-        except WhirlError:  # it will fail as a row
-            return 0.0
-    return scene.end_time / scene.solver.time_step
-
-
-def seconds_per_step(scene: Scene, steps: int = 4000) -> float:
-    """Return the measured cost of a step of a scene, s, compilation left out."""
-    scene = with_step(scene, model_of(scene))
-    short = apply_settings(scene, {"duration": steps * scene.solver.time_step})
-    march = March(apply_settings(short, {"revolutions": 0.0}))
-    march.advance(1)
-    march.seconds = 0.0
-    march.advance(steps)
-    return march.seconds / (steps - 1)
-
-
 def run_campaign(
     design: Design,
     folder: Path,
@@ -115,9 +101,14 @@ def run_campaign(
         stopping = stopping or stack.enter_context(Stopping())
         first = node is None or node.rank == 0
         stopping.watch(folder if first else None, policy.seconds)
-        work = _work(design, folder, comm, policy)
+        costs = nothing_known()  # on other ranks: they hand nothing out
+        if comm is None or comm.rank == 0:
+            costs = costs_of(design)
+            learn_from(folder, design, costs)
+        work = _work(design, folder, comm, policy, costs)
         with _desk(folder, work, comm, policy, stopping) as desk:
-            complete, gave_up = _compute(design, work, desk, comm, node)
+            agenda = _agenda(work, costs, comm)
+            complete, gave_up = _compute(design, work, desk, comm, node, agenda)
         if complete:  # a signal does not interrupt what is left to do
             return _conclude(design, folder, comm, policy.shard)
         reasons = [stopping.reason]
@@ -173,15 +164,17 @@ def _node_of(comm: Any) -> Any:
     return comm.Split_type(MPI.COMM_TYPE_SHARED)
 
 
-def _work(design: Design, folder: Path, comm: Any, policy: Policy) -> _Work:
+def _work(
+    design: Design, folder: Path, comm: Any, policy: Policy, costs: Costs
+) -> _Work:
     """Return the work of all ranks, as rank 0 finds it in the directory."""
     work = None
     if comm is None or comm.rank == 0:
         mine = cases_of(design, policy.shard)
         left = [case for case in to_do(design, folder, policy.retry) if case in mine]
         alone = suspects(design, folder, left)
-        steps = {i: predicted_steps(design.cases[i]) for i in left}
-        order = sorted(set(left) - alone, key=lambda i: (-steps[i], i))
+        seconds = dict(zip(left, costs.predict(left), strict=True))
+        order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
         units = _units(design, order, comm.size if comm is not None else 1, policy)
         units += [(case,) for case in sorted(alone)]
         work = _Work(units, alone, claim_run(folder))
@@ -218,19 +211,29 @@ def _desk(
         )
 
 
+def _agenda(work: _Work, costs: Costs, comm: Any) -> Agenda:
+    """Return what this rank hands out: all units on rank 0, nothing elsewhere."""
+    if comm is not None and comm.rank > 0:
+        return Agenda([], costs)
+    alone = {u for u, cases in enumerate(work.units) if set(cases) & work.suspects}
+    return Agenda(work.units, costs, comm.size if comm is not None else 1, last=alone)
+
+
 def _compute(
-    design: Design, work: _Work, desk: Desk, comm: Any, node: Any
+    design: Design, work: _Work, desk: Desk, comm: Any, node: Any, agenda: Agenda
 ) -> tuple[bool, bool]:
     """Do the work on all ranks; return whether all is done and whether it gave up."""
     if work.units:
         _warm(design, work, desk, node)
-    report = _Report(design, work.units, desk) if desk.rank == 0 else None
+    report = _Report(design, agenda, desk) if desk.rank == 0 else None
     evaluate = Evaluator(design, work.units, desk)
-    order, notice = list(range(len(work.units))), report if report else _ignore
+    notice, tally = report if report else _ignore, Tally()
     if comm is None:
-        complete = map_serial(order, evaluate, notice, desk.stopping)
+        complete = map_serial(agenda, evaluate, notice, desk.stopping, tally)
     else:
-        complete = map_ranks(order, evaluate, notice, desk.stopping, comm)
+        complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
+    if work.units:
+        keep_shares(desk.journal.folder, work.run, tally, comm)
     return complete, report is not None and report.gave_up
 
 
@@ -286,18 +289,15 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
 class _Report:
     """Plain progress lines on rank 0's stderr."""
 
-    def __init__(self, design: Design, units: list[Unit], desk: Desk) -> None:
-        self.desk = desk
-        order = [case for unit in units for case in unit]
-        self.design, self.units, self.total = design, units, len(order)
+    def __init__(self, design: Design, agenda: Agenda, desk: Desk) -> None:
+        self.desk, self.agenda = desk, agenda
+        self.total = sum(map(len, agenda.units))
         self.finished = self.failed = 0
-        self.work = sum(predicted_steps(design.cases[i]) for i in order)
-        self.done = 0.0
         self.start = self.last = time.monotonic()
         shard = desk.policy.shard
         mine = len(cases_of(design, shard))
         of = f" of {len(design.cases)} in shard {shard}" if shard else ""
-        kept = mine - len(order)
+        kept = mine - self.total
         already = f", {kept} already there" if kept else ""
         alone = len(desk.suspects)
         apart = f", {alone} of two crashes apart" if alone else ""
@@ -310,19 +310,18 @@ class _Report:
         return most is not None and self.failed >= most
 
     def __call__(self, unit: int, statuses: list[str]) -> None:
-        cases = [self.design.cases[case] for case in self.units[unit]]
+        del unit
         self.finished += len(statuses)
         self.failed += sum(status != "ok" for status in statuses)
         if self.gave_up:
             self.desk.stopping.ask(f"{self.failed} cases without a result")
-        self.done += sum(predicted_steps(scene) for scene in cases)
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
         if now - self.last < every and self.finished < self.total:
             return
         self.last = now
-        left = spent * (self.work - self.done) / self.done if self.done else 0.0
+        left = self.agenda.seconds_left() / self.agenda.ranks
         bad = f", {self.failed} failed" if self.failed else ""
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
         progress = f"{self.finished} of {self.total} cases{bad}, {rate}"

@@ -204,24 +204,44 @@ def _explain(design: Design) -> None:
 
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
-    from hpcwhirl.campaign.run import cases_of, predicted_steps, seconds_per_step
+    from hpcwhirl.campaign.forecast import forecast
+    from hpcwhirl.campaign.run import cases_of
 
-    mine = cases_of(design, shard)
-    steps = sum(predicted_steps(design.cases[case]) for case in sorted(mine))
-    cost = seconds_per_step(design.cases[0]) if mine else 0.0
+    found = forecast(design, args.out, cases_of(design, shard))
+    step = 1e6 * found.seconds / found.steps if found.steps else 0.0
+    disk = found.disk
     facts = {
-        "cases": len(mine),
+        "cases": found.cases,
+        "left": found.left,
         "swept": list(design.swept),
-        "steps": steps,
-        "microseconds_per_step": 1e6 * cost,
-        "core_hours": steps * cost / 3600,
+        "steps": found.steps,
+        "microseconds_per_step": step,
+        "core_hours": found.seconds / 3600,
+        "learned_from": {"finished": found.finished, "probed": found.probed},
+        "bytes": {**asdict(disk), "total": disk.total},
     }
     if args.json:
         print_json(facts)
         return
-    print(f"{facts['cases']} cases over {', '.join(design.swept) or 'nothing'}")
-    print(f"{steps:.4g} steps at {1e6 * cost:.2f} us (measured on the first case)")
-    print(f"predicted: {facts['core_hours']:.3g} core-hours")
+    rest = f", {found.left} left" if found.left < found.cases else ""
+    print(f"{found.cases} cases over {', '.join(design.swept) or 'nothing'}{rest}")
+    how = f"measured on {found.probed} cases"
+    if found.finished:
+        how = f"learned from {found.finished} finished cases"
+    print(f"{found.steps:.4g} steps at {step:.2f} us ({how})")
+    print(f"predicted: {found.seconds / 3600:.3g} core-hours")
+    print(
+        f"on disk: {_size(disk.results)} results.h5, {_size(disk.traces)} traces, "
+        f"{_size(disk.journal)} journal"
+    )
+
+
+def _size(count: int) -> str:
+    """Return a number of bytes in the unit that gives it one to three digits."""
+    size, units = float(count), ["B", "kB", "MB", "GB", "TB"]
+    while size >= 1000 and len(units) > 1:
+        size, units = size / 1000, units[1:]
+    return f"{size:.3g} {units[0]}"
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:

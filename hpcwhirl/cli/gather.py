@@ -9,6 +9,10 @@ from pathlib import Path
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument(
+        "--compress", type=int, choices=range(10), default=0, metavar="LEVEL",
+        help="gzip of the traces, 1 to 9 (default 0: none)",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -21,7 +25,9 @@ def run(args: argparse.Namespace) -> int:
     comm = communicator()
     root = comm is None or comm.rank == 0
     try:
-        path = gather(args.folder, {"version": __version__}, comm)
+        path = gather(
+            args.folder, {"version": __version__}, comm, compress=args.compress
+        )
     except WhirlError:  # raised on every rank, told by one
         if root:
             raise

@@ -1,19 +1,17 @@
 """Journals and traces to `results.h5`: by one process, or by all through MPI-IO.
 
 Both writers define the same file with the same calls; they differ in who writes which
-cases. The file is netCDF-4: every axis is a dimension scale. It is written under a
-temporary name, synced and renamed.
+cases. Cases are read and written in blocks, so that memory does not grow with their
+traces. The file is written under a temporary name, synced and renamed.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
-import json
-import math
 import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,22 +20,10 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.scene.inputs import end_time
+from hpcwhirl.store.blocks import block_size, ranges, read_block
+from hpcwhirl.store.contents import Contents, contents_of
 from hpcwhirl.store.hdf5 import reason, writing
-from hpcwhirl.store.journal import Record, read_records, read_traces
-from hpcwhirl.store.plan import Plan, read_plan
-from hpcwhirl.store.schema import (
-    ENUMS,
-    FORMAT,
-    PERFORMANCE,
-    ROW,
-    STATUS,
-    TRACES,
-    Variable,
-    dtype,
-    encode,
-    missing,
-)
+from hpcwhirl.store.layout import LIBVER, define
 
 RESULTS = "results.h5"
 
@@ -52,6 +38,8 @@ def gather(
     facts: Mapping[str, str | float],
     comm: Any = None,
     part: str = RESULTS + ".part",
+    *,
+    compress: int = 0,
 ) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
 
@@ -62,6 +50,7 @@ def gather(
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
         its first. Every rank must call. None: this process writes
     part : temporary name, of its own for each of those that may gather at once
+    compress : level of gzip for traces, 1 to 9; 0 for none
 
     Raises
     ------
@@ -72,15 +61,14 @@ def gather(
     rank = comm.rank if comm is not None else 0
     parallel = size > 1 and has_mpi_io()
     final, temporary = folder / RESULTS, folder / part
-    begin = partial(_content, folder) if rank == 0 else None
+    begin = partial(_fitting, folder) if rank == 0 else None
     content = _agreed(begin, temporary, comm)
     write = publish = None
     if parallel or rank == 0:
         told = {**facts, "gather": _how(parallel, size)}
         content = comm.bcast(content, root=0) if parallel else content
-        write = partial(
-            _write_file, temporary, content, told, comm if parallel else None
-        )
+        among = comm if parallel else None
+        write = partial(_write_file, temporary, content, told, compress, among)
     _agreed(write, temporary, comm)
     if rank == 0:
         publish = partial(_publish, temporary, final)
@@ -113,14 +101,45 @@ def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
 
 
 def _write_file(
-    part: Path, content: _Content, facts: Mapping[str, str | float], comm: Any
+    part: Path,
+    contents: Contents,
+    facts: Mapping[str, str | float],
+    compress: int,
+    comm: Any,
 ) -> None:
-    """Write the whole file alone, or with `comm` each rank its share of the cases."""
+    """Write the whole file alone, or with `comm` each rank its share of the cases.
+
+    All ranks take part in every write, those without a case left with none of it: a
+    compressed trace can be written in no other way.
+    """
     options = {"driver": "mpio", "comm": comm} if comm is not None else {}
     rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
-    with writing(part, libver=("earliest", "v110"), **options) as file:
-        _define(file, content, facts)
-        _fill(file, content, range(rank, content.cases, size))
+    with writing(part, libver=LIBVER, **options) as file:
+        define(file, contents, facts, compress)
+        for cases in ranges(contents.cases, rank, size, block_size(contents)):
+            block = _agreed(partial(read_block, contents, cases), part, comm)
+            for name, values in block.items():
+                _put(file[name], cases, values, collective=comm is not None)
+
+
+def _put(data: h5py.Dataset, cases: range, values: Any, *, collective: bool) -> None:
+    """Write the rows `cases` of a variable; a collective write may be of none."""
+    if not collective:
+        data[cases.start : cases.stop] = values
+        return
+    whole, rest = data.id.get_space(), data.shape[1:]
+    if len(cases) and all(rest):
+        start = (cases.start, *(0 for _ in rest))
+        whole.select_hyperslab(start, (len(cases), *rest))
+        memory = h5py.h5s.create_simple((len(cases), *rest))
+    else:
+        whole.select_none()
+        memory = h5py.h5s.create_simple((1,))
+        memory.select_none()
+    how = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    how.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    plain = np.ascontiguousarray(values, dtype=data.dtype)
+    data.id.write(memory, whole, plain, dxpl=how)
 
 
 def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
@@ -133,201 +152,17 @@ def _publish(part: Path, final: Path) -> None:
     part.replace(final)
 
 
-class _Content:
-    """Plan, records and the sizes they ask for."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.plan: Plan = read_plan(folder)
-        known = read_records(folder)
-        self.records: list[Record | None] = [known.get(d) for d in self.plan.digests]
-        self.cases = len(self.records)
-        blocks = [r["traces"] for r in self.records if r and r.get("traces")]
-        self.shapes: dict[str, list[int]] = {}
-        for block in blocks:
-            for name, shape in block["shapes"].items():
-                old = self.shapes.get(name, [0] * len(shape))
-                self.shapes[name] = [max(a, b) for a, b in zip(old, shape, strict=True)]
-        self.interval = self._common_interval()
-
-    def _common_interval(self) -> float | None:
-        found = {
-            r["row"]["sample_interval"] for r in self.records if r and r.get("row")
-        }
-        return found.pop() if len(found) == 1 else None
-
-    @property
-    def size(self) -> int:
-        """Bytes of rows and traces, the least that the file will have."""
-        tables = (ROW | STATUS | PERFORMANCE).items()
-        row = sum(dtype(name, variable).itemsize for name, variable in tables)
-        traces = sum(8 * math.prod(s) for n, s in self.shapes.items() if n in TRACES)
-        return self.cases * (row + traces)
-
-    @property
-    def sample_axis(self) -> str:
-        """Name of the trace axis: `time` if all cases share it, else `sample`."""
-        return "time" if self.interval is not None else "sample"
-
-
-def _content(folder: Path) -> _Content:
+def _fitting(folder: Path) -> Contents:
     """Return what is to be written; raise before a byte is where there is no room.
 
     MPI-IO cannot be told to end once a write of one rank has failed: others may wait
     for that rank in a collective call. A quota, which no call tells, it meets still.
     """
-    content = _Content(folder)
+    contents = contents_of(folder)
     free = shutil.disk_usage(folder).free
-    if content.size > free:
-        need, have = content.size / 1e6, free / 1e6
+    if contents.size > free:
+        need, have = contents.size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
         msg = f"cannot write {folder / RESULTS}: {why}"
         raise MissingFileError(msg)
-    return content
-
-
-def variable_name(dotted: str) -> str:
-    """Return the variable of a swept input: its own name, or with its table's."""
-    leaf = dotted.rsplit(".", 1)[-1]
-    if leaf in ROW:
-        return leaf
-    return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})
-
-
-def _swept_extra(plan: Plan) -> dict[str, str]:
-    """Return {variable: dotted name} of swept inputs that no row has."""
-    names = {variable_name(dotted): dotted for dotted in plan.swept}
-    return {v: d for v, d in names.items() if v not in ROW}
-
-
-def _stored(value: float | str | list[float]) -> float | bytes:
-    """Return a swept value as it is stored: words and lists as text."""
-    if isinstance(value, list):
-        value = json.dumps(value)
-    return value.encode() if isinstance(value, str) else value
-
-
-def _axis(file: h5py.File, name: str, values: Iterable[Any], meaning: str) -> None:
-    data = file.create_dataset(name, data=np.asarray(values))
-    data.attrs["long_name"] = np.bytes_(meaning)
-    data.make_scale(name)
-
-
-def _attach(data: h5py.Dataset, root: h5py.File, axes: tuple[str, ...]) -> None:
-    for place, axis in enumerate(axes):
-        data.dims[place].attach_scale(root[axis])
-
-
-def _define_cases(
-    group: h5py.Group, root: h5py.File, table: dict[str, Variable], cases: int
-) -> None:
-    for name, variable in table.items():
-        kind = dtype(name, variable)
-        # No fill value for text: netCDF-C overruns its buffer where one is set.
-        fill = None if variable.kind == "text" else missing(variable)
-        data = group.create_dataset(name, (cases,), kind, fillvalue=fill)
-        data.attrs["units"] = np.bytes_(variable.unit)
-        data.attrs["long_name"] = np.bytes_(variable.meaning)
-        if variable.kind == "enum":
-            data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
-            data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
-        _attach(data, root, ("case",))
-
-
-def _define(
-    file: h5py.File, content: _Content, facts: Mapping[str, str | float]
-) -> None:
-    plan = content.plan
-    head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
-    for name, value in {**head, **facts}.items():
-        stored = value.encode() if isinstance(value, str) else value
-        file.attrs[name] = np.asarray(stored)[()]
-    file.attrs["format"] = np.int64(FORMAT)
-    _axis(file, "case", np.arange(content.cases, dtype="i8"), "case of the campaign")
-    _define_cases(file, file, ROW | STATUS, content.cases)
-    for name, dotted in _swept_extra(plan).items():
-        values = [_stored(row.get(dotted, plan.base[dotted])) for row in plan.settings]
-        texts = [len(value) for value in values if isinstance(value, bytes)]
-        kind = f"S{max(64, *texts)}" if texts else "f8"
-        data = file.create_dataset(name, (content.cases,), kind)
-        data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
-        _attach(data, file, ("case",))
-    inputs = [variable_name(dotted) for dotted in plan.swept]
-    file.attrs["swept"] = np.bytes_(" ".join(inputs))
-    coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
-    file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
-    _define_cases(file.create_group("performance"), file, PERFORMANCE, content.cases)
-    if content.shapes:
-        _define_traces(file, content)
-
-
-def _define_traces(file: h5py.File, content: _Content) -> None:
-    axis, shapes = content.sample_axis, content.shapes
-    samples = shapes["time"][0]
-    if content.interval is not None:
-        times = (1 + np.arange(samples)) * content.interval
-        _axis(file, "time", times, "time of the sample")
-        file["time"].attrs["units"] = np.bytes_("s")
-    else:
-        _axis(file, "sample", np.arange(samples, dtype="i8"), "number of the sample")
-    _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
-    if "tips" in shapes:
-        _axis(file, "blade", np.arange(shapes["tips"][1], dtype="i8"), "blade")
-        _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
-    if "casing" in shapes:
-        orders = np.arange(shapes["casing"][1], dtype="i8")
-        _axis(file, "harmonic", orders, "waves around the casing")
-        _axis(file, "phase", np.arange(2, dtype="i8"), "0: cos, 1: sin")
-    wanted = {n: TRACES[n] for n in shapes if n in TRACES}
-    if content.interval is None:
-        wanted["time"] = ((), "s", "time of the sample")
-    for name, (further, unit, meaning) in wanted.items():
-        size = (content.cases, samples, *shapes[name][1:])
-        data = file.create_dataset(name, size, "f8", fillvalue=np.nan)
-        data.attrs["units"] = np.bytes_(unit)
-        data.attrs["long_name"] = np.bytes_(meaning)
-        data.attrs["_FillValue"] = np.float64(np.nan)
-        _attach(data, file, ("case", axis, *further))
-
-
-def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
-    """Write the cases `mine`, one after the other; memory is that of one case."""
-    extra = _swept_extra(content.plan)
-    for case in mine:
-        for name, dotted in extra.items():
-            value = content.plan.settings[case].get(dotted, content.plan.base[dotted])
-            file[name][case] = _stored(value)
-        record = content.records[case]
-        status = record["status"] if record else "missing"
-        message = record["message"] if record else "not computed yet"
-        _write(file, STATUS, case, {"status": status, "message": message})
-        row = (record or {}).get("row") or _inputs_of(content.plan, case)
-        _write(file, ROW, case, row)
-        if record:
-            _write(file["performance"], PERFORMANCE, case, record["performance"])
-            if record.get("traces"):
-                _write_traces(file, content, case, record["traces"])
-
-
-def _inputs_of(plan: Plan, case: int) -> dict[str, Any]:
-    """Return what is known of a case without a result: its inputs."""
-    values = plan.base | plan.settings[case]
-    if values.get("revolutions"):
-        asked = values["duration"], values["revolutions"], values["speed"]
-        values["duration"] = end_time(*asked)
-    short = {variable_name(dotted): value for dotted, value in values.items()}
-    return {name: short[name] for name in ROW if name in short}
-
-
-def _write(
-    group: h5py.Group, table: dict[str, Variable], case: int, row: dict[str, Any]
-) -> None:
-    for name, variable in table.items():
-        value = encode(name, variable, row[name]) if name in row else missing(variable)
-        group[name][case] = value
-
-
-def _write_traces(file: h5py.File, content: _Content, case: int, block: Record) -> None:
-    for name, values in read_traces(content.folder, block).items():
-        if name in TRACES or (name == "time" and content.interval is None):
-            file[name][(case, *map(slice, values.shape))] = values
+    return contents

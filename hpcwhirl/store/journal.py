@@ -10,12 +10,12 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import MissingFileError, StoreError
 
 Record = dict[str, Any]
+T = TypeVar("T")
 
 
 def sealed(record: Record) -> bytes:
@@ -59,7 +60,7 @@ class Journal:
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
             raise MissingFileError(msg) from None
-        self._name = f"{name}.bin"
+        self.folder, self._name = folder, f"{name}.bin"
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Keep a finished case: its traces first, then the line that names them.
@@ -153,13 +154,15 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-def _lines(folder: Path) -> Iterator[Record]:
+def _lines(folder: Path) -> Iterator[tuple[Path, int, Record]]:
     for path in sorted((folder / "journal").glob("*.log")):
         with path.open("rb") as file:
+            start = 0
             for line in file:
                 record = opened(line)
                 if record is not None:
-                    yield record
+                    yield path, start, record
+                start += len(line)
 
 
 def read_journals(folder: Path) -> dict[str, list[Record]]:
@@ -172,21 +175,60 @@ def read_journals(folder: Path) -> dict[str, list[Record]]:
     return found
 
 
-def read_records(folder: Path) -> dict[str, Record]:
-    """Return {case digest: its newest whole record}; torn lines are dropped.
+def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
+    """Yield (journal, byte, record), the oldest first; torn lines are dropped.
 
     A record whose traces are not all there is dropped too: the case runs again.
     """
-    records: dict[str, Record] = {}
-    for record in _lines(folder):
+    sizes: dict[str, int] = {}
+    for path, start, record in _lines(folder):
         block = record.get("traces")
         if block:
-            path = folder / "traces" / block["file"]
+            name = block["file"]
             end = block["offset"] + block["bytes"]
-            if not path.is_file() or path.stat().st_size < end:
+            if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+                traces = folder / "traces" / name
+                sizes[name] = traces.stat().st_size if traces.is_file() else 0
+            if sizes[name] < end:
                 continue
-        records[record["digest"]] = record
-    return records
+        yield path, start, record
+
+
+def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
+    """Return {case digest: what `brief` makes of its newest whole record}.
+
+    One record at a time is in memory, however many there are.
+    """
+    return {record["digest"]: brief(record) for _, _, record in whole_records(folder)}
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """Return {case digest: its newest whole record}."""
+    return scan(folder, lambda record: record)
+
+
+def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
+    """Return the records of a journal that begin at some bytes.
+
+    Raises
+    ------
+    StoreError, MissingFileError
+        where they are no longer there
+    """
+    out: list[Record] = []
+    try:
+        with path.open("rb") as file:
+            for start in starts:
+                file.seek(start)
+                record = opened(file.readline())
+                if record is None:
+                    msg = f"{path} has changed at byte {start} while it was read"
+                    raise StoreError(msg)
+                out.append(record)
+    except OSError as failed:
+        msg = f"cannot read {path}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    return out
 
 
 def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:

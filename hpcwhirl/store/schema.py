@@ -16,7 +16,7 @@ ENUMS = {
     "whirl": ("none", "forward", "backward", "mixed"),
     "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }
-TEXT = {"scheme": 16, "message": 240, "host": 64}  # bytes
+TEXT = {"scheme": 16, "message": 240, "host": 64, "worker_host": 64}  # bytes
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,15 @@ PERFORMANCE: dict[str, Variable] = {
     **_table("f8", "us", microseconds_per_step="wall time a step"),
     **_table("i8", "1", rank="rank that computed the case"),
     **_table("text", "1", host="host that computed the case"),
+}
+# what each rank of each run did with its time, over `worker`
+SHARES: dict[str, Variable] = {
+    **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
+    **_table("f8", "s", worker_busy="computing and keeping cases"),
+    **_table("f8", "s", worker_span="from the first hand-out to the end of all ranks"),
+    **_table("i8", "1", worker_run="run of the campaign", worker_rank="rank in it"),
+    **_table("i8", "1", worker_cases="cases finished by it"),
+    **_table("text", "1", worker_host="its host"),
 }
 STATUS: dict[str, Variable] = {
     **_table("enum", "1", status="whether the case gave a result"),

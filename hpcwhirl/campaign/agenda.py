@@ -1,0 +1,118 @@
+"""What is still to be handed out: the longest first, as far as is known by now."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from hpcwhirl.campaign.cost import Costs
+
+SORTED_ANEW = 20_000  # units at most: some 30 ms, in which rank 0 answers nobody
+EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned
+SHORTEST = 0.05  # s that a worker should be busy with one answer, at least
+A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an answer
+MOST = 32  # units of an answer: a message that needs no consent of its receiver
+FAIR = 4  # an answer is at most this part of an even share of the units left
+GOLDEN = 0.6180339887498949
+
+
+class Agenda:
+    """The units of a campaign, handed out by predicted seconds, the longest first.
+
+    Units of equal prediction go out scattered, so that early ones tell about all.
+
+    Parameters
+    ----------
+    units : cases of each unit
+    costs : of the cases; learns with every finished unit
+    ranks : that share the work
+    last : units that go out after all others
+    """
+
+    def __init__(
+        self,
+        units: Sequence[tuple[int, ...]],
+        costs: Costs,
+        ranks: int = 1,
+        last: Collection[int] = (),
+    ) -> None:
+        self.early = np.ones(len(units), dtype=bool)
+        self.early[list(last)] = False
+        self.units, self.costs, self.ranks = units, costs, ranks
+        self.hold = max(SHORTEST, A_RANK * ranks)
+        self.predicted = self._predict(np.arange(len(units)))
+        self.unfinished = np.ones(len(units), dtype=bool)
+        self.left = len(units)
+        self.told = self.took = 0.0  # s, of finished units
+        self.stale = True  # predictions are from before anything finished
+        self.learned = 0
+        self.queue = self._ordered(np.arange(len(units)))  # the last goes out first
+
+    def __len__(self) -> int:
+        """Return the number of units not handed out."""
+        return len(self.queue)
+
+    def take(self) -> int:
+        """Return the next unit, for the rank that holds the agenda."""
+        return self.queue.pop()
+
+    def bundle(self) -> list[int]:
+        """Return the next units for one answer to a worker; empty at the end.
+
+        One unit, or as many short ones as keep the worker busy for a while: a little
+        with few ranks, with many as long as rank 0 needs to answer them all.
+        """
+        most = min(MOST, max(len(self.queue) // (FAIR * self.ranks), 1))
+        out: list[int] = []
+        seconds = 0.0
+        while self.queue and len(out) < most and seconds < self.hold:
+            seconds += float(self.predicted[self.queue[-1]])
+            out.append(self.queue.pop())
+        return out
+
+    def first(self) -> list[list[int]]:
+        """Return what each rank begins with, rank 0 with nothing: it takes its own."""
+        return [[], *(self.bundle() for _ in range(self.ranks - 1))]
+
+    def drop(self) -> None:
+        """Hand out nothing more."""
+        self.queue.clear()
+
+    def finished(self, unit: int, seconds: float) -> None:
+        """Learn that a unit has taken some seconds; sort anew where that pays."""
+        self.unfinished[unit] = False
+        self.told += float(self.predicted[unit])
+        self.took += seconds
+        self.costs.learn(self.units[unit], seconds)
+        self.learned += 1
+        self.left -= 1
+        if self.queue and self.learned * EVERY >= self.left <= SORTED_ANEW:
+            self._sort_anew()
+
+    def _sort_anew(self) -> None:
+        begun = np.flatnonzero(self.unfinished)
+        self.predicted[begun] = self._predict(begun)
+        self.queue = self._ordered(np.array(self.queue))
+        self.stale, self.learned = False, 0
+
+    def seconds_left(self) -> float:
+        """Return the seconds of one core that unfinished units are expected to take."""
+        missed = self.took / self.told if self.told > 0.0 and self.stale else 1.0
+        return float(self.predicted[self.unfinished].sum()) * missed
+
+    def _predict(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the predicted seconds of units."""
+        if not len(chosen):
+            return np.zeros(0)
+        cases = [self.units[unit] for unit in chosen]
+        sizes = np.array([len(unit) for unit in cases])
+        flat = np.fromiter((c for unit in cases for c in unit), np.intp, sizes.sum())
+        starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        return np.asarray(np.add.reduceat(self.costs.predict(flat), starts))
+
+    def _ordered(self, chosen: np.ndarray) -> list[int]:
+        """Return units by predicted seconds, the longest last."""
+        scattered = (chosen * GOLDEN) % 1.0
+        order = np.lexsort((-scattered, self.predicted[chosen], self.early[chosen]))
+        return [int(unit) for unit in chosen[order]]

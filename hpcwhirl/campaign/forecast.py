@@ -1,0 +1,150 @@
+"""What a campaign will cost, before it runs: core-hours and bytes on disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.run import facts_of
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.timestep import step_counts, with_step
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.store.contents import sizes_of
+from hpcwhirl.store.forecast import Bytes, bytes_of
+from hpcwhirl.store.plan import NAME
+
+PROBE = 0.03  # s of computing a probe
+FIRST = 2000  # steps of its first slice
+KINDS = 12  # of scheme, engine, eta and step that are probed at most
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What is left of a campaign.
+
+    Attributes
+    ----------
+    cases, left : all, and those without a result
+    steps : of those that are left, if they run to their end
+    seconds : of one core for them
+    probed, finished : cases that the cost of a step is learned from: marched for
+        `PROBE` seconds, or finished in the directory before
+    disk : of the whole campaign, if no case ends early
+    """
+
+    cases: int
+    left: int
+    steps: float
+    seconds: float
+    probed: int
+    finished: int
+    disk: Bytes
+
+
+def forecast(
+    design: Design, folder: Path, mine: frozenset[int] | None = None
+) -> Forecast:
+    """Return what is left to compute of a design, and the bytes it will all take.
+
+    Parameters
+    ----------
+    design : the campaign
+    folder : its directory; if it has finished cases, they are learned from
+    mine : cases of a shard; all if not given
+    """
+    costs, left = costs_of(design), list(range(len(design.cases)))
+    if (folder / NAME).exists():
+        left = learn_from(folder, design, costs)
+    if mine is not None:
+        left = [case for case in left if case in mine]
+    finished = int(np.isfinite(costs.factor).sum())
+    probes = [] if finished else _probes(design)
+    probed = sum(_probe(design, case, costs) for case in probes)
+    return Forecast(
+        cases=len(design.cases if mine is None else mine),
+        left=len(left),
+        steps=sum(predicted_steps(design.cases[case]) for case in left),
+        seconds=float(costs.predict(left).sum()),
+        probed=probed,
+        finished=finished,
+        disk=_disk(design),
+    )
+
+
+def _probes(design: Design) -> list[int]:
+    """Return the cases to measure: the first, middle and last of each kind."""
+    kinds: dict[object, list[int]] = {}
+    for case, scene in enumerate(design.cases):
+        solver = scene.solver
+        kind = scene.engine, solver.scheme, solver.modes, solver.time_step
+        kinds.setdefault(kind, []).append(case)
+    chosen: set[int] = set()
+    for place in np.linspace(0, len(kinds) - 1, min(KINDS, len(kinds))).round():
+        cases = list(kinds.values())[int(place)]
+        chosen |= {cases[i] for i in (0, len(cases) // 2, -1)}
+    return sorted(chosen)
+
+
+def _probe(design: Design, case: int, costs: Costs) -> bool:
+    """March a case for a moment and learn; return whether it could be marched."""
+    try:
+        march = March(design.cases[case])
+        march.advance(1)  # compiles
+        march.seconds, size = 0.0, FIRST
+        while march.seconds < PROBE and not march.done:
+            march.advance(size)
+            size *= 2
+    except WhirlError:  # it will fail as a row
+        return False
+    step = march.seconds / max(march.steps - 1, 1)
+    costs.learn([case], step * predicted_steps(design.cases[case]))
+    return True
+
+
+def _disk(design: Design) -> Bytes:
+    """Return the bytes of the campaign, if every case runs to its end."""
+    samples = np.zeros(len(design.cases), dtype=np.int64)
+    intervals = np.full(len(design.cases), np.nan)
+    for case, scene in enumerate(design.cases):
+        count, intervals[case] = _sampling(scene)
+        samples[case] = count if _keeps(scene) else 0
+    sizes = sizes_of(_kinds(design))
+    return bytes_of(design.plan(), samples, intervals, sizes, facts_of(design))
+
+
+def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
+    """Return {trace: shape without samples} of the cases with most in their traces."""
+    rotor = max(design.cases, key=lambda s: s.engine.rotor.blades)
+    casing = max(design.cases, key=lambda s: s.engine.casing.harmonics)
+    found = []
+    for scene in {id(s): s for s in (rotor, casing) if _keeps(s)}.values():
+        step = scene.solver.time_step
+        short = {"duration": 20 * step, "revolutions": 0.0, "interval": step}
+        try:
+            traces = simulate(apply_settings(scene, short)).traces
+        except WhirlError:  # it will fail as a row
+            continue
+        found.append({name: values.shape[1:] for name, values in traces.items()})
+    return found
+
+
+def _keeps(scene: Scene) -> bool:
+    return scene.output.traces != "summary"
+
+
+def _sampling(scene: Scene) -> tuple[int, float]:
+    """Return the samples of a case and the seconds between them."""
+    try:
+        if scene.solver.accuracy > 0.0:
+            scene = with_step(scene, model_of(scene))
+    except WhirlError:  # it will fail as a row
+        return 0, np.nan
+    total, stride = step_counts(scene)
+    return total // stride, stride * scene.solver.time_step

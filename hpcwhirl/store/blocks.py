@@ -1,0 +1,108 @@
+"""Cases in blocks: their columns and traces as arrays, a bounded number of bytes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene.inputs import end_time
+from hpcwhirl.store.contents import Contents, records_of
+from hpcwhirl.store.journal import Record, read_traces
+from hpcwhirl.store.layout import stored, swept_extra, variable_name
+from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.schema import (
+    PERFORMANCE,
+    ROW,
+    STATUS,
+    Variable,
+    dtype,
+    encode,
+    missing,
+)
+
+MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
+MOST_CASES = 1024
+Array = NDArray[Any]
+Block = dict[str, Array]  # by the path of the variable in the file
+
+
+def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
+    """Return the ranges of cases that a rank writes, as many for every rank.
+
+    Shares are contiguous and differ by a case at most; who has less than others gets
+    empty ranges at the end.
+    """
+    starts = [r * cases // size for r in range(size + 1)]
+    rounds = -(-max(b - a for a, b in pairwise(starts)) // block)
+    first, last = starts[rank], starts[rank + 1]
+    edges = [min(first + i * block, last) for i in range(rounds + 1)]
+    return [range(a, b) for a, b in pairwise(edges)]
+
+
+def block_size(contents: Contents) -> int:
+    """Return the cases of a block."""
+    each = max(contents.bytes_of_traces(), 1)
+    return max(1, min(MOST_CASES, MOST_BYTES // each))
+
+
+def read_block(contents: Contents, cases: range) -> Block:
+    """Return what the file will hold of some cases, {variable: (cases, ...)}.
+
+    Raises
+    ------
+    StoreError, MissingFileError
+        where a record or a trace is damaged
+    """
+    records = records_of(contents, cases)
+    plan = contents.plan
+    rows = [row_of(plan, case, records.get(case)) for case in cases]
+    out = _table(ROW, rows) | _table(STATUS, [_status(records.get(c)) for c in cases])
+    spent = [records[case]["performance"] if case in records else {} for case in cases]
+    for name, column in _table(PERFORMANCE, spent).items():
+        out[f"performance/{name}"] = column
+    for name, dotted in swept_extra(plan).items():
+        values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
+        out[name] = np.array([stored(value) for value in values])
+    return out | _traces(contents, cases, records)
+
+
+def _status(record: Record | None) -> dict[str, Any]:
+    return record or {"status": "missing", "message": "not computed yet"}
+
+
+def row_of(plan: Plan, case: int, record: Record | None) -> dict[str, Any]:
+    """Return the row of a case; without a result, what is known: its inputs."""
+    if record and record.get("row"):
+        return dict(record["row"])
+    values = plan.base | plan.settings[case]
+    if values.get("revolutions"):
+        asked = values["duration"], values["revolutions"], values["speed"]
+        values["duration"] = end_time(*asked)
+    short = {variable_name(dotted): value for dotted, value in values.items()}
+    return {name: short[name] for name in ROW if name in short}
+
+
+def _table(table: dict[str, Variable], rows: list[dict[str, Any]]) -> Block:
+    out: Block = {}
+    for name, variable in table.items():
+        values = [
+            encode(name, variable, row[name]) if name in row else missing(variable)
+            for row in rows
+        ]
+        out[name] = np.array(values, dtype=dtype(name, variable))
+    return out
+
+
+def _traces(contents: Contents, cases: range, records: dict[int, Record]) -> Block:
+    shapes = contents.trace_shapes()
+    out = {name: np.full((len(cases), *s), np.nan) for name, s in shapes.items()}
+    for case, record in records.items():
+        if record.get("traces"):
+            for name, values in read_traces(contents.folder, record["traces"]).items():
+                if name in out:
+                    into = out[name][case - cases.start]
+                    into[tuple(map(slice, values.shape))] = values
+    return out

@@ -1,0 +1,136 @@
+"""What a results file will hold: the plan, where each record lies, the sizes needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.store.journal import Record, read_at, whole_records
+from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.runs import Share, read_runs
+from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TRACES, dtype
+
+
+@dataclass
+class Contents:
+    """Index of a campaign: some 50 bytes a case, whatever its traces.
+
+    Attributes
+    ----------
+    folder, plan : the campaign
+    journals : their names
+    place : (cases, 2), number of the journal, -1 for none, and byte of the record
+    samples : (cases,), of its traces
+    sizes : {axis: most that any case has of it}, of what traces have beside samples
+    kept : names of the traces that any case has, in the order of `TRACES`
+    interval : (cases,), s between samples, NaN for none
+    shares : what each rank of each run did
+    """
+
+    folder: Path
+    plan: Plan
+    journals: list[str] = field(default_factory=list)
+    place: NDArray[np.int64] = field(init=False)
+    samples: NDArray[np.int64] = field(init=False)
+    interval: NDArray[np.float64] = field(init=False)
+    sizes: dict[str, int] = field(default_factory=dict)
+    kept: tuple[str, ...] = ()
+    shares: list[Share] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.place = np.full((self.cases, 2), -1)
+        self.samples = np.zeros(self.cases, dtype=np.int64)
+        self.interval = np.full(self.cases, np.nan)
+
+    @property
+    def cases(self) -> int:
+        """Number of cases."""
+        return len(self.plan.digests)
+
+    @property
+    def common_interval(self) -> float | None:
+        """Seconds between samples where all cases share them, else None."""
+        found = np.unique(self.interval[np.isfinite(self.interval)])
+        return float(found[0]) if len(found) == 1 else None
+
+    @property
+    def sample_axis(self) -> str:
+        """Name of the trace axis: `time` if all cases share it, else `sample`."""
+        return "time" if self.common_interval is not None else "sample"
+
+    def trace_shapes(self) -> dict[str, tuple[int, ...]]:
+        """Return {trace: shape of one case, padded to the longest}."""
+        longest = int(self.samples.max(initial=0))
+        shapes = {
+            name: (longest, *(self.sizes[axis] for axis in TRACES[name][0]))
+            for name in self.kept
+        }
+        if self.kept and self.common_interval is None:
+            shapes["time"] = (longest,)
+        return shapes
+
+    @property
+    def size(self) -> int:
+        """Bytes of rows and traces, the least that the file will have."""
+        tables = (ROW | STATUS | PERFORMANCE).items()
+        row = sum(dtype(name, variable).itemsize for name, variable in tables)
+        return self.cases * (row + self.bytes_of_traces())
+
+    def bytes_of_traces(self) -> int:
+        """Return the bytes that the traces of one case take."""
+        return sum(8 * int(np.prod(shape)) for shape in self.trace_shapes().values())
+
+
+def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
+    """Return {axis: most of it}, from {trace: shape without samples} of some cases."""
+    sizes: dict[str, int] = {}
+    for kind in kinds:
+        for name in kind.keys() & TRACES.keys():
+            for axis, size in zip(TRACES[name][0], kind[name], strict=True):
+                sizes[axis] = max(sizes.get(axis, 0), size)
+    return sizes
+
+
+def contents_of(folder: Path) -> Contents:
+    """Return the index of a campaign directory; reads its journals once."""
+    contents = Contents(folder, read_plan(folder), shares=read_runs(folder))
+    case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
+    numbers: dict[str, int] = {}
+    traces: dict[int, dict[str, Any]] = {}
+    shapes_seen: dict[str, dict[str, Any]] = {}
+    for path, start, record in whole_records(folder):
+        case = case_of.get(record.get("digest", ""))
+        if case is None:
+            continue
+        contents.place[case] = numbers.setdefault(path.name, len(numbers)), start
+        row = record.get("row") or {}
+        contents.interval[case] = row.get("sample_interval", np.nan)
+        traces.pop(case, None)
+        contents.samples[case] = 0
+        if record.get("traces"):
+            shapes = record["traces"]["shapes"]
+            contents.samples[case] = shapes["time"][0]
+            kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
+            traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
+    contents.journals = list(numbers)
+    kinds = list({id(kind): kind for kind in traces.values()}.values())
+    contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
+    contents.sizes = sizes_of(kinds)
+    return contents
+
+
+def records_of(contents: Contents, cases: range) -> dict[int, Record]:
+    """Return {case: its newest whole record} of those that have one."""
+    place = contents.place[cases.start : cases.stop]
+    found: dict[int, Record] = {}
+    for number in np.unique(place[:, 0][place[:, 0] >= 0]):
+        mine = np.flatnonzero(place[:, 0] == number)
+        path = contents.folder / "journal" / contents.journals[number]
+        lines = read_at(path, [int(place[i, 1]) for i in mine])
+        found |= {cases.start + int(i): r for i, r in zip(mine, lines, strict=True)}
+    return found

@@ -1,0 +1,181 @@
+"""The empty `results.h5`: every dimension, variable and attribute of a campaign.
+
+The file is netCDF-4: every axis is a dimension scale.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hpcwhirl.store.contents import Contents
+from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.runs import Share
+from hpcwhirl.store.schema import (
+    ENUMS,
+    FORMAT,
+    PERFORMANCE,
+    ROW,
+    SHARES,
+    STATUS,
+    TRACES,
+    Variable,
+    dtype,
+    encode,
+    missing,
+)
+
+LIBVER = ("earliest", "v110")
+CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
+WORKER = "worker"  # dimension: the ranks of all runs
+
+
+def variable_name(dotted: str) -> str:
+    """Return the variable of a swept input: its own name, or with its table's."""
+    leaf = dotted.rsplit(".", 1)[-1]
+    if leaf in ROW:
+        return leaf
+    return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})
+
+
+def swept_extra(plan: Plan) -> dict[str, str]:
+    """Return {variable: dotted name} of swept inputs that no row has."""
+    names = {variable_name(dotted): dotted for dotted in plan.swept}
+    return {v: d for v, d in names.items() if v not in ROW}
+
+
+def stored(value: float | str | list[float]) -> float | bytes:
+    """Return a swept value as it is stored: words and lists as text."""
+    if isinstance(value, list):
+        value = json.dumps(value)
+    return value.encode() if isinstance(value, str) else value
+
+
+def _axis(group: h5py.Group, name: str, values: Iterable[Any], meaning: str) -> None:
+    data = group.create_dataset(name, data=np.asarray(values))
+    data.attrs["long_name"] = np.bytes_(meaning)
+    data.make_scale(name)
+
+
+def _attach(data: h5py.Dataset, root: h5py.Group, axes: tuple[str, ...]) -> None:
+    for place, axis in enumerate(axes):
+        data.dims[place].attach_scale(root[axis])
+
+
+def _define_table(
+    group: h5py.Group, axis: h5py.Dataset, table: dict[str, Variable]
+) -> None:
+    for name, variable in table.items():
+        kind = dtype(name, variable)
+        # No fill value for text: netCDF-C overruns its buffer where one is set.
+        fill = None if variable.kind == "text" else missing(variable)
+        data = group.create_dataset(name, axis.shape, kind, fillvalue=fill)
+        data.attrs["units"] = np.bytes_(variable.unit)
+        data.attrs["long_name"] = np.bytes_(variable.meaning)
+        if variable.kind == "enum":
+            data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
+            data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+        data.dims[0].attach_scale(axis)
+
+
+def define(
+    file: h5py.File,
+    contents: Contents,
+    facts: Mapping[str, str | float],
+    compress: int = 0,
+) -> None:
+    """Define everything that the file will hold; values of cases are still to come.
+
+    Parameters
+    ----------
+    file : opened for writing, by one process or by all
+    contents : of the campaign
+    facts : further root attributes
+    compress : level of gzip for traces, 0 for none
+    """
+    plan = contents.plan
+    _define_head(file, plan, facts)
+    _axis(file, "case", np.arange(contents.cases, dtype="i8"), "case of the campaign")
+    _define_table(file, file["case"], ROW | STATUS)
+    for name, dotted in swept_extra(plan).items():
+        values = [stored(row.get(dotted, plan.base[dotted])) for row in plan.settings]
+        texts = [len(value) for value in values if isinstance(value, bytes)]
+        kind = f"S{max(64, *texts)}" if texts else "f8"
+        data = file.create_dataset(name, (contents.cases,), kind)
+        data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
+        _attach(data, file, ("case",))
+    performance = file.create_group("performance")
+    _define_table(performance, file["case"], PERFORMANCE)
+    if contents.shares:
+        _define_shares(performance, contents.shares)
+    if contents.kept:
+        _define_traces(file, contents, compress)
+
+
+def _define_head(file: h5py.File, plan: Plan, facts: Mapping[str, str | float]) -> None:
+    head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
+    for name, value in {**head, **facts}.items():
+        plain = value.encode() if isinstance(value, str) else value
+        file.attrs[name] = np.asarray(plain)[()]
+    file.attrs["format"] = np.int64(FORMAT)
+    inputs = [variable_name(dotted) for dotted in plan.swept]
+    file.attrs["swept"] = np.bytes_(" ".join(inputs))
+    coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
+    file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
+
+
+def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
+    """Define and fill what the ranks of all runs did: few, and known now."""
+    _axis(group, WORKER, np.arange(len(shares), dtype="i8"), "rank of a run")
+    _define_table(group, group[WORKER], SHARES)
+    values = {name: [share[name.removeprefix("worker_")] for share in shares]
+              for name in SHARES if name != "busy_fraction"}  # fmt: skip
+    values["busy_fraction"] = [
+        s["busy"] / s["span"] if s["span"] else 0.0 for s in shares
+    ]
+    for name, column in values.items():
+        kind = dtype(name, SHARES[name])
+        group[name][:] = np.array([encode(name, SHARES[name], v) for v in column], kind)
+
+
+def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
+    axis, shapes = contents.sample_axis, contents.trace_shapes()
+    samples = int(contents.samples.max())
+    interval = contents.common_interval
+    if interval is not None:
+        _axis(file, "time", (1 + np.arange(samples)) * interval, "time of the sample")
+        file["time"].attrs["units"] = np.bytes_("s")
+    else:
+        _axis(file, "sample", np.arange(samples, dtype="i8"), "number of the sample")
+    _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
+    if "tips" in shapes:
+        _axis(file, "blade", np.arange(contents.sizes["blade"], dtype="i8"), "blade")
+        _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
+    if "casing" in shapes:
+        orders = np.arange(contents.sizes["harmonic"], dtype="i8")
+        _axis(file, "harmonic", orders, "waves around the casing")
+        _axis(file, "phase", np.arange(2, dtype="i8"), "0: cos, 1: sin")
+    known = {**TRACES, "time": ((), "s", "time of the sample")}
+    for name, shape in shapes.items():
+        further, unit, meaning = known[name]
+        whole = (contents.cases, *shape)
+        # every value is written, so none is filled in first
+        options = {"fillvalue": np.nan, "fill_time": "never"} | _chunks(shape, compress)
+        data = file.create_dataset(name, whole, "f8", **options)
+        data.attrs["units"] = np.bytes_(unit)
+        data.attrs["long_name"] = np.bytes_(meaning)
+        data.attrs["_FillValue"] = np.float64(np.nan)
+        _attach(data, file, ("case", axis, *further))
+
+
+def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
+    """Return how a trace is stored; a compressed piece is of one case alone."""
+    if not compress or not all(shape):
+        return {}
+    samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))
+    packed = {"compression": "gzip", "compression_opts": compress, "shuffle": True}
+    return {"chunks": (1, samples, *shape[1:]), **packed}

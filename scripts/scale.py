@@ -1,0 +1,357 @@
+"""How far a campaign scales: the hand-out as a discrete-event simulation.
+
+    python scripts/scale.py [DIR] [--out FIGURE.png] [--most 1000000] [--quick]
+
+Fed with message times measured here between two ranks, and with the case times of a
+finished campaign DIR (or of one that is integrated now): N cases are scattered over its
+parameter space, each with the cost of the nearest one, a tenth of noise on it. The
+simulation hands out by hpcwhirl's own agenda and answers. It is held against real runs
+first: ranks that sleep instead of computing (so that more ranks than cores are fair),
+and DIR's own run. Then: efficiency over ranks and cases beside a static split and a
+dedicated master, what gathering and keeping cost, and what breaks first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import pickle
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import gather_bench
+import numpy as np
+from numpy.typing import NDArray
+from scale_model import Model, Outcome, Times, dedicated_master, static_split
+from scipy.spatial import cKDTree
+
+from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
+from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.cost import Costs, costs_of, places_of
+from hpcwhirl.campaign.design import Design, Scenes, design_of, load_design
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.scene import Scene, apply_settings, digest, input_names
+from hpcwhirl.store.gather import gather
+from hpcwhirl.store.journal import Journal, read_records, read_traces
+from hpcwhirl.store.plan import read_plan
+from hpcwhirl.store.runs import read_runs
+
+Floats = NDArray[np.float64]
+ROOT = Path(__file__).resolve().parent.parent
+MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+RANKS = (2, 10, 100, 1000, 10_000)
+MEASURED, SAMPLES = 1000, 500  # cases that are gathered, and samples of an orbit
+CASES = (1000, 10_000, 100_000, 1_000_000)
+MIXED = """
+scene = {duration = 0.25}
+solver = {time_step = 1e-6}
+output = {interval = 1e-3}
+sweep = {speed = {start = 120, stop = 520, step = 40}, nodal_diameter = [1, 2]}
+"""
+# Two ranks: what rank 0 spends on a message, and how long one is on its way.
+PING = """
+import json, time
+from mpi4py import MPI
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.ranks import _Root, Tally, ASK
+import numpy as np
+comm, N = MPI.COMM_WORLD, 2000
+if comm.rank == 0:
+    costs = Costs(np.ones(4 * N), np.zeros((4 * N, 1)))
+    agenda = Agenda([(i,) for i in range(4 * N)], costs, 2)
+    agenda.stale, agenda.learned = True, -(10**9)  # sorting is timed by itself
+    root = _Root(agenda, lambda u, s: None, lambda: False, comm, Tally())
+    comm.Barrier()
+    serve = 0.0
+    while root.left > 3 * N:
+        start = time.perf_counter()
+        if root.serve():
+            serve += (time.perf_counter() - start) / N
+    comm.Barrier()
+    start = time.perf_counter()
+    for _ in range(N):
+        comm.send(None, 1); comm.recv(source=1)
+    print(json.dumps([serve, (time.perf_counter() - start) / N / 2]))
+else:
+    comm.Barrier()
+    for i in range(N):
+        comm.send(([(i, ["ok"], 1.0)], False), 0, ASK)
+    for _ in range(N):
+        comm.recv(source=0)
+    comm.Barrier()
+    for _ in range(N):
+        comm.recv(source=0); comm.send(None, 0)
+"""
+# The real hand-out of cases that sleep, in slices: span and busy seconds of each rank.
+SLEEP = """
+import json, sys, time
+import numpy as np
+from mpi4py import MPI
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.ranks import Tally, map_ranks
+comm = MPI.COMM_WORLD
+seconds, places = map(np.array, json.load(open(sys.argv[1])))
+costs = Costs(np.full(len(seconds), seconds.mean()), places)
+def evaluate(unit, between):
+    end = time.perf_counter() + seconds[unit]
+    while (left := end - time.perf_counter()) > 0:
+        time.sleep(min(left, 0.01)); between()
+    return ["ok"]
+units = [(i,) for i in range(len(seconds) if comm.rank == 0 else 0)]
+agenda = Agenda(units, costs, comm.size)
+comm.Barrier()
+tally = Tally()
+map_ranks(agenda, evaluate, lambda u, s: None, lambda: False, comm, tally)
+found = comm.gather((tally.span, tally.busy))
+if found:
+    print(json.dumps([max(s for s, _ in found), [b for _, b in found]]))
+"""
+
+
+def under_mpi(ranks: int, program: str, *words: str) -> Any:
+    """Return what a program says on so many ranks, as JSON."""
+    done = subprocess.run(
+        [*MPIRUN, "-n", str(ranks), sys.executable, "-c", program, *words],
+        check=True, cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
+    """Return a finished campaign and its design; integrates one if none is given."""
+    if place is None:
+        place, file = scratch / "mixed", scratch / "mixed.toml"
+        file.write_text(MIXED)
+        design = load_design(file, {})
+        prepare(design, place)
+        run_campaign(design, place)
+        return place, design
+    plan = read_plan(place)
+    known = input_names()
+    base = apply_settings(Scene(), {n: v for n, v in plan.base.items() if n in known})
+    rows = tuple(plan.settings)
+    return place, Design(base, Scenes(base, rows), rows, tuple(plan.swept))
+
+
+def case_times(place: Path, design: Design) -> tuple[Floats, Floats]:
+    """Return the seconds and the places of the finished cases of a campaign."""
+    records, plan = read_records(place), read_plan(place)
+    places = places_of(design)
+    found = [
+        (records[d]["performance"]["seconds"], places[case])
+        for case, d in enumerate(plan.digests)
+        if records.get(d, {}).get("status") == "ok"
+    ]
+    return np.array([s for s, _ in found]), np.array([p for _, p in found])
+
+
+class Field:
+    """Case times over a parameter space, from those of a real campaign."""
+
+    def __init__(self, seconds: Floats, places: Floats) -> None:
+        self.seconds, self.tree = seconds, cKDTree(places)
+        self.low, self.high = places.min(axis=0), places.max(axis=0)
+
+    def cases(self, count: int, seed: int = 0) -> tuple[Floats, Floats]:
+        """Return the seconds and places of so many cases, in the order of a sweep."""
+        random = np.random.default_rng(seed)
+        places = random.uniform(self.low, self.high, (count, len(self.low)))
+        places = places[np.lexsort(places.T)]
+        near = self.seconds[self.tree.query(places)[1]]
+        return near * random.lognormal(0.0, 0.1, count), places
+
+
+def simulated(seconds: Floats, places: Floats, ranks: int, times: Times) -> Outcome:
+    """Return how hpcwhirl's hand-out goes; it begins knowing nothing but the mean."""
+    costs = Costs(np.full(len(seconds), seconds.mean()), places)
+    return Model(seconds, costs, ranks, times).run()
+
+
+def validate(field: Field, times: Times, scratch: Path, ranks: tuple[int, ...]) -> None:
+    """Hold the simulation against real ranks that sleep."""
+    for count in ranks:
+        seconds, places = field.cases(25 * count, seed=count)
+        seconds *= 0.15 / seconds.mean()
+        (scratch / "cases.json").write_text(
+            json.dumps([seconds.tolist(), places.tolist()])
+        )
+        span, busy = under_mpi(count, SLEEP, str(scratch / "cases.json"))
+        told = simulated(seconds, places, count, times)
+        print(
+            f"  -n {count:2d}, {len(seconds)} sleeping cases of 0.15 s: real "
+            f"{span:.3f} s, simulated {told.span:.3f} s "
+            f"({100 * (told.span / span - 1):+.1f} %); busy "
+            f"{sum(busy) / span / count:.3f}, simulated {told.efficiency:.3f}",
+            flush=True,
+        )
+
+
+def hold_against(place: Path, times: Times, design: Design) -> None:
+    """Hold the simulation against the campaign's own run, if it was one of several."""
+    shares = read_runs(place)
+    seconds, places = case_times(place, design)
+    cases = sum(share["cases"] for share in shares)
+    if len({share["run"] for share in shares}) != 1 or cases != len(seconds):
+        return
+    span = max(share["span"] for share in shares)
+    kept = sum(share["busy"] for share in shares) / seconds.sum()
+    told = simulated(seconds * kept, places, len(shares), times)
+    print(
+        f"  {place.name}, -n {len(shares)}: real {span:.2f} s, simulated "
+        f"{told.span:.2f} s ({100 * (told.span / span - 1):+.1f} %); a case takes "
+        f"{kept:.3f} times its kernel's seconds"
+    )
+
+
+def table(field: Field, times: Times, most: int) -> list[dict[str, Any]]:
+    """Print and return efficiencies over ranks and cases."""
+    print("  cases    ranks  hpcwhirl  split  master   hours  messages/s at rank 0")
+    rows = []
+    for cases in (count for count in CASES if count <= most):
+        seconds, places = field.cases(cases)
+        for ranks in RANKS:
+            ours = simulated(seconds, places, ranks, times)
+            expected = np.full(cases, seconds.mean())
+            master = dedicated_master(seconds, expected, ranks, times).efficiency
+            split = static_split(seconds, ranks).efficiency
+            rate = ours.messages / ours.span
+            rows.append(
+                {"cases": cases, "ranks": ranks, "hpcwhirl": ours.efficiency,
+                 "split": split, "master": master, "rate": rate}
+            )  # fmt: skip
+            print(
+                f"  {cases:8d} {ranks:6d}  {ours.efficiency:7.3f} {split:7.3f} "
+                f"{master:7.3f} {ours.span / 3600:7.3f}  {rate:9.1f} "
+                f"({100 * rate * times.serve:.2f} % of its time)",
+                flush=True,
+            )
+    return rows
+
+
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw the efficiencies."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 3), layout="constrained")
+    counts = sorted({row["cases"] for row in rows})
+    for axes, cases in zip(
+        figure.subplots(1, len(counts), sharey=True, squeeze=False)[0],
+        counts,
+        strict=True,
+    ):
+        own = [row for row in rows if row["cases"] == cases]
+        for name, style in (("hpcwhirl", "o-"), ("split", "s--"), ("master", "^:")):
+            axes.semilogx(
+                [r["ranks"] for r in own], [r[name] for r in own], style, label=name
+            )
+        axes.set(title=f"{cases:,} cases", xlabel="ranks", ylim=(0, 1.05))
+    figure.axes[0].set_ylabel("efficiency")
+    figure.axes[0].legend()
+    figure.savefig(path, dpi=150)
+
+
+def keeping(place: Path, scratch: Path, mean: float) -> None:
+    """Print what keeping and gathering cost, and what they come to for many cases."""
+    records = list(read_records(place).values())
+    with Journal(scratch / "kept", 1, 0) as journal:
+        start = time.perf_counter()
+        for record in records:
+            block = record.get("traces")
+            journal.append(record, read_traces(place, block) if block else {})
+        each = (time.perf_counter() - start) / len(records)
+    print(
+        f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"
+    )
+    for detail in ("summary", "orbit"):
+        spent, size = gathering(scratch / detail, detail)
+        for cases in CASES[1:]:
+            print(
+                f"  {cases} cases, {detail}: gathered serially in "
+                f"{spent * cases:.0f} s, results.h5 {size * cases / 1e9:.2f} GB"
+            )
+    setting_up()
+
+
+def gathering(folder: Path, detail: str) -> tuple[float, float]:
+    """Return the seconds and bytes that gathering takes for a case."""
+    many = gather_bench.design(MEASURED, detail, SAMPLES)
+    few = [many.cases[i] for i in (0, MEASURED // 2)]
+    gather_bench.begin(folder, many, [simulate(scene) for scene in few])
+    start = time.perf_counter()
+    size = gather(folder, {}).stat().st_size
+    return (time.perf_counter() - start) / MEASURED, size / MEASURED
+
+
+def setting_up() -> None:
+    """Print what rank 0 does for every case before the first is handed out."""
+    start = time.perf_counter()
+    design = design_of(
+        {"sweep": {"speed": {"start": 100.0, "stop": 500.0, "num": 5000}}}
+    )
+    costs_of(design)
+    digests = [digest(scene) for scene in design.cases]
+    spent = (time.perf_counter() - start) / len(digests)
+    sent = len(pickle.dumps(design)) / len(digests)
+    print(
+        f"  before the first case, rank 0 takes {1e6 * spent:.0f} us and sends "
+        f"{sent:.0f} B for each: {1e6 * spent:.0f} s and {sent:.0f} MB for 1e6 cases"
+    )
+
+
+def limits(times: Times, mean: float) -> None:
+    """Print where rank 0 would be at its limit, and what the bundles make of it."""
+    single = mean / times.serve
+    print(
+        f"  rank 0 serves {1 / times.serve:.0f} messages a second: with one case an "
+        f"answer and {mean:.2f} s a case it is used up by {single:.0f} ranks"
+    )
+    print(
+        f"  with answers of {A_RANK * 1e3:.0f} ms a rank (at least {SHORTEST} s, at "
+        f"most {MOST} cases) it spends at most {100 * times.serve / A_RANK:.1f} % of "
+        f"its time on them up to {MOST * mean / A_RANK:.0f} ranks"
+    )
+
+
+def main() -> None:
+    """Measure, validate, simulate, say what breaks first."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, help="a finished campaign")
+    parser.add_argument("--out", type=Path, default=Path("scale.png"))
+    parser.add_argument("--most", type=int, default=CASES[-1], help="cases simulated")
+    parser.add_argument("--quick", action="store_true", help="10,000 cases, -n 2 only")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-scale-") as place:
+        scratch = Path(place)
+        folder, design = finished(options.folder, scratch)
+        seconds, places = case_times(folder, design)
+        field, mean = Field(seconds, places), float(seconds.mean())
+        serve, way = under_mpi(2, PING)
+        times = Times(serve, way)
+        print(
+            f"measured: {1e6 * serve:.0f} us to serve a message, {1e6 * way:.0f} us "
+            f"its way; {len(seconds)} cases of {seconds.min():.2f} to "
+            f"{seconds.max():.2f} s",
+            flush=True,
+        )
+        print("simulation against real ranks:")
+        validate(field, times, scratch, (2,) if options.quick else (2, 4, 8))
+        hold_against(folder, times, design)
+        print("efficiency:")
+        rows = table(field, times, 10_000 if options.quick else options.most)
+        draw(rows, options.out)
+        print(f"  {options.out}\nwhat breaks first:")
+        limits(times, mean)
+        keeping(folder, scratch, mean)
+
+
+if __name__ == "__main__":
+    main()

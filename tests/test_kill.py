@@ -1,0 +1,165 @@
+"""Kills and torn files: whatever happens, the same command ends with the same bits."""
+
+import itertools
+import os
+import random
+import shutil
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from launch import LIMIT, finish, kill, launch, records, root_variables, start, tree
+
+from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.store.journal import read_records, read_traces
+
+CAMPAIGN = """
+scene = {{duration = {duration}}}
+solver = {{time_step = 2e-6}}
+output = {{interval = 1e-3}}
+sweep = {{speed = {{start = 300, stop = 500, num = {speeds}}}, friction = [0.0, 0.2]}}
+"""
+RANK = (b"PMI_RANK=", b"OMPI_COMM_WORLD_RANK=", b"PMIX_RANK=")
+
+
+def inputs(place, speeds, duration):
+    path = place / "campaign.toml"
+    path.write_text(CAMPAIGN.format(speeds=speeds, duration=duration))
+    return path
+
+
+def undisturbed(place, speeds, duration):
+    out = place / "undisturbed"
+    done = launch("campaign", inputs(place, speeds, duration), "--out", out, ranks=2)
+    assert done.returncode == 0, done.err
+    return root_variables(out)
+
+
+def pid_of(process, rank):
+    """Return the process that is some rank, by what its launcher told it."""
+    for pid in tree(process.pid):
+        try:
+            told = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+            call = Path(f"/proc/{pid}/cmdline").read_bytes()
+        except OSError:
+            continue
+        if b"hpcwhirl" in call and any(name + b"%d" % rank in told for name in RANK):
+            return pid
+    return None
+
+
+def end(process, victim):
+    """Kill a rank, or with None mpirun and all its ranks; return once all is over."""
+    pid = pid_of(process, victim) if victim is not None else None
+    if pid is None:
+        kill(process)
+        return
+    os.kill(pid, signal.SIGKILL)
+    process.communicate(timeout=LIMIT)
+
+
+def runs(out):
+    return {path.name.split("-")[0] for path in out.glob("journal/*.log")}
+
+
+def killed(words, out, ranks, victim, chance):
+    """Start a campaign and kill it at a random moment; it is not let finish."""
+    before, more = len(records(out)), chance.randrange(9)
+    old = len(runs(out))
+    process = start(words, ranks)
+    limit = time.monotonic() + LIMIT
+    while len(runs(out)) == old or len(records(out)) < before + more:
+        assert process.poll() is None, finish(process).err
+        assert time.monotonic() < limit
+        time.sleep(0.005)
+    time.sleep(chance.uniform(0.0, 0.05))
+    assert process.poll() is None, finish(process).err
+    end(process, victim)
+    assert process.returncode != 0
+
+
+def survives(place, kills, speeds, duration, seed):
+    """Kill a campaign time after time; its bits are those of an undisturbed one."""
+    chance, expected = random.Random(seed), undisturbed(place, speeds, duration)
+    out = place / "out"
+    words = ["campaign", place / "campaign.toml", "--out", out]
+    kept, ranks = [], 1
+    for victim in itertools.islice(itertools.cycle([None, 1, 0]), kills):
+        ranks = chance.choice([n for n in (2, 3, 4) if n != ranks])
+        killed(words, out, ranks, victim, chance)
+        found = records(out)
+        assert all(record in found for record in kept)  # nothing kept is lost
+        kept = found
+    assert 0 < len(kept) < 2 * speeds
+    # what was under way at several kills may have been set aside: again, please
+    done = launch(*words, "--retry", "failed", ranks=2)
+    assert done.returncode == 0, done.err
+    assert root_variables(out) == expected
+    after = sorted(record["case"] for record in records(out) if "row" in record)
+    assert after == list(range(2 * speeds))
+
+
+@pytest.mark.mpi
+def test_a_campaign_whose_ranks_are_killed_ends_with_the_same_bits(tmp_path):
+    survives(tmp_path, kills=3, speeds=30, duration=0.1, seed=1)
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_twenty_kills_of_all_of_a_worker_and_of_rank_0_cost_no_bit(tmp_path):
+    survives(tmp_path, kills=20, speeds=150, duration=0.2, seed=2)
+
+
+def torn(whole, place, name, keep):
+    """Return a copy of a finished campaign with one file cut to some bytes."""
+    out = place / "torn"
+    shutil.rmtree(out, ignore_errors=True)
+    shutil.copytree(whole, out)
+    (out / "results.h5").unlink()
+    (path,) = (out / name).iterdir()
+    path.write_bytes(path.read_bytes()[:keep])
+    return out
+
+
+def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
+    out = torn(finished, tmp_path, "journal", None)
+    (log,) = (out / "journal").iterdir()
+    whole, everything = log.read_bytes(), list(read_records(out).items())
+    assert len(everything) == 2
+    ends = [i + 1 for i, byte in enumerate(whole) if byte == ord("\n")]
+    for size in reversed(range(len(whole) + 1)):
+        os.truncate(log, size)
+        count = sum(end <= size for end in ends)
+        assert list(read_records(out).items()) == everything[:count]
+
+
+def test_traces_cut_at_any_byte_leave_whole_blocks_only(finished, tmp_path):
+    out = torn(finished, tmp_path, "traces", None)
+    (blocks,) = (out / "traces").iterdir()
+    whole, everything = blocks.read_bytes(), read_records(out)
+    names = list(everything)
+    ends = [sum(everything[n]["traces"][k] for k in ("offset", "bytes")) for n in names]
+    for size in reversed(range(0, len(whole) + 1, 7)):
+        os.truncate(blocks, size)
+        found = read_records(out)
+        assert list(found) == names[: sum(end <= size for end in ends)]
+        for record in found.values():
+            read_traces(out, record["traces"])  # raises where one is damaged
+
+
+def test_what_was_cut_anywhere_is_completed_to_the_same_bits(finished, tmp_path):
+    expected, chance = root_variables(finished), random.Random(3)
+    handlers = {s: signal.getsignal(s) for s in (2, signal.SIGUSR1, signal.SIGTERM)}
+    design = load_design(finished.parent / "short.toml", {})
+    for name in ("journal", "traces"):
+        (path,) = (finished / name).iterdir()
+        size = path.stat().st_size
+        for keep in [0, 1, size - 1, *(chance.randrange(size) for _ in range(3))]:
+            out = torn(finished, tmp_path, name, keep)
+            assert run_campaign(design, out).complete
+            assert root_variables(out) == expected
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
