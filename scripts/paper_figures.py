@@ -53,12 +53,13 @@ def designs(effort: Effort) -> dict[str, dict[str, Any]]:
     sweep = {"start": 20, "stop": 520, "step": effort.spacing}
     table1 = {"gap": 1e-3, "friction": 0.2, "revolutions": 20.0}
     solver = {"time_step": effort.step}
+    whole = {"plan": "everything"}  # what k = 2 shows must not be built in
     paper = [float(s) for s in PAPER_SPEEDS]
     short = {"duration": effort.convergence}
     return {
         "table1": {
             "scene": table1,
-            "solver": solver,
+            "solver": solver | whole,
             "output": {"traces": "full", "interval": 5e-4},
             "sweep": {"nodal_diameter": [1, 2], "speed": sweep},
         },

@@ -26,7 +26,8 @@ MIXED = [
 
 
 def scene(**settings):
-    fast = {"duration": 3e-3, "interval": 1e-5, "traces": "full", "time_step": 2e-6}
+    fast = {"duration": 3e-3, "interval": 1e-5, "traces": "full", "time_step": 2e-6,
+            "plan": "everything"}  # fmt: skip
     return apply_settings(named_scene("table2"), fast | settings)
 
 

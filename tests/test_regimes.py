@@ -1,5 +1,7 @@
 """Every word from a made-up history whose answer is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -199,3 +201,21 @@ def test_growth_under_the_pulse_is_no_divergence():
     assert words(growing, loaded)[1] == "undecided"
     rigid = apply_settings(Scene(), {"pulse": 10.0, "kind": "rigid"})
     assert words(growing, rigid)[1] == "divergent"
+
+
+@pytest.mark.parametrize("ends", [0.85, 1.2, 1.9])
+def test_a_motion_that_comes_to_rest_in_the_window_is_damped(ends):
+    # its amplitudes are flushed to 0 below 1e-150: no logarithm, and yet it fell
+    energy = np.where(ends > TIME, 1e-290 * np.exp(-20 * TIME), 0.0)
+    assert words(replace(made(0.0, last=0.3), energy=energy))[1] == "damped"
+
+
+def test_a_motion_that_begins_in_the_window_is_no_divergence():
+    energy = np.where(TIME > 1.5, 1.0, 0.0)
+    assert words(replace(made(0.0, fed=2.0), energy=energy))[1] != "divergent"
+
+
+def test_a_motion_that_rests_for_a_while_is_not_damped():
+    rests = (TIME > 1.3) & (TIME < 1.6)
+    energy = np.where(rests, 0.0, 1.0)
+    assert words(replace(made(0.0, last=0.3), energy=energy))[1] == "undecided"

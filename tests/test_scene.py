@@ -35,6 +35,8 @@ WORDS = {
     "engine.casing.kind": "rigid",
     "engine.casing.discretization": "elements",
     "solver.scheme": "paper",
+    "solver.plan": "everything",
+    "solver.until": "certain",
     "output.traces": "full",
     "direction": "stretch",
 }

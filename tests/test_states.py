@@ -22,6 +22,7 @@ SCHEMES = {
     "rigid": {"kind": "rigid", "amplitude": 2e-4},
     "mistuned": {"mistuning": [0.01 * (-1) ** j * j for j in range(22)]},
     "paper": {"scheme": "paper", "duration": 1.2e-3},
+    "folded": {"nodal_diameter": 2},
 }
 FITS = {"machine": "this"}
 
@@ -57,6 +58,20 @@ def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
         assert restore(march, read_state(tmp_path, "d", FITS))
     assert march.steps == 390
     assert_same_bits(ended(march), whole)
+
+
+def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
+    case, told = scene(nodal_diameter=2), []
+    march = March(case)
+    march.unfold()  # as after many touchdowns
+    march.advance(400)
+    Halfway(tmp_path, 600.0, told.append).save("d", march)
+    other = March(case)
+    assert other.lean.model.folds == 2
+    Halfway(tmp_path, 600.0, told.append).take_up("d", other)
+    assert other.steps == 400
+    assert_same_bits(ended(other), ended(march))
+    assert not told
 
 
 def test_what_rides_together_goes_on_alone_or_in_another_batch():

@@ -54,21 +54,32 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     """Return (rate, standard error), 1/s, of ln sqrt(energy), fitted by blocks.
 
     Blocks average the beating of close frequencies away; the error is that of the
-    slope. A body at rest has rate 0 and error 0.
+    slope. A body at rest has rate 0 and error 0; one that has come to rest meanwhile,
+    its amplitudes flushed to 0, the least rate that explains it.
     """
     count = min(BLOCKS, len(time))
     if count < 3:
         return 0.0, 0.0
     at = np.array([b.mean() for b in np.array_split(time, count)])
     mean = np.array([b.mean() for b in np.array_split(energy, count)])
-    if not np.all(mean > np.finfo(float).tiny):
-        return 0.0, 0.0
+    moving = mean > np.finfo(float).tiny
+    if not moving.all():
+        return _come_to_rest(at, mean, moving), 0.0
     level = 0.5 * np.log(mean)
     away = at - at.mean()
     rate = float(away @ level / (away @ away))
     rest = level - level.mean() - rate * away
     error = float(np.sqrt(rest @ rest / (count - 2) / (away @ away)))
     return rate, error
+
+
+def _come_to_rest(at: Floats, mean: Floats, moving: NDArray[np.bool_]) -> float:
+    """Return the rate from the first block to the first at rest; 0 if it moves on."""
+    rest = int(np.argmin(moving))
+    if rest == 0 or moving[rest:].any():
+        return 0.0
+    fall = 0.5 * np.log(np.finfo(float).tiny / mean[0])
+    return float(fall / (at[rest] - at[0]))
 
 
 def evidence(scene: Scene, history: History) -> dict[str, Value]:

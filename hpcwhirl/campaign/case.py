@@ -69,6 +69,7 @@ def result_of(scene: Scene, history: History) -> Result:
         "time_step": scene.solver.time_step,
         "modes": scene.solver.modes,
         "scheme": scene.solver.scheme,
+        "folds": history.folds,
         "steps": history.steps,
         "contacts": history.contacts,
         "contact_impulse": float(history.impulse[-1]) if len(history.time) else 0.0,

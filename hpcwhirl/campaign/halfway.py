@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
 
@@ -35,7 +35,7 @@ class Halfway:
         if digest not in self.kept:
             return
         try:
-            arrays = read_state(self.folder, digest, {FITS: fingerprint(march)})
+            arrays = self._arrays(digest, march)
             if arrays is not None and not restore(march, arrays):
                 msg = f"the state of case {digest[:12]} has other arrays"
                 raise StoreError(msg)  # noqa: TRY301 - told below as the others
@@ -43,6 +43,20 @@ class Halfway:
             self.say(f"{failed}: the case starts anew")
             self.drop(digest)
         self.saved[digest] = march.seconds
+
+    def _arrays(self, digest: str, march: March) -> Arrays | None:
+        """Return the arrays of a state; the march has its sectors then, one or all."""
+        try:
+            return read_state(self.folder, digest, {FITS: fingerprint(march)})
+        except StoreError:
+            if march.lean.model.folds == 1:
+                raise
+        march.unfold()  # as a case does that one of many sectors does not tell
+        try:
+            return read_state(self.folder, digest, {FITS: fingerprint(march)})
+        except StoreError:
+            march.fold()
+            raise
 
     def is_due(self, digest: str, march: March) -> bool:
         """Return whether the state of a case should be kept now."""

@@ -41,6 +41,7 @@ from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError
+from hpcwhirl.reduction.plan import folds_of
 from hpcwhirl.scene import digest, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import Journal, claim_run, read_records
@@ -263,7 +264,8 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
             raise Stop
 
     left = [c for unit in work.units for c in unit if c not in work.suspects]
-    first = {design.cases[c].solver.scheme: design.cases[c] for c in reversed(left)}
+    scenes = [design.cases[case] for case in reversed(left)]
+    first = {(s.solver.scheme, folds_of(s)): s for s in scenes}
     desk.running.begin(digest(scene) for scene in first.values())
     if desk.policy.isolate:
         desk.child.warm(list(first.values()), between)

@@ -35,12 +35,14 @@ def units_of(
     if steps < PAYS * ranks:
         return [(case,) for case in order]
     groups: dict[object, list[int]] = {}
-    for case in order:
-        groups.setdefault(group_key(cases[case]), []).append(case)
     units: list[Unit] = []
+    for case in order:
+        if _rides(cases[case]):
+            groups.setdefault(group_key(cases[case]), []).append(case)
+        else:
+            units.append((case,))
     for group in groups.values():
-        riding = len(group) - LANES * ranks if _rides(cases[group[0]]) else 0
-        whole = max(riding, 0) // LANES * LANES
+        whole = max(len(group) - LANES * ranks, 0) // LANES * LANES
         units += [tuple(group[i : i + LANES]) for i in range(0, whole, LANES)]
         units += [(case,) for case in group[whole:]]
     rank_of = {case: place for place, case in enumerate(order)}

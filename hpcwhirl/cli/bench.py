@@ -48,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
         msg = f"--repeats must be >= 1, got {args.repeats}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
+    scene = apply_settings(scene, {"plan": "everything"})  # steps, not what is spared
     facts = facts_of(scene, args.repeats)
     if args.cases:
         facts["cases"] = whole_cases(scene)

@@ -15,7 +15,13 @@ from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
-from hpcwhirl.cli.options import add_json, add_set, print_json
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_json,
+    add_set,
+    print_json,
+    print_notes,
+)
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
 
@@ -49,6 +55,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="only the I-th of N shares, as an element of an array job; the last ends "
         "with the results of all",
     )
+    parser.add_argument(
+        "--regimes-only",
+        action="store_true",
+        help="words alone: traces = summary, and a case ends as its word is certain",
+    )
+    add_explain(parser)
     add_json(parser)
 
 
@@ -155,9 +167,13 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     from hpcwhirl.campaign.resume import check_folder, prepare, put_aside
 
     settings = dict(parse_setting(text) for text in args.settings)
+    if args.regimes_only:
+        settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)
     policy = _policy(args, design)
     check_folder(args.out)
+    if args.explain:
+        _explain(design)
     if args.dry_run:
         _dry_run(args, design, policy.shard)
         return design, policy
@@ -166,6 +182,25 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         print(f"hpcwhirl: what was in {args.out} is now {aside}", file=sys.stderr)
     prepare(design, args.out)
     return design, policy
+
+
+def _explain(design: Design) -> None:
+    """Say on stderr what the plans of the cases leave out, each kind of plan once."""
+    from hpcwhirl.reduction.explain import notes_of
+    from hpcwhirl.reduction.model import model_of
+    from hpcwhirl.reduction.plan import plan_of
+
+    kinds: dict[tuple[int, bool], list[Any]] = {}
+    for scene in design.cases:
+        try:
+            plan = plan_of(scene, model_of(scene))
+        except WhirlError:  # it will fail as a row
+            continue
+        kinds.setdefault((plan.folds, plan.settles), []).append(scene)
+    for scenes in kinds.values():
+        print(f"{len(scenes)} cases, such as the first of them:", file=sys.stderr)
+        notes = [asdict(note) for note in notes_of(scenes[0], model_of(scenes[0]))]
+        print_notes(notes, sys.stderr)
 
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:

@@ -6,8 +6,15 @@ import argparse
 from typing import Any
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_scene,
+    print_json,
+    print_notes,
+    scene_of,
+)
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.explain import facts_of_plan
 from hpcwhirl.reduction.families import as_records, first_family, modal_table
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
@@ -20,6 +27,7 @@ SHOWN_SPEED = 600.0  # rad/s
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_scene(parser)
+    add_explain(parser)
     parser.add_argument(
         "--orders", type=int, default=12, help="super-harmonics of Eq. 13 (default 12)"
     )
@@ -36,16 +44,13 @@ def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
         first_family(table, "rotor"), first_family(table, "casing"), orders
     )
     foreign = scene.engine.file != ""  # of its blades, tips alone are known
-    coordinates = {"rotor": len(model.rotor.omega)}
-    if model.casing:
-        coordinates["casing"] = len(model.casing.omega)
     return {
         "engine": scene.engine.name,
         "modes": as_records(table),
         "blade_stiffness": None if foreign else blade_stiffness(scene.engine.rotor),
         "critical_speeds": speeds,
         "time_step_limits": model.limits(),
-        "plan": {"coordinates": coordinates, "fixed_interface_modes": model.rotor.kept},
+        "plan": facts_of_plan(scene, model),
     }
 
 
@@ -58,9 +63,19 @@ def run(args: argparse.Namespace) -> int:
     facts = facts_of(scene, model_of(scene), args.orders)
     if args.json:
         print_json(facts)
+    elif args.explain:
+        print_notes(facts["plan"]["left_out"])
     else:
         _show(facts, args.up_to)
     return 0
+
+
+def _show_plan(plan: dict[str, Any]) -> None:
+    part = f"one of {plan['folds']} sectors" if plan["folds"] > 1 else "the whole"
+    marched = " and ".join(f"{n} {body}" for body, n in plan["marched"].items())
+    print(f"plan {plan['kind']}: {part} is marched, {marched} amplitudes", end="")
+    wanted = plan["settles"]
+    print(", to the end in closed form once no contact can recur" if wanted else "")
 
 
 def _show(facts: dict[str, Any], up_to: float) -> None:
@@ -92,4 +107,6 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
         console.print(speeds)
     for body, limit in facts["time_step_limits"].items():
         console.print(f"time-step limit of the {body}: {limit:.4g} s")
-    console.print(f"coordinates: {facts['plan']['coordinates']}")
+    plan = facts["plan"]
+    console.print(f"coordinates: {plan['coordinates']}")
+    _show_plan(plan)

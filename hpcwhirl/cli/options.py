@@ -49,6 +49,25 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
+def add_explain(parser: argparse.ArgumentParser) -> None:
+    """Add ``--explain``."""
+    parser.add_argument(
+        "--explain",
+        action="store_true",
+        help="say what the plan leaves out, why that is safe, and what it saves",
+    )
+
+
+def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
+    """Print what a plan leaves out."""
+    if not notes:
+        print("plan: nothing is left out", file=file)
+    for note in notes:
+        print(f"left out: {note['left_out']}", file=file)
+        print(f"  safe: {note['why']}", file=file)
+        print(f"  saves: {note['saves']}", file=file)
+
+
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene of a file or a name, with settings applied.
 

@@ -8,10 +8,17 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_scene,
+    print_json,
+    print_notes,
+    scene_of,
+)
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import to_toml
 
@@ -27,6 +34,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("--out", type=Path, metavar="FILE.h5", help="traces, HDF5")
     parser.add_argument("--plot", type=Path, metavar="DIR", help="orbit and traces")
+    add_explain(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
@@ -46,6 +54,8 @@ def run(args: argparse.Namespace) -> int:
         history = march.run(tick)
     result = result_of(scene, history)
     facts = summary(result.row | result.performance)
+    if args.explain:
+        facts |= _explained(march)
     if args.json:
         print_json(facts)
     else:
@@ -60,6 +70,16 @@ def run(args: argparse.Namespace) -> int:
         for path in draw_case(args.plot, result.traces, result.row):
             print(f"figure: {path}", file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def _explained(march: March) -> dict[str, Any]:
+    """Return what the plan left out, and the share of amplitudes and steps marched."""
+    from hpcwhirl.reduction.explain import amplitudes, notes_of
+
+    notes = [asdict(note) for note in notes_of(march.scene, march.model)]
+    few, many = amplitudes(march.lean.model), amplitudes(march.model)
+    share = few * march.marched / (many * march.total)
+    return {"left_out": notes, "marched": march.marched, "work_share": share}
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
@@ -149,3 +169,9 @@ def _show(facts: dict[str, Any]) -> None:
     for term, value in facts["ledger"].items():
         table.add_row(f"ledger: {term}, J", f"{value:.6g}")
     console.print(table)
+    if "left_out" in facts:
+        print_notes(facts["left_out"])
+        print(
+            f"saved: {facts['marched']} steps were marched, "
+            f"{facts['work_share']:.1%} of the whole model's amplitudes times steps"
+        )

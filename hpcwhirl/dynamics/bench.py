@@ -187,7 +187,7 @@ def flight_operations(scene: Scene) -> int:
         where the cyclic kernel does not march the scene
     """
     march = March(apply_settings(scene, {"scheme": "modal"}))
-    k, wide = cyclic.widths(march.model.blades)
+    k, wide = cyclic.widths(march.lean.model.blades)
     rotor, ring = march.state[0], march.state[1]
     if len(march.state) != CYCLIC_STATE:
         msg = "the operations are counted for the cyclic kernel only"

@@ -49,12 +49,32 @@ def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
     H as of a ring of this discretization, and at least the distortion's lobes k.
     """
     casing, k = scene.engine.casing, scene.nodal_diameter
-    ring = casing.harmonics
-    if casing.discretization == "elements":
-        ring = casing.elements // 2
-    out = np.zeros((count, max(ring, k) + 1, 2))
+    out = np.zeros((count, _highest(scene) + 1, 2))
     shape = (scene.gap, k, casing.amplitude, casing.growth, casing.rise)
     for n in range(count):
         time = (n + 1) * stride * scene.solver.time_step
         out[n, k, 0] = -rigid_amplitude(shape, time)
     return out
+
+
+def unfolded(waves: Floats, folds: int, scene: Scene) -> Floats:
+    """Return harmonics (n, H + 1, 2) of the whole for those of one of g sectors.
+
+    Parameters
+    ----------
+    waves : (n, H' + 1, 2), of the angle g theta
+    folds : g
+    scene : of the whole
+    """
+    out = np.zeros((len(waves), _highest(scene) + 1, 2))
+    own = out[:, ::folds]
+    own[:] = waves[:, : own.shape[1]]
+    return out
+
+
+def _highest(scene: Scene) -> int:
+    casing = scene.engine.casing
+    ring = casing.harmonics
+    if casing.discretization == "elements":
+        ring = casing.elements // 2
+    return max(ring, scene.nodal_diameter)

@@ -40,7 +40,8 @@ class History:
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`
-    stop : "end", "amplitude" or "nonfinite"
+    stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
+        word was proved and no more was asked for
     steps : steps taken
     contacts : touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
@@ -49,6 +50,7 @@ class History:
     centre_peak : m, greatest sampled centre displacement of the run
     seconds : wall time in the kernel
     interval : s between samples
+    folds : sectors that move alike, of which one was marched; 1 for all of them
     """
 
     time: Floats
@@ -71,3 +73,4 @@ class History:
     seconds: float
     interval: float
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
+    folds: int = 1

@@ -16,6 +16,7 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.plan import plan_of
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -25,13 +26,16 @@ Integers = NDArray[np.int64]
 def can_ride(scene: Scene, model: Model) -> bool:
     """Return whether a case may be a lane: scheme modal, cyclic rotor, flexible ring.
 
-    What `scheme_of` gives to the general kernel, the exact flow and rigid casings
-    march alone.
+    What `scheme_of` gives to the general kernel, the exact flow and rigid casings march
+    alone, and so does what is looked at on its way: one sector of many, and a case
+    that may be certified.
     """
     fourier = scene.engine.casing.discretization == "fourier"
+    plan = plan_of(scene, model)
     cyclic = model.rotor.cyclic and model.blades > 2
     modal = scene.solver.scheme == "modal"
-    return modal and cyclic and fourier and model.casing is not None
+    ring = fourier and model.casing is not None
+    return modal and cyclic and ring and not plan.settles and plan.folds == 1
 
 
 def group_key(scene: Scene) -> tuple[Any, ...]:
@@ -107,7 +111,7 @@ class Lanes:
 
     def __init__(self, first: March) -> None:
         _, rotor, casing, touch = first.scheme.arrays
-        blades, scene = first.model.blades, first.scene
+        blades, scene = first.lean.model.blades, first.lean.scene
         rotor_items, casing_items = rotor[0], casing[0]
         self.rotor, self.ring, rows, ring_rows = layouts(
             rotor_items, casing_items, blades
@@ -135,7 +139,7 @@ class Lanes:
         )
         self.numbers = np.zeros((FOUR, lanes.SCALARS))
         self.wholes = np.zeros((FOUR, lanes.WHOLES), dtype=np.int64)
-        self.column = np.zeros((FOUR, first.model.blades))
+        self.column = np.zeros((FOUR, first.lean.model.blades))
         self.lobes = np.zeros((FOUR, ring // passes.ITEMS))
         self.bodies = (
             np.zeros(self.rotor.size),
@@ -149,7 +153,7 @@ class Lanes:
 
     def _work_space(self, first: March) -> None:
         """Make what the kernel works in, and the tracks of an idle lane."""
-        blades = first.model.blades
+        blades = first.lean.model.blades
         k, wide = widths(blades)
         n, padded = 2 * wide, -(-blades // FOUR) * FOUR
         self.work = (*(np.zeros(2 * k * FOUR) for _ in range(4)), np.zeros(n))
@@ -177,7 +181,7 @@ class Lanes:
     def load(self, lane: int, march: March) -> None:
         """Put a march, begun or not, in a lane."""
         self.marches[lane] = march
-        scene, (load, rotor, casing, touch) = march.scene, march.scheme.arrays
+        scene, (load, rotor, casing, touch) = march.lean.scene, march.scheme.arrays
         self._coefficients(lane, rotor[0], casing[0])
         self.column[lane], self.lobes[lane] = touch[0], load[2]
         limit = scene.solver.amplitude_limit * scene.engine.rotor.radius

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.casing import unfolded
+from hpcwhirl.dynamics.certificate import LESS
+from hpcwhirl.dynamics.coast import Coast, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
@@ -16,12 +20,24 @@ from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.timestep import check_step, step_counts, with_step
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.plan import Case, lean_case, plan_of
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
-STOPS = {0: "end", 1: "amplitude", 2: "nonfinite", 3: "complementarity"}
+CERTAIN = 4  # a reason to stop that no kernel gives
+STOPS = {
+    0: "end",
+    1: "amplitude",
+    2: "nonfinite",
+    3: "complementarity",
+    CERTAIN: "certain",
+}
+LOOKS = 50  # samples between two looks for a certificate
+PATIENCE = 16  # times that, at most
+TOUCHDOWNS = 12  # of a blade up to which one of many sectors is believed, see `_watch`
+CLEAR = 2.0  # pulses after which the window of a word is clear of the load
 MOST_SAMPLES = 20_000_000
 
 
@@ -47,12 +63,93 @@ class March:
         check_step(self.model, scene.solver.time_step)
         self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
-        self.scheme = scheme_of(self.model, scene)
+        self.fold()
+
+    def _begin(self, case: Case) -> None:
+        """Put at rest what is marched."""
+        self.lean = case
+        self.scheme = scheme_of(case.model, case.scene)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
+        self.coast = self._coast()
+        self.watched = LOOKS * self.stride if case.model.folds > 1 else 0
+
+    def _coast(self) -> Coast | None:
+        """Return what looks for the certificate, if the plan says that it pays."""
+        scene, model = self.lean.scene, self.lean.model
+        if self.scheme.ended is None or not plan_of(self.scene, self.model).settles:
+            return None
+        first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
+        loaded = scene.force > 0.0 and model.casing is not None
+        self._look_after(first if loaded else 1)
+        coast = Coast(self.scheme, model.blades, scene.solver.time_step)
+        return coast if coast.possible else None
+
+    def _watch(self) -> None:
+        """March all sectors instead, from the start, if one has been touched for long.
+
+        Round-off grows from contact to contact, and a motion without the symmetry may
+        grow out of it: what one sector shows is believed only as long as that is small.
+        """
+        if not self.watched or self.steps % self.watched:
+            return
+        model, counter = self.lean.model, self.counter
+        touching = float(counter[contact.TOUCHED]) * self.scene.solver.time_step
+        many = counter[contact.TOUCHDOWNS] > TOUCHDOWNS * model.blades
+        if many or touching > 2.0 * math.pi / float(model.rotor.omega.min()):
+            self.unfold()
+
+    def unfold(self) -> None:
+        """Begin anew with all sectors."""
+        self._begin(Case(self.scene, self.model))
+
+    def fold(self) -> None:
+        """Begin anew with what the scene requires."""
+        self._begin(lean_case(self.scene, self.model))
+
+    def _slice(self, size: int) -> int:
+        """Return how many steps to march up to what happens at certain steps."""
+        if self.coast is not None:
+            left = int(self.counter[contact.NEXT_TRY]) - self.steps
+            size = min(size, max(left, 1))
+        if self.watched:
+            size = min(size, self.watched - self.steps % self.watched)
+        return size
+
+    def _look_after(self, steps: int) -> None:
+        """Look for a certificate at the first sample after so many steps."""
+        at = self.steps + steps
+        self.counter[contact.NEXT_TRY] = -(-at // self.stride) * self.stride
+
+    def _look(self) -> None:
+        """Certify that no contact can recur, if so, and end the run or finish it."""
+        if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
+            return
+        sizes, decays = self.coast.bound(self.state)
+        reach, room = float(sizes.sum()), min(self.scene.gap, self._limit)
+        if not reach < LESS * room:
+            pause = LOOKS * self.stride
+            self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))
+            return
+        self.counter[contact.CERTIFIED] = self.steps
+        self.state[-2][contact.CERTIFICATE] = reach
+        if self.scene.solver.until == "certain":
+            self.counter[contact.STOP] = CERTAIN
+        elif self.steps < self.total:
+            self.coast.finish(self.state, self.tracks, self.total, self.stride)
+
+    def _timed_look(self) -> None:
+        start = time.perf_counter()
+        self._look()
+        self.seconds += time.perf_counter() - start
+
+    @property
+    def _limit(self) -> float:
+        """Tip displacement that ends a run, m."""
+        return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> tuple[Any, ...]:
-        samples, blades = self.total // self.stride, self.model.blades
+        samples, blades = self.total // self.stride, self.lean.model.blades
         if samples > MOST_SAMPLES:
             msg = (
                 f"output interval asks for {samples} samples, allowed {MOST_SAMPLES}: "
@@ -80,6 +177,14 @@ class March:
         return int(self.counter[contact.STEP])
 
     @property
+    def marched(self) -> int:
+        """Steps that the kernel took; the rest are in closed form."""
+        certified = int(self.counter[contact.CERTIFIED])
+        if self.coast is not None and certified >= 0:
+            return certified
+        return self.steps - int(self.counter[contact.JUMPED])
+
+    @property
     def done(self) -> bool:
         """Whether the end, or a reason to stop, has been reached."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
@@ -90,7 +195,7 @@ class March:
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any cut into slices gives the same bits."""
-        scene = self.scene
+        scene = self.lean.scene
         casing = scene.engine.casing
         shape = (
             scene.gap,
@@ -99,12 +204,11 @@ class March:
             casing.growth,
             casing.rise,
         )
-        limit = scene.solver.amplitude_limit * scene.engine.rotor.radius
         start = time.perf_counter()
         self.scheme.kernel(
             min(steps, self.total - self.steps),
             self.stride,
-            limit,
+            self._limit,
             scene.solver.time_step,
             scene.speed,
             friction_with_sign(scene),
@@ -120,7 +224,9 @@ class March:
         size = FIRST_SLICE
         while not self.done:
             before = time.perf_counter()
-            self.advance(size)
+            self.advance(self._slice(size))
+            self._watch()
+            self._timed_look()
             spent = max(time.perf_counter() - before, 1e-6)
             size = int(min(max(size * SLICE_SECONDS / spent, 16), 2 * size))
             if between_slices:
@@ -132,10 +238,11 @@ class March:
 
         The samples end with the last whole output interval.
         """
-        count = int(self.counter[contact.SAMPLE])
+        count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
         (
             centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing,
         ) = self.tracks  # fmt: skip
+        waves = self.scheme.casing_waves(casing[:count], self.stride)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -143,24 +250,25 @@ class March:
         return History(
             time=np.arange(1.0, count + 1) * (self.stride * step),
             centre=centre[:count],
-            energy=energy[:count],
-            impulse=impulse[:count],
-            fed=fed[:count],
-            friction=rubbed[:count],
-            lost=lost[:count],
-            tips=tips[:count],
-            blade_impulse=blade_impulse[:count],
-            casing=self.scheme.casing_waves(casing[:count], self.stride),
+            energy=folds * energy[:count],
+            impulse=folds * impulse[:count],
+            fed=folds * fed[:count],
+            friction=folds * rubbed[:count],
+            lost=folds * lost[:count],
+            tips=np.tile(tips[:count], (1, folds, 1)),
+            blade_impulse=np.tile(blade_impulse[:count], (1, folds)),
+            casing=unfolded(waves, folds, self.scene) if folds > 1 else waves,
             ledger=self._closing(),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
-            contacts=int(self.counter[contact.TOUCHDOWNS]),
+            contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
             last_contact=last * step if last >= 0 else -1.0,
             certificate=certified * step if certified >= 0 else -1.0,
             certificate_reach=float(self.state[-2][contact.CERTIFICATE]),
             centre_peak=float(radius.max()) if count else 0.0,
             seconds=self.seconds,
             interval=self.stride * step,
+            folds=folds,
         )
 
     def _closing(self) -> dict[str, float]:
@@ -172,4 +280,5 @@ class March:
         rotation = float(entries[contact.ROTATION]) + now.rotation
         residual = now.energy + now.damping + impact - pulse - friction - rotation
         values = (now.energy, now.damping, pulse, impact, friction, rotation, residual)
-        return dict(zip(LEDGER_TERMS, values, strict=True))
+        folds = self.lean.model.folds
+        return {n: folds * v for n, v in zip(LEDGER_TERMS, values, strict=True)}

@@ -53,6 +53,8 @@ class Scheme:
         the model's matrices, m
     casing_width : coordinates of the casing that the kernel copies at a sample
     casing_waves : (copies (n, width), steps between them) -> `History.casing`
+    ended : of the cyclic kernel: state -> copies of bodies and sums, the step that
+        waits ended and booked
     """
 
     kernel: Callable[..., Any]
@@ -62,6 +64,7 @@ class Scheme:
     displacements: Callable[[State, int], tuple[Floats, Floats]]
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
+    ended: Callable[[State], State] | None = None
 
 
 def _common(blades: int) -> State:
@@ -81,11 +84,13 @@ def _two_bodies(model: Model, scene: Scene, rotor: int, casing: int) -> State:
 
 
 def _unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
-    """Return the displacements of modal amplitudes."""
-    rotor = model.rotor.shapes @ q_b[: len(model.rotor.omega)]
+    """Return the displacements of modal amplitudes, lifted to all sectors."""
+    lift = model.lifts[0] if model.lifts else model.rotor.shapes
+    rotor = lift @ q_b[: len(model.rotor.omega)]
     if model.casing is None:
         return rotor, np.zeros(0)
-    return rotor, model.casing.shapes @ q_c[: len(model.casing.omega)]
+    lift = model.lifts[1] if model.lifts else model.casing.shapes
+    return rotor, lift @ q_c[: len(model.casing.omega)]
 
 
 def _reader(
@@ -209,13 +214,23 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
         displacements=displacements,
         casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
         casing_waves=_reader(model, scene, casing_waves),
+        ended=ended,
     )
+
+
+def _is_cyclic(model: Model) -> bool:
+    """Return whether the cyclic kernel can march a model.
+
+    With one or two blades k = 1 is a simple harmonic that has both of the centre's
+    coordinates, which the kernel has no place for; one of many sectors has no centre.
+    """
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    return not plain and (model.blades > 2 or model.folds > 1)
 
 
 def _check_exact(model: Model) -> None:
     """Raise InputError where the exact flow is not that of the cyclic kernel."""
-    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
-    if plain or model.blades < 3:
+    if not _is_cyclic(model):
         msg = (
             "scheme exact needs three or more equal blades and a ring of harmonics or "
             "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "
@@ -240,7 +255,6 @@ def scheme_of(model: Model, scene: Scene) -> Scheme:
         _check_exact(model)
     if scene.solver.scheme == "paper":
         return _paper(model, scene)
-    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
-    if scene.solver.scheme == "general" or plain or model.blades < 3:
+    if scene.solver.scheme == "general" or not _is_cyclic(model):
         return _general(model, scene)
     return _cyclic(model, scene)

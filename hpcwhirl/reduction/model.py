@@ -26,12 +26,22 @@ SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the suppo
 
 @dataclass(frozen=True)
 class Model:
-    """Bladed disk, and the ring it may touch (None where the casing is rigid)."""
+    """Bladed disk, and the ring it may touch (None where the casing is rigid).
+
+    Attributes
+    ----------
+    rotor, casing, ring, blades : the bodies, how the casing is read, N
+    folds : g, where this is one of g sectors that move alike, see `fold`; else 1
+    lifts : of rotor and casing then, (n, m) each: displacements of the whole for
+        the sector's amplitudes
+    """
 
     rotor: ModalModel
     casing: ModalModel | None
     ring: RingOperator | FourierOperator | None
     blades: int
+    folds: int = 1
+    lifts: tuple[Floats, Floats] | None = None
 
     def limits(self) -> dict[str, float]:
         """Return the largest stable step of each body, s: dt < 2 / omega_max."""

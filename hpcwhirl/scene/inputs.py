@@ -167,6 +167,13 @@ class Solver(Inputs):
         0.0, description="if > 0: relative error of frequencies that sets the step"
     )
     modes: int = Field(110, ge=0, description="fixed-interface modes eta")
+    plan: Literal["lean", "everything"] = Field(
+        "lean", description="what is modelled: what the scene requires, or all of it"
+    )
+    until: Literal["end", "certain"] = Field(
+        "end",
+        description="run to the end, or (modal) until the word is proved",
+    )
     amplitude_limit: Positive = Field(
         0.1, description="tip displacement over R_bd at which a run ends"
     )

@@ -8,13 +8,13 @@ import numpy as np
 
 from hpcwhirl.errors import StoreError, unknown
 
-FORMAT = 2
+FORMAT = 3
 ENUMS = {
     "status": ("ok", "failed", "missing", "timeout", "crashed"),
     "outcome": ("none", "completed", "stopped", "unstable"),
     "regime": ("none", "damped", "sustained", "divergent", "undecided"),
     "whirl": ("none", "forward", "backward", "mixed"),
-    "stop": ("none", "end", "amplitude", "nonfinite", "complementarity"),
+    "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }
 TEXT = {"scheme": 16, "message": 240, "host": 64, "worker_host": 64}  # bytes
 
@@ -48,6 +48,7 @@ ROW: dict[str, Variable] = {
     **_table("f8", "s", sample_interval="time between samples"),
     **_table("i8", "1", modes="fixed-interface modes eta asked for"),
     **_table("text", "1", scheme="time-integration scheme"),
+    **_table("i8", "1", folds="sectors that move alike, of which one is marched"),
     **_table("i8", "1", steps="steps taken"),
     **_table("i8", "1", contacts="touchdowns of blades on the casing"),
     **_table("f8", "N s", contact_impulse="normal impulse of all contacts"),

@@ -1,0 +1,259 @@
+"""The rest of a run of scheme modal in closed form, once no contact can recur."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.certificate import LESS, roots_of
+from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.general import TINY
+from hpcwhirl.dynamics.schemes import Scheme
+from hpcwhirl.errors import ModelError
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+SIGNS = (-1.0, 1.0)  # of alpha and beta, (A -+ i B) / 2
+BLOCK = 256  # samples evaluated at once
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Free modes of both bodies from an instant on: q = alpha z^n + beta conj(z)^n.
+
+    Attributes
+    ----------
+    alpha, beta : (modes,), of the amplitudes, rotor first
+    gamma, delta : (modes,), of the increments
+    log : (modes,), log z
+    omega : (modes,), rad/s
+    step : s
+    """
+
+    alpha: Complexes
+    beta: Complexes
+    gamma: Complexes
+    delta: Complexes
+    log: Complexes
+    omega: Floats
+    step: float
+
+    def at(self, steps: int) -> tuple[Complexes, Complexes]:
+        """Return (q, d), (modes,) each, so many steps on; the ring's not turned."""
+        z = np.exp(steps * self.log)
+        back = z.conj()
+        return self.alpha * z + self.beta * back, self.gamma * z + self.delta * back
+
+    def energies(self, z: Complexes) -> Floats:
+        """Return the energy at z^n, (samples, modes), as `general.modal_energy`, J."""
+        a, b, c, d = self.alpha, self.beta, self.gamma, self.delta
+        kinetic, strain = 0.5 / self.step**2, 0.5 * self.omega**2
+        steady = kinetic * (np.abs(c) ** 2 + np.abs(d) ** 2)
+        steady += strain * (np.abs(a) ** 2 + np.abs(b) ** 2)
+        steady -= strain * (a * c.conj() + b * d.conj()).real
+        beating = 2 * kinetic * c * d.conj() + 2 * strain * a * b.conj()
+        beating -= strain * (a * d.conj() + b.conj() * c)
+        return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
+
+
+def _joined(parts: Sequence[Sequence[NDArray[Any]]]) -> list[NDArray[Any]]:
+    """Return the arrays of both bodies one after the other, kind by kind."""
+    return [np.concatenate(pair) for pair in zip(*parts, strict=True)]
+
+
+class Coast:
+    """Certificate and closed form of one march.
+
+    Parameters
+    ----------
+    scheme : cyclic, of central differences
+    blades : of what is marched
+    step : s
+    """
+
+    def __init__(self, scheme: Scheme, blades: int, step: float) -> None:
+        if scheme.ended is None:
+            msg = "only the cyclic kernel's steps can be ended"
+            raise ModelError(msg)
+        self.ended = scheme.ended
+        _, (rotor, hub), (ring, *_), (_, turns, *_) = scheme.arrays
+        self.step = step
+        self.slots, _ = widths(blades)
+        parts = rotor.reshape(passes.ITEMS, -1, 2, self.slots)
+        self.rotor_items = parts[:, :, 0].reshape(passes.ITEMS, -1)
+        self.ring_items = ring.reshape(passes.ITEMS, -1)
+        self.rotor, self.ring = roots_of(self.rotor_items), roots_of(self.ring_items)
+        axes = hub.reshape(2, -1, 2, self.slots)
+        self.hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)
+        columns = turns.reshape(blades, 2 * self.slots)
+        self.waves = columns[:, : self.slots] - 1j * columns[:, self.slots :]
+
+    @property
+    def possible(self) -> bool:
+        """Whether all motion must die out."""
+        return self.rotor.decays and self.ring.decays
+
+    def _bodies(self, state: Any) -> tuple[Complexes, ...]:
+        """Return (q, d) of the rotor and of the ring, all places, of an ended state."""
+        odd = int(state[-3][contact.STEP]) & 1
+        s_b, s_c = self.ended(state)[:2]
+        rotor = s_b.reshape(passes.ROTOR_STATE, -1, 2, self.slots)
+        rotor = (rotor[:, :, 0] + 1j * rotor[:, :, 1]).reshape(passes.ROTOR_STATE, -1)
+        ring = s_c.reshape(3, 2, -1)
+        ring = ring[:, 0] + 1j * ring[:, 1]
+        return rotor[0], rotor[1 + odd], ring[0], ring[1 + odd]
+
+    def bound(self, state: Any) -> tuple[Floats, Floats]:
+        """Return (weighed amplitudes (modes,), m; decay of each a step, r).
+
+        Their sum bounds every later radial displacement of a tip against the ring.
+        """
+        q_b, d_b, q_c, d_c = self._bodies(state)
+        sizes = []
+        for roots, q, d in ((self.rotor, q_b, d_b), (self.ring, q_c, d_c)):
+            a, b = roots.waves(q[roots.own], d[roots.own])
+            sizes.append(roots.weight * np.hypot(np.abs(a), np.abs(b)))
+        decays = np.concatenate([self.rotor.radius, self.ring.radius])
+        return np.concatenate(sizes), decays
+
+    def motion(self, state: Any) -> _Motion:
+        """Return the free motion from an ended state on."""
+        q_b, d_b, q_c, d_c = self._bodies(state)
+        bodies = ((self.rotor, q_b, d_b), (self.ring, q_c, d_c))
+        owns = [(roots, q[roots.own], d[roots.own]) for roots, q, d in bodies]
+        a, b = _joined([roots.waves(q, d) for roots, q, d in owns])
+        c, d = _joined([roots.increments(q, d) for roots, q, d in owns])
+        omega = _joined([
+            (self.rotor_items[passes.OMEGA][self.rotor.own],),
+            (self.ring_items[passes.OMEGA][self.ring.own],),
+        ])[0]  # fmt: skip
+        log = np.concatenate([self.rotor.log, self.ring.log])
+        halves = [
+            0.5 * (x + sign * 1j * y) for x, y in ((a, b), (c, d)) for sign in SIGNS
+        ]
+        return _Motion(
+            halves[0], halves[1], halves[2], halves[3], log, omega, self.step
+        )
+
+    def finish(
+        self, state: Any, tracks: tuple[Any, ...], total: int, stride: int
+    ) -> None:
+        """Take a march from a sampled step to its end: samples, ledger and state.
+
+        Parameters
+        ----------
+        state : at a step that has been sampled; free of contact from there on
+        tracks : of the march
+        total, stride : steps of the whole run, and between samples
+        """
+        motion, counter = self.motion(state), state[-3]
+        settled = self.ended(state)
+        first, now = int(counter[contact.SAMPLE]), int(counter[contact.STEP])
+        samples = total // stride - first
+        inside = np.exp(np.outer(stride * np.arange(1, BLOCK + 1), motion.log))
+        for start in range(0, samples, BLOCK):
+            count = min(BLOCK, samples - start)
+            z = inside[:count] * np.exp(stride * start * motion.log)
+            self._sample(motion, z, tracks, (first + start, first, stride))
+        counter[contact.SAMPLE] += samples
+        self._leave(motion, state, settled, total - now)
+
+    def _sample(
+        self,
+        motion: _Motion,
+        z: Complexes,
+        tracks: tuple[Any, ...],
+        place: tuple[int, int, int],
+    ) -> None:
+        """Write samples `start` on; place: start, the first not marched, stride."""
+        start, first, stride = place
+        (
+            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing,
+        ) = tracks  # fmt: skip
+        own, last, where = len(self.rotor.own), first - 1, slice(start, start + len(z))
+        hub = self.hub[:, self.rotor.own]
+        a, b = motion.alpha[:own], motion.beta[:own]
+        swing = (hub.conj() * a + hub * b.conj()).T
+        centre[where] = (z[:, :own] @ swing).real
+        energy[where] = motion.energies(z)
+        lost[where] = lost[last] + energy[last] - energy[where]
+        for constant in (impulse, fed, rubbed):
+            constant[where] = constant[last]
+        if len(tips) > 0:
+            q = a * z[:, :own] + b * z[:, :own].conj()
+            tips[where] = self._tips(q)
+            blade_impulse[where] = blade_impulse[last]
+            steps = stride * (start - first + np.arange(1.0, len(z) + 1))
+            casing[where] = self._ring(motion, z, steps)
+
+    def _ring(self, motion: _Motion, z: Complexes, steps: Floats) -> Floats:
+        """Return copies (samples, 2 ring_size) as the kernel's, so many steps on."""
+        own, free = self.ring.own, slice(len(self.rotor.own), None)
+        q = motion.alpha[free] * z[:, free] + motion.beta[free] * z[:, free].conj()
+        spin = self.ring_items[passes.SPIN][own] * self.step
+        q *= np.exp(1j * np.outer(steps, spin))
+        copies = np.zeros((len(z), 2, self.ring_items.shape[1]))
+        copies[:, 0, own], copies[:, 1, own] = q.real, q.imag
+        return copies.reshape(len(z), -1)
+
+    def _tips(self, q: Complexes) -> Floats:
+        """Return (samples, N, 2), m: radial and tangential, of amplitudes q."""
+        own, items = self.rotor.own, self.rotor_items
+        sigma = items[passes.SR] + 1j * items[passes.SI]
+        waves = self.waves[:, own % self.slots]
+        shapes = -items[passes.RADIAL][own] * waves, -sigma[own] * waves
+        return np.stack([(q @ shape.T).real for shape in shapes], axis=-1)
+
+    def _leave(self, motion: _Motion, state: Any, settled: Any, steps: int) -> None:
+        """Set the state as the kernel leaves it: its last step waits to be booked."""
+        counter, own = state[-3], self.rotor.own
+        counter[contact.STEP] += steps
+        odd = int(counter[contact.STEP]) & 1
+        (q, d), (_, old) = motion.at(steps), motion.at(steps - 1)
+        ends = motion.energies(np.exp(np.outer([0, steps], motion.log)))
+        rate = np.concatenate([
+            self.rotor_items[passes.RATE][own],
+            self.ring_items[passes.RATE][self.ring.own],
+        ])  # fmt: skip
+        waits = float(rate @ np.abs(d + old) ** 2)
+        state[4][:], state[5][:] = settled[2], settled[3]
+        state[4][4 * self.slots] += float(ends[0] - ends[1]) - waits
+        spin = self.ring_items[passes.SPIN][self.ring.own] * self.step
+        now, then = np.exp(1j * spin * steps), np.exp(1j * spin * (steps - 1))
+        for place, values, turn in (
+            (0, q, now),
+            (1 + odd, d, now),
+            (2 - odd, old, then),
+        ):
+            self._put(state, place, values[: len(own)], values[len(own) :] * turn)
+
+    def _put(self, state: Any, place: int, rotor: Complexes, ring: Complexes) -> None:
+        """Write amplitudes or increments, (modes,) of each body, in the state."""
+        parts = state[0].reshape(passes.ROTOR_STATE, -1, 2, self.slots)[place]
+        for part, values in enumerate((rotor.real, rotor.imag)):
+            flat = np.zeros(parts[:, 0].size)
+            flat[self.rotor.own] = np.where(np.abs(values) < TINY, 0.0, values)
+            parts[:, part] = flat.reshape(-1, self.slots)
+        for part, values in enumerate((ring.real, ring.imag)):
+            row = state[1].reshape(3, 2, -1)[place, part]
+            row[:] = 0.0
+            row[self.ring.own] = np.where(np.abs(values) < TINY, 0.0, values)
+
+
+def next_look(
+    sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
+) -> int:
+    """Return steps until the bound may be below the gap if nothing touches meanwhile.
+
+    Within `shortest` .. `longest`; where contact changes the motion it is a guess.
+    """
+    for _ in range(40):
+        if shortest >= longest or sizes @ decays**shortest < LESS * gap:
+            break
+        shortest *= 2
+    return min(shortest, longest)

@@ -1,0 +1,101 @@
+"""What a plan leaves out, why that is safe, what it saves: in words."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.plan import Plan, lean_case, plan_of
+from hpcwhirl.scene import Scene
+
+
+@dataclass(frozen=True)
+class Note:
+    """One thing left out: what, why that is safe, what it saves."""
+
+    left_out: str
+    why: str
+    saves: str
+
+
+def amplitudes(model: Model) -> int:
+    """Return the modal amplitudes of both bodies."""
+    bodies = [body for body in (model.rotor, model.casing) if body is not None]
+    return sum(len(body.omega) for body in bodies)
+
+
+def _folding(scene: Scene, whole: Model, folds: int) -> Note:
+    few, many = amplitudes(lean_case(scene, whole).model), amplitudes(whole)
+    k, blades = scene.nodal_diameter, whole.blades
+    return Note(
+        f"nodal diameters and ring harmonics that are no multiples of {folds}, "
+        f"and with them {blades - blades // folds} of {blades} blades and the shaft's "
+        "centre, which stays at rest",
+        f"{blades} equal blades and a load on {k} lobes are the same after a turn by "
+        f"360/{folds} degrees, and so is every motion from rest: exact, to round-off. "
+        "A motion without this symmetry could only grow out of round-off, from contact "
+        "to contact: after more than 12 touchdowns of a blade, or contact for longer "
+        "than the rotor's slowest period, the case begins anew with the whole model "
+        "(folds in the results is 1 then)",
+        f"{few} of {many} modal amplitudes are marched",
+    )
+
+
+def _settling(scene: Scene, plan: Plan) -> Note:
+    certain = scene.solver.until == "certain"
+    rest = "the rest of the run" if certain else "stepping through the rest of the run"
+    ways = "it ends there, damped" if certain else "samples come from closed form"
+    return Note(
+        f"{rest}, once the amplitudes of all modes together are below the gap",
+        "all modes are held and damped, and the sum of their amplitudes bounds every "
+        f"gap for all time: no contact can recur (certificate in the results); {ways}",
+        f"at best all steps after {plan.settling:.3g} s, when the ring by itself would "
+        f"swing less than the gap, of {scene.end_time:.3g} s",
+    )
+
+
+def notes_of(scene: Scene, model: Model) -> list[Note]:
+    """Return what the plan of a scene leaves out.
+
+    Parameters
+    ----------
+    scene : the case
+    model : the whole
+    """
+    plan, notes = plan_of(scene, model), []
+    if plan.folds > 1:
+        notes.append(_folding(scene, model, plan.folds))
+    elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:
+        notes.append(
+            Note(
+                "the shaft's centre",
+                "it is clamped and has no coordinates",
+                "one mode of k = 1",
+            )
+        )
+    if plan.settles:
+        notes.append(_settling(scene, plan))
+    return notes
+
+
+def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
+    """Return the facts that `model --json` gives under `plan`."""
+    plan, lean = plan_of(scene, model), lean_case(scene, model).model
+    coordinates = {"rotor": len(model.rotor.omega)}
+    marched = {"rotor": len(lean.rotor.omega)}
+    if model.casing and lean.casing:
+        coordinates["casing"] = len(model.casing.omega)
+        marched["casing"] = len(lean.casing.omega)
+    return {
+        "kind": scene.solver.plan,
+        "coordinates": coordinates,
+        "marched": marched,
+        "fixed_interface_modes": model.rotor.kept,
+        "folds": plan.folds,
+        "blades": lean.blades,
+        "nodal_diameters": sorted({int(k) * lean.folds for k in lean.rotor.diameter}),
+        "centre": plan.folds == 1 and scene.engine.rotor.centre == "free",
+        "settles": plan.settles,
+        "settling_time": plan.settling,
+        "left_out": [asdict(note) for note in notes_of(scene, model)],
+    }

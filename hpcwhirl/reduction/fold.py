@@ -1,0 +1,109 @@
+"""One of g sectors that move alike: a model of N / g blades on a folded circle.
+
+A rotor of N equal blades at rest, a round ring at rest and a load on k lobes are the
+same after a turn by 2 pi / g, g = gcd(k, N); so is every later motion. Only nodal
+diameters and harmonics h = g h' ever move. In the angle g theta they are h' = h / g of
+N / g blades that turn with g Omega below a load on k / g lobes, each of which carries
+1 / g of the energy: amplitudes of mass-orthonormal modes are y / sqrt(g), their shapes
+sqrt(g) times those of the whole, and the modal force is F / g. Displacements, gaps and
+multipliers are the same numbers; energies, works and impulses count g times.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import ModelError
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
+
+Floats = NDArray[np.float64]
+NONE = np.zeros((0, 0))
+
+
+def folded_body(
+    body: ModalModel, rows: NDArray[np.intp], folds: int
+) -> tuple[ModalModel, Floats]:
+    """Return the modes of one sector, and what lifts their amplitudes to the whole.
+
+    Parameters
+    ----------
+    body : of the whole
+    rows : coordinates of the whole that the sector has
+    folds : g
+
+    Returns
+    -------
+    body : the modes h = g h', named by h'; no matrices
+    lift : (n, m), the displacements of the whole for its amplitudes
+    """
+    own = np.flatnonzero(body.diameter % folds == 0)
+    lift = np.ascontiguousarray(math.sqrt(folds) * body.shapes[:, own])
+    one_of_many = replace(
+        body,
+        mass=NONE,
+        stiffness=NONE,
+        shapes=np.ascontiguousarray(lift[rows]),
+        omega=body.omega[own],
+        diameter=body.diameter[own] // folds,
+        rank=body.rank[own],
+        phase=body.phase[own],
+        centre_share=body.centre_share[own],
+        damping=body.ratios[own],
+        kept=0,
+    )
+    return one_of_many, lift
+
+
+def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
+    """Return the coordinates of the harmonics g h', w and then u."""
+    harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
+    pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()
+    radial = np.concatenate([[0], pairs])
+    return np.concatenate([radial, operator.width + radial]).astype(np.intp)
+
+
+def folded_model(whole: Model, folds: int) -> Model:
+    """Return the model of one of g sectors; it has no centre, which stays at rest.
+
+    Raises
+    ------
+    ModelError
+        where the whole has no such symmetry
+    """
+    foreign = whole.ring is not None and not isinstance(whole.ring, FourierOperator)
+    if whole.blades % folds or foreign or not whole.rotor.cyclic or folds < 2:
+        msg = f"{whole.blades} blades and their casing do not fold {folds} times"
+        raise ModelError(msg)
+    blades = whole.blades // folds
+    rotor, lift = folded_body(whole.rotor, np.arange(2 * blades), folds)
+    model = replace(whole, rotor=rotor, blades=blades, folds=folds, lifts=(lift, NONE))
+    if whole.casing is None or not isinstance(whole.ring, FourierOperator):
+        return model
+    casing, ring_lift = folded_body(
+        whole.casing, _coordinates(whole.ring, folds), folds
+    )
+    ring = FourierOperator(whole.ring.harmonics // folds, whole.ring.radius)
+    return replace(model, casing=casing, ring=ring, lifts=(lift, ring_lift))
+
+
+def folded_scene(scene: Scene, folds: int) -> Scene:
+    """Return the scene as one of g sectors sees it: g Omega, k / g lobes, F / g.
+
+    Its engine stays that of the whole, which only lends the radius.
+    """
+    return scene.model_copy(
+        update={
+            "speed": folds * scene.speed,
+            "nodal_diameter": scene.nodal_diameter // folds,
+            "force": scene.force / folds,
+            "duration": scene.end_time,
+            "revolutions": 0.0,
+        }
+    )

@@ -1,0 +1,100 @@
+"""What of the model a scene requires: decided from the scene and its whole model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcwhirl.reduction.fold import folded_model, folded_scene
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
+
+FOLDING = ("modal", "exact")  # `general` and `paper` are what others are held against
+SOON = 0.7  # of the run: a certificate expected later is not looked for
+
+
+class Case(NamedTuple):
+    """A scene and its model as they are marched."""
+
+    scene: Scene
+    model: Model
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is marched for a scene.
+
+    Attributes
+    ----------
+    folds : g, sectors that move alike, of which one is marched; 1: all
+    settles : whether it is looked for the proof that no contact can recur, from which
+        on the run goes on in closed form or ends
+    settling : s, when the ring by itself, at the earliest, swings less than the gap
+    """
+
+    folds: int
+    settles: bool
+    settling: float
+
+
+def folds_of(scene: Scene) -> int:
+    """Return g, the sectors that move alike: gcd(k, N), or 1 where all are marched."""
+    engine, solver = scene.engine, scene.solver
+    round_casing = (
+        engine.casing.kind == "rigid" or engine.casing.discretization == "fourier"
+    )
+    equal = not engine.file and not engine.rotor.mistuning
+    if solver.plan == "everything" or solver.scheme not in FOLDING:
+        return 1
+    if not (equal and round_casing):
+        return 1
+    return math.gcd(scene.nodal_diameter, engine.rotor.blades)
+
+
+def settling_time(scene: Scene, model: Model) -> float:
+    """Return when the ring that nothing touches swings less than the gap, s.
+
+    From bounds of its modes after the pulse, which decay with xi omega; infinite where
+    they do not, or where a casing is driven.
+    """
+    body, ring = model.casing, model.ring
+    if body is None:
+        return 0.0 if scene.engine.casing.amplitude == 0.0 else math.inf
+    if not isinstance(ring, FourierOperator):
+        return math.inf
+    if scene.force == 0.0:
+        return 0.0
+    k = scene.nodal_diameter
+    own = np.flatnonzero((body.diameter == k) & (body.phase == 0))
+    omega, decay = body.omega[own], (body.ratios * body.omega)[own]
+    shape = body.shapes[ring.radial[max(2 * k - 1, 0)], own]
+    if not (decay > 0.0).all() or scene.gap == 0.0:
+        return math.inf
+    push = np.minimum(2 * scene.pulse / (math.pi * omega), 2 / omega**2)
+    sizes = scene.force * push * shape**2
+    low, high = 0.0, 50.0 / float(decay.min())
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        open_then = sizes @ np.exp(-decay * middle) < scene.gap
+        low, high = (low, middle) if open_then else (middle, high)
+    return scene.pulse + high
+
+
+def plan_of(scene: Scene, model: Model) -> Plan:
+    """Return what is marched for a scene and its whole model."""
+    folds, settling = folds_of(scene), settling_time(scene, model)
+    lean = scene.solver.plan == "lean" and scene.solver.scheme == "modal"
+    wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
+    return Plan(folds, lean and wanted and settling < math.inf, settling)
+
+
+def lean_case(scene: Scene, model: Model) -> Case:
+    """Return what is marched for a scene and its whole model."""
+    folds = folds_of(scene)
+    if folds == 1:
+        return Case(scene, model)
+    return Case(folded_scene(scene, folds), folded_model(model, folds))

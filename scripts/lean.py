@@ -1,0 +1,206 @@
+"""Does the lean plan give what the whole model gives, and what does it save? Runs both.
+
+    python scripts/lean.py words        random scenes, lean against everything
+    python scripts/lean.py certain      the same, each case ending with its word proved
+    python scripts/lean.py time         seconds by kind of scene
+    python scripts/lean.py symmetry     how long a symmetric motion stays so
+    options: --cases 300  --seed 1  --duration 2.5  --time-step 2e-6  --processes 2
+             --repeats 5 (time: the least of so many)
+             --damping 0.005 (words: of the casing, light: symmetries break)
+
+`words` draws speed 20 ... 520 rad/s, k = 0 ... 4, gap 0.1 ... 1 mm, friction 0 (one
+case in five) or up to 0.2, ring 8 ... 26 mm thick, force 20 ... 150 kN, every fifth
+shaft clamped. Motion in contact is chaotic, and a folded model has other round-off: it
+exits 1 if a word differs. `certain` judges the regimes alone: there a word may differ
+only where the whole run is `undecided`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter, defaultdict
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from hpcwhirl.campaign.case import result_of
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import Scene, apply_settings, named_scene
+
+LOW = (20.0, 0.0, 1e-4, 0.0, 0.008, 20e3, 0.0)
+HIGH = (520.0, 5.0, 1e-3, 0.2, 0.026, 150e3, 5.0)
+KEPT = ("regime", "whirl", "outcome", "stop", "folds", "certificate", "contacts")
+NUMBERS = ("contact_impulse", "centre_peak", "orbit_radius", "ledger_damping")
+WHOLE = {"plan": "everything"}
+CERTAIN = {"until": "certain", "traces": "summary"}
+KINDS: dict[str, dict[str, Any]] = {
+    "k = 1 in contact: nothing to leave out": {"speed": 300.0},
+    "k = 2, contact does not end: begun anew, whole":
+        {"nodal_diameter": 2, "engine.casing.damping": 0.0, "support_frequency": 100.0},
+    "k = 2, 0.06 s: one of two sectors, no closed form":
+        {"nodal_diameter": 2, "duration": 0.06},
+    "k = 2, damped": {"nodal_diameter": 2},
+    "k = 2, damped, words alone": {"nodal_diameter": 2} | CERTAIN,
+    "k = 2, gap 1 mm, damped, words alone":
+        {"nodal_diameter": 2, "gap": 1e-3} | CERTAIN,
+    "k = 0: one blade for 22, never touches": {"nodal_diameter": 0},
+    "k = 1, gap 10 cm: never touches": {"gap": 0.1, "force": 1e3},
+    "no load": {"force": 0.0},
+}  # fmt: skip
+
+
+def drawn(count: int, seed: int) -> list[dict[str, Any]]:
+    """Return the inputs of random scenes, a scrambled Sobol sequence."""
+    bits = max(1, (count - 1).bit_length())
+    points = qmc.scale(qmc.Sobol(7, rng=seed).random_base2(bits), LOW, HIGH)[:count]
+    return [
+        {"speed": float(v), "nodal_diameter": int(k), "gap": float(g),
+         "friction": float(m) if m > 0.04 else 0.0, "thickness": float(h),
+         "force": float(f), "centre": "clamped" if c < 1.0 else "free"}
+        for v, k, g, m, h, f, c in points
+    ]  # fmt: skip
+
+
+def outcome(scene: Scene) -> dict[str, Any]:
+    """Return words, numbers and seconds of a scene."""
+    march = March(scene)
+    row = result_of(march.scene, march.run()).row
+    found = {name: row[name] for name in (*KEPT, *NUMBERS)}
+    return found | {"seconds": march.seconds, "word": row["regime"]}
+
+
+def kind(case: dict[str, Any], lean: dict[str, Any]) -> str:
+    """Return what a plan did to a case."""
+    ways = [f"folded {lean['folds']} times"] if lean["folds"] > 1 else []
+    ways += ["closed form"] if lean["certificate"] >= 0 else []
+    return f"k = {case['nodal_diameter']}: " + (", ".join(ways) or "as the whole")
+
+
+def apart(lean: dict[str, Any], whole: dict[str, Any]) -> float:
+    """Return the largest relative difference of the numbers that are no round-off."""
+    worst = 0.0
+    for name in NUMBERS:
+        scale = max(abs(lean[name]), abs(whole[name]))
+        floor = 1e-10 if name in {"centre_peak", "orbit_radius"} else 1e-9
+        if scale > floor:
+            worst = max(worst, abs(lean[name] - whole[name]) / scale)
+    return worst
+
+
+def words(args: argparse.Namespace) -> int:
+    """Integrate random scenes both ways; print words, differences and seconds."""
+    base = apply_settings(
+        named_scene("table2"),
+        {"duration": args.duration, "time_step": args.time_step},
+    )
+    cases = drawn(args.cases, args.seed)
+    if args.damping:
+        cases = [case | {"engine.casing.damping": args.damping} for case in cases]
+    short = CERTAIN if args.what == "certain" else {}
+    scenes = [apply_settings(base, case | short) for case in cases]
+    whole = [apply_settings(base, case | WHOLE) for case in cases]
+    with ProcessPoolExecutor(args.processes) as pool:
+        ways = [list(pool.map(outcome, each, chunksize=4)) for each in (scenes, whole)]
+    wrong, groups = 0, defaultdict(list)
+    for case, lean, full in zip(cases, *ways, strict=True):
+        groups[kind(case, lean)].append((lean, full))
+        differs = lean["regime"] != full["regime"]
+        if args.what == "words":
+            differs |= lean["whirl"] != full["whirl"]
+        elif full["regime"] == "undecided":
+            differs = False
+        if differs:
+            wrong += 1
+            told = [f"{w['regime']} {w['whirl']} ({w['stop']})" for w in (lean, full)]
+            print(f"differs: {case}: {told[0]} | {told[1]}")
+    table = Counter((a["regime"], b["regime"]) for a, b in zip(*ways, strict=True))
+    print(f"{len(cases)} cases, {wrong} with another word; lean | whole:")
+    for (a, b), number in sorted(table.items()):
+        print(f"  {a:10s} | {b:10s} {number}")
+    for name, pairs in sorted(groups.items()):
+        spent = [sum(pair[i]["seconds"] for pair in pairs) for i in (0, 1)]
+        off = [apart(*pair) for pair in pairs]
+        print(
+            f"  {name}: {len(pairs)} cases, {spent[1] / spent[0]:.1f} times sooner, "
+            f"numbers apart {np.median(off):.1e} (median), {max(off):.1e} (largest)"
+        )
+    return wrong
+
+
+def clock(args: argparse.Namespace) -> int:
+    """Print the seconds of each kind of scene, lean and whole, by turns."""
+    base = apply_settings(named_scene("table2"), {"time_step": args.time_step})
+    for name, settings in KINDS.items():
+        spent: dict[str, list[float]] = {"lean": [], "everything": []}
+        for _ in range(args.repeats):
+            for plan, own in spent.items():
+                given = settings | ({"until": "end"} if plan == "everything" else {})
+                march = March(apply_settings(base, given | {"plan": plan}))
+                march.advance(1)
+                march.seconds = 0.0
+                march.run()
+                own.append(march.seconds)
+        least = {plan: min(own) for plan, own in spent.items()}
+        print(
+            f"{name}: {least['everything']:.3f} s whole, {least['lean']:.4f} s lean, "
+            f"{least['everything'] / least['lean']:.1f} times"
+        )
+    return 0
+
+
+def asymmetry(march: March) -> float:
+    """Return the tips' part that is not the same on all sectors, over the whole."""
+    tips = march.displacements()[0][: 2 * march.model.blades].reshape(-1, 2)
+    folds = np.gcd(march.scene.nodal_diameter, march.model.blades)
+    sectors = tips.reshape(folds, -1)
+    scale = np.abs(sectors).max()
+    return float(np.abs(sectors - sectors.mean(axis=0)).max() / scale) if scale else 0.0
+
+
+def symmetry(args: argparse.Namespace) -> int:
+    """Print how asymmetry grows in the whole model of scenes with even k."""
+    base = apply_settings(
+        named_scene("table2"),
+        {"duration": args.duration, "time_step": args.time_step} | WHOLE,
+    )
+    marks = (1e-12, 1e-9, 1e-6, 1e-3)
+    for case in drawn(args.cases, args.seed):
+        if case["nodal_diameter"] not in {2, 4}:
+            continue
+        march, passed = March(apply_settings(base, case)), {}
+        while not march.done:
+            march.advance(march.stride * 5)
+            share = asymmetry(march)
+            for mark in marks:
+                if share > mark:
+                    passed.setdefault(mark, march.steps * args.time_step)
+        row = result_of(march.scene, march.history()).row
+        if row["regime"] in {"damped", "none"} and max(passed, default=0.0) < 1e-9:
+            continue
+        when = ", ".join(f"{mark:g} at {time:.3f} s" for mark, time in passed.items())
+        end = f"{row['regime']} {row['whirl']}, ended at {row['end_time']:.2f} s"
+        print(f"{case}: {end}; asymmetry {when}", flush=True)
+    return 0
+
+
+def main() -> int:
+    """Parse the command line and do what is asked."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["words", "certain", "time", "symmetry"])
+    parser.add_argument("--cases", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--duration", type=float, default=2.5)
+    parser.add_argument("--time-step", type=float, default=2e-6)
+    parser.add_argument("--damping", type=float, default=0.0)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--repeats", type=int, default=5)
+    args = parser.parse_args()
+    ways = {"words": words, "certain": words, "time": clock, "symmetry": symmetry}
+    return 1 if ways[args.what](args) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
