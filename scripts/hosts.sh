@@ -13,8 +13,10 @@ mpirun=$(command -v "${HPCWHIRL_MPIRUN:-mpirun}") || { echo "hosts: no mpirun" >
 for tool in ip unshare; do
   command -v "$tool" >/dev/null || { echo "hosts: $tool is missing" >&2; exit 2; }
 done
-"$mpirun" --version 2>&1 | grep -q HYDRA ||
-  { echo "hosts: $mpirun is not MPICH's; this uses its -launcher-exec" >&2; exit 2; }
+case $("$mpirun" --version 2>&1) in
+  *HYDRA*) ;;
+  *) echo "hosts: $mpirun is not MPICH's; this uses its -launcher-exec" >&2; exit 2 ;;
+esac
 
 tag=hpcw$$
 scratch=$(mktemp -d)
@@ -42,7 +44,7 @@ for host in a b; do
 done
 for host in a b; do  # MPI passes by a link that is not up yet
   for _ in $(seq 100); do
-    ip -n "$tag-$host" -br link show hpcw0 | grep -q ' UP ' && break
+    case $(ip -n "$tag-$host" -br link show hpcw0) in *" UP "*) break ;; esac
     sleep 0.1
   done
 done
