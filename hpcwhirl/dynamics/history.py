@@ -22,7 +22,7 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class History:
-    """Samples of one run at `time`; everything in SI units.
+    """Samples of one run at `time`; everything in SI units, every number finite.
 
     Attributes
     ----------
@@ -36,8 +36,12 @@ class History:
     lost : (n,), J, cumulative damping and impact loss
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
-    ledger : {term: J} over the whole run, see `LEDGER_TERMS`
-    stop : "end", "amplitude" or "nonfinite"
+    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; where that is not finite
+        any more, at the last sample
+    gap_error : largest difference between gaps as solved and gaps of the bodies, over
+        the lengths that they are made of, of all samples
+    step_share : time step over the stability limit, of the faster body
+    stop : "end", "amplitude", "nonfinite" or "complementarity"
     steps : steps taken
     contacts : touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
@@ -58,6 +62,8 @@ class History:
     tips: Floats
     blade_impulse: Floats
     ledger: dict[str, float]
+    gap_error: float
+    step_share: float
     stop: str
     steps: int
     contacts: int

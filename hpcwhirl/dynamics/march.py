@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -13,16 +13,23 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.timestep import check_step, step_counts, with_step
+from hpcwhirl.dynamics.timestep import (
+    check_loading,
+    check_step,
+    check_turn,
+    step_counts,
+    with_step,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
 STOPS = {0: "end", 1: "amplitude", 2: "nonfinite", 3: "complementarity"}
-MOST_SAMPLES = 20_000_000
+MOST_TRACES = 4e9  # bytes of one case's samples, in memory
 
 
 class March:
@@ -38,34 +45,41 @@ class March:
     Raises
     ------
     InputError
-        where the step is at or above a body's stability limit
+        where the step is at or above a body's stability limit or too long for the
+        pulse or the speed, or where there would be more samples than memory holds
     """
 
     def __init__(self, scene: Scene, model: Model | None = None) -> None:
         self.model = model or model_of(scene)
         self.scene = scene = with_step(scene, self.model)
         check_step(self.model, scene.solver.time_step)
+        check_loading(scene)
+        check_turn(self.model, scene)
         self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
-        self.scheme = scheme_of(self.model, scene)
-        self.state = self.scheme.state
         self.tracks = self._empty_tracks()
+        with representable("the step"):
+            self.scheme = scheme_of(self.model, scene)
+        self.state = self.scheme.state
 
     def _empty_tracks(self) -> tuple[Any, ...]:
         samples, blades = self.total // self.stride, self.model.blades
-        if samples > MOST_SAMPLES:
+        full = self.scene.output.traces == "full"
+        size = 8.0 * samples * (7 + 3 * blades * full)
+        if size > MOST_TRACES:
             msg = (
-                f"output interval asks for {samples} samples, allowed {MOST_SAMPLES}: "
-                "raise interval"
+                f"output interval asks for {samples} samples of {size / samples:.0f} "
+                f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        tips = samples if self.scene.output.traces == "full" else 0
+        tips = samples if full else 0
         return (
             np.zeros((samples, 2)),
             *(np.zeros(samples) for _ in range(4)),
             np.zeros((tips, blades, 2)),
             np.zeros((tips, blades)),
             np.zeros(samples),
+            np.zeros(contact.CLOSED),
         )
 
     @property
@@ -132,7 +146,7 @@ class March:
         The samples end with the last whole output interval.
         """
         count = int(self.counter[contact.SAMPLE])
-        centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed = self.tracks
+        centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, _ = self.tracks
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -148,6 +162,8 @@ class March:
             tips=tips[:count],
             blade_impulse=blade_impulse[:count],
             ledger=self._closing(),
+            gap_error=float(self.state[-2][contact.MISS]),
+            step_share=step / min(self.model.limits().values()),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
             contacts=int(self.counter[contact.TOUCHDOWNS]),
@@ -160,12 +176,25 @@ class March:
         )
 
     def _closing(self) -> dict[str, float]:
-        """Return the ledger at the present step, energies computed afresh."""
-        now, entries = self.scheme.balance(self.state), self.state[-2]
-        pulse, impact = float(entries[contact.PULSE]), float(entries[contact.IMPACT])
-        impact += now.impact
-        friction = float(entries[contact.FRICTION]) + now.friction
-        rotation = float(entries[contact.ROTATION]) + now.rotation
-        residual = now.energy + now.damping + impact - pulse - friction - rotation
-        values = (now.energy, now.damping, pulse, impact, friction, rotation, residual)
-        return dict(zip(LEDGER_TERMS, values, strict=True))
+        """Return the ledger at the present step, energies computed afresh.
+
+        Where that is not finite any more: the ledger of the last sample, which is.
+        """
+        with np.errstate(all="ignore"):
+            now, entries = self.scheme.balance(self.state), self.state[-2]
+            impact = entries[contact.IMPACT] + now.impact
+            friction = entries[contact.FRICTION] + now.friction
+            rotation = entries[contact.ROTATION] + now.rotation
+            pulse = entries[contact.PULSE]
+            ledger = _ledger(
+                [now.energy, now.damping, pulse, impact, friction, rotation]
+            )
+        return ledger if np.isfinite(ledger["residual"]) else _ledger(self.tracks[-1])
+
+
+def _ledger(terms: Iterable[float]) -> dict[str, float]:
+    """Return terms in the order of `LEDGER_TERMS` with what they leave open, J."""
+    energy, damping, pulse, impact, friction, rotation = map(float, terms)
+    residual = energy + damping + impact - pulse - friction - rotation
+    values = (energy, damping, pulse, impact, friction, rotation, residual)
+    return dict(zip(LEDGER_TERMS, values, strict=True))

@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.journal import Record, read_records, read_traces
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.schema import (
@@ -269,9 +270,14 @@ def _fill(file: h5py.File, content: _Content, mine: Iterable[int]) -> None:
 
 
 def _inputs_of(plan: Plan, case: int) -> dict[str, Any]:
-    """Return what is known of a case without a result: its inputs."""
-    values = plan.base | plan.settings[case]
+    """Return what is known of a case without a result: its inputs.
+
+    Its duration is the one that a result would show, in seconds.
+    """
+    values, known = plan.base | plan.settings[case], input_names()
     short = {variable_name(dotted): value for dotted, value in values.items()}
+    scene = apply_settings(Scene(), {n: v for n, v in values.items() if n in known})
+    short["duration"] = scene.end_time
     return {name: short[name] for name in ROW if name in short}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcwhirl.errors import StoreError, unknown
 
-FORMAT = 2
+FORMAT = 3
 ENUMS = {
     "status": ("ok", "failed", "missing"),
     "outcome": ("none", "completed", "stopped", "unstable"),
@@ -69,7 +69,9 @@ ROW: dict[str, Variable] = {
     **_table("i8", "1", late_contacts="1 if the window has contact"),
     **_table("f8", "s", certificate="from when no contact can recur, -1 for none"),
     **_table("f8", "m", certificate_reach="bound of all later displacements, or 0"),
-    **_table("f8", "1", ledger_error="ledger residual over throughput"),
+    **_table("f8", "1", ledger_error="worst break of the ledger, over throughput"),
+    **_table("f8", "1", step_share="time step over the stability limit"),
+    **_table("f8", "1", gap_error="gaps solved less those of the bodies, relative"),
     **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
     **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
     **_table("f8", "J", ledger_damping="lost in modal damping"),
