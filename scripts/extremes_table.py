@@ -7,6 +7,7 @@ from typing import Any
 
 from extremes_laws import (
     Law,
+    any_law,
     at_rest,
     closed_form,
     lost,
@@ -19,6 +20,8 @@ from extremes_laws import (
     touching,
     unique,
 )
+
+from hpcwhirl.scene import Scene, flatten
 
 SCHEMES = ("modal", "exact", "general", "paper")
 
@@ -133,6 +136,8 @@ TABLE: list[Extreme] = [
     *each("ring elements", touching, *over("casing.elements", 3, 100,
           discretization="elements", time_step=1e-6), quick=False),
     *each("support", touching, *over("scheme", *SCHEMES, support_frequency=0.0)),
+    *each("support", touching,
+          *over("scheme", *SCHEMES, support_frequency=0.0, thickness=0.02, gap=0.0)),
     *each("support", closed_form, *over("support_frequency", 0.0, 1e4, 9e5, **FREE)),
     *each("support", refused("time_step must be <"), {"support_frequency": 1e6}),
     *each("support", refused("the casing cannot be computed"),
@@ -175,3 +180,11 @@ TABLE: list[Extreme] = [
           *over("speed", "true", "fast"), *over("blades", "1e2", "2.5", -1, 0),
           *over("pulse", 0.0, -0.0, -1e-300), *over("duration", 0.0, -1.0)),
 ]  # fmt: skip
+
+EDGES = (0.0, -0.0, 5e-324, 1e-300, 1e-30, 1e30, 1e300, 1.7976931348623157e308)
+NUMBERS = [name for name, value in flatten(Scene()).items() if isinstance(value, float)]
+TABLE += [
+    Extreme("edge of numbers", {name: edge, "scheme": "general"}, any_law, quick=False)
+    for name in NUMBERS
+    for edge in EDGES
+]

@@ -20,9 +20,16 @@ def test_an_extreme_is_decided_by_its_law(extreme):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", table.NUMBERS)
+def test_an_input_at_the_edge_of_numbers(name):
+    own = [e for e in table.TABLE if e.what == "edge of numbers" and name in e.settings]
+    assert len(own) == len(table.EDGES)
+    for extreme in own:
+        extreme.law(extreme.settings)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_a_random_scene_is_refused_or_lost_or_sound(seed):
     extreme = random.random_scene(seed)
-    if {"exact", "modal"} & {extreme.settings.get("solver.scheme", "modal")}:
-        extreme.settings["solver.scheme"] = "general"  # compiles for no size
     extreme.law(extreme.settings)
