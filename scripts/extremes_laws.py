@@ -255,7 +255,7 @@ def closed_form(settings: Settings) -> str:
         # the most that the pulse's impulse moves it; an error of its period and damping
         most = abs(load) * min(scene.pulse, end) * min(end, 1.0 / max(omega, 1e-9))
         stiff = omega * step * (1 + 2 * xi)
-        allowed = stiff**2 * (1 + omega * end) / 4 + 1.7 * share**2
+        allowed = stiff**2 * (1 + omega * end) / 12 + 1.7 * share**2
         require(
             abs(q - want) <= allowed * most + 1e-12 * most,
             f"mode {m}: {q:.6e}, closed form {want:.6e}, allowed {allowed * most:.1e}",

@@ -84,17 +84,17 @@ BUGS = (
         "general",
     ),
     Bug(
-        "multiplier of the other neighbour",
+        "a kept inverse 2 % too large",
         KERNELS + "circulant.py",
         "column[(where[s] - where[r]) % blades]",
-        "column[(where[r] - where[s] + 1) % blades]",
+        "0.98 * column[(where[s] - where[r]) % blades]",
         "modal",
     ),
     Bug(
         "turn of the ring to the other side",
         KERNELS + "passes.py",
-        "store(t, then + size + m, di)\n                real",
-        "store(t, then + size + m, -di)\n                real",
+        "fma(er, di, ei * dr)",
+        "fnma(er, di, ei * dr)",
         "modal",
     ),
 )  # fmt: skip

@@ -39,7 +39,7 @@ class History:
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; where that is not finite
         any more, at the last sample
     gap_error : largest difference between gaps as solved and gaps of the bodies, over
-        the lengths that they are made of, of all samples
+        the lengths that they are made of, of all samples in contact
     step_share : time step over the stability limit, of the faster body
     stop : "end", "amplitude", "nonfinite" or "complementarity"
     steps : steps taken

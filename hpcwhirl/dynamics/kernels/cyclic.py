@@ -33,7 +33,6 @@ from hpcwhirl.dynamics.kernels.circulant import (
     solve_any,
 )
 from hpcwhirl.dynamics.kernels.contact import (
-    CERTIFIED,
     COMPLEMENTARITY,
     ENDED,
     FRICTION,
@@ -213,11 +212,11 @@ def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sam
                   tracks, rows, ring_rows, width, exact):  # fmt: skip
     """Write a sample of the state as it is with its step ended.
 
-    Tips are read where they are kept, or where one may be beyond the limit. Gaps are
-    compared with `row` of those that were solved, as long as they are followed.
+    Tips are read where they are kept, or where one may be beyond the limit. Where there
+    is contact, the gaps are compared with `row` of those that were solved.
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, impulse = state
-    t_b, t_c, end_b, end_c, columns, tips, whole, wall = sample
+    t_b, t_c, end_b, end_c, columns, tips, whole, again, wall = sample
     end_b[:] = sums_b
     end_c[:] = sums_c
     end_step(
@@ -226,11 +225,9 @@ def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sam
     )  # fmt: skip
     energy = total_energy(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
     most = radial_bound(t_b, rotor[0], rows * width, width)
-    if counter[CERTIFIED] < 0:
-        note_miss_cyclic(
-            t_b, rotor[0], t_c, c_c, wave, gap, most, gaps, row, wall, len(impulse),
-            ledger,
-        )  # fmt: skip
+    if counter[LAST] == counter[STEP]:
+        note_miss_cyclic(t_b, rotor[0], t_c, c_c, wave, gap, most, gaps, row, wall,
+                         again, len(impulse), ledger)  # fmt: skip
     if most > limit or len(tracks[5]) > 0:
         read_tips(t_b, rotor[0], rotor[1], turns, width, columns, tips)
     read_centre(t_b, rotor[1], tips)
@@ -249,7 +246,7 @@ def sample_space(state, blades, width):
     return (
         np.zeros_like(s_b), np.zeros_like(s_c), np.zeros_like(sums_b),
         np.zeros_like(sums_c), np.zeros(width), np.zeros((blades + 1, 2)),
-        np.zeros_like(ledger), np.zeros(width),
+        np.zeros_like(ledger), np.zeros(len(state[3]) // 3), np.zeros(width),
     )  # fmt: skip
 
 

@@ -263,9 +263,10 @@ def march_general(
             energy = modal_energy(q_b, d_b, omega_b, step)
             energy += modal_energy(q_c, d_c, omega_c, step)
             read_tips(outputs, tangential, q_b, u, tips)
-            accumulate(read_c, q_c, w)
-            read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
-            note_miss(gaps, last, u, scene[0], ledger)
+            if lowest < 0.0:
+                accumulate(read_c, q_c, w)
+                read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
+                note_miss(gaps, last, u, scene[0], ledger)
             lost = loss_b.sum() + loss_c.sum()
             write_sample(counter, ledger, impulse, tips, energy, lost, limit, tracks)
             if counter[STOP] != RUNNING:

@@ -1,10 +1,10 @@
 """Whether the contact problem that was solved is that of the bodies.
 
 The multipliers are found from predicted gaps and the Delassus matrix, and applied to
-the bodies' amplitudes. Where a sample is taken, the gaps are read from the amplitudes
-again: what they miss of g + W lambda, over the lengths they are made of, is round-off
-unless a row of W, or the way a multiplier acts, is not the bodies' own. The energy
-ledger cannot see that: it books the work that was really done.
+the bodies' amplitudes. Where a sample falls on a step with contact, the gaps are read
+from the amplitudes again: what they miss of g + W lambda, over the lengths that they
+are made of, is round-off unless a row of W, or the way a multiplier acts, is not the
+bodies' own. The energy ledger cannot see that: it books the work that was really done.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numba import njit
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.contact import MISS
-from hpcwhirl.dynamics.kernels.passes import RADIAL, RING_STATE, ROTOR_STATE
+from hpcwhirl.dynamics.kernels.passes import RADIAL, RING_STATE, ROTOR_STATE, to_gaps
 
 
 @njit(cache=True)
@@ -32,12 +32,13 @@ def note_miss(actual, solved, u, gap, ledger):
 
 
 @njit(error_model="numpy", cache=True)
-def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, blades,
-                     ledger):  # fmt: skip
+def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
+                     blades, ledger):  # fmt: skip
     """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.
 
     reach : bound of the tips' displacement, m; gaps : folded rows, `row` the start of
-    this step's; spectrum : (2 k,), of a rigid casing, then of the gaps
+    this step's; spectrum : (2 k,), of a rigid casing, then of the gaps; again :
+    (2 wide,), out: the gaps of the states
     """
     width, size, ring = len(spectrum), len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
     k, wide = width // 2, len(wave) // width
@@ -47,15 +48,11 @@ def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, 
         psi = c_c[RADIAL * ring + m]
         spectrum[m % k] += psi * t_c[m]
         spectrum[k + m % k] += psi * t_c[ring + m]
+    to_gaps(spectrum, wave, gap, k, wide, again, 0)
     worst, apart = 0.0, 0.0
     for j in range(blades):
-        at = j if 2 * j <= blades else blades - j
-        even, odd = gap, 0.0
-        for c in range(k):
-            even += spectrum[c] * wave[c * wide + at]
-            odd += spectrum[k + c] * wave[(k + c) * wide + at]
-        actual = even - odd if at == j else even + odd
-        worst = max(worst, abs(actual - gaps[row + place_of(j, blades, wide)]))
-        apart = max(apart, abs(actual))
+        at = place_of(j, blades, wide)
+        worst = max(worst, abs(again[at] - gaps[row + at]))
+        apart = max(apart, abs(again[at]))
     if worst > ledger[MISS] * (gap + reach + apart):
         ledger[MISS] = worst / (gap + reach + apart)
