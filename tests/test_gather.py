@@ -17,10 +17,12 @@ from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
 import hpcwhirl
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store import blocks
 from hpcwhirl.store.blocks import ranges
 from hpcwhirl.store.gather import gather, has_mpi_io
 from hpcwhirl.store.journal import read_records, read_traces
+from hpcwhirl.store.plan import Plan, write_plan
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.runs import write_run
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
@@ -121,6 +123,15 @@ def test_failed_and_missing_cases_are_rows_that_say_so(results):
         assert all(np.isnan(results[name][case]).all() for name in TRACES)
     seconds = results["performance/seconds"][:]
     assert np.array_equal(np.isnan(seconds), np.arange(len(SPEEDS)) == MISSING)
+
+
+def test_a_case_without_a_result_shows_its_duration_in_seconds(tmp_path):
+    # a tenth of a revolution at 400 rad/s and nothing integrated: not 2.5 s
+    base = flatten(Scene()) | {"revolutions": 0.1}
+    plan = Plan("made", base, ["speed"], ["d0"], [{"speed": 400.0}], "0")
+    write_plan(tmp_path, plan)
+    with h5py.File(gather(tmp_path, {})) as file:
+        assert file["duration"][0] == pytest.approx(0.1 * 2 * np.pi / 400.0)
 
 
 def test_traces_equal_the_journals_and_are_padded_to_the_longest(results, folder, axis):

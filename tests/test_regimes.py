@@ -30,6 +30,8 @@ def made(rate, *, fed=0.0, lost=1.0, last=2.0, stop="end", residual=0.0, line=-1
         tips=np.zeros((0, 22, 2)),
         blade_impulse=np.zeros((0, 22)),
         ledger=ledger,
+        gap_error=0.0,
+        step_share=0.1,
         stop=stop,
         steps=10000,
         contacts=10,

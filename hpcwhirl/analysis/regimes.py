@@ -19,6 +19,7 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 Value = float | int | str
 STEADY_SHARE = 0.4  # the last part of a run, on which evidence is taken
+NOTHING = 1e-280  # J: squares of amplitudes that kernels flush, and denormals
 BLOCKS = 12  # energy is averaged over as many blocks of it before the fit
 
 
@@ -28,7 +29,8 @@ class Thresholds:
 
     Attributes
     ----------
-    ledger : largest |residual| over throughput of a run that is not `unstable`
+    ledger : largest ledger error of a run that is not `unstable`, see `ledger_error`
+    opening : largest gap error of such a run, see `History`
     significance : standard errors at which a growth rate counts as non-zero
     drift : change of ln(amplitude) over the window that `sustained` may show
     rise : change of ln(amplitude) over the window that `divergent` must show
@@ -40,6 +42,7 @@ class Thresholds:
     """
 
     ledger: float = 1e-6
+    opening: float = 1e-9
     significance: float = 3.0
     drift: float = 0.1
     rise: float = 0.4
@@ -97,7 +100,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     late_friction, late_rotation (its two parts), late_lost, late_energy (J),
     late_contacts (1 if the window has contact), load_end (s; 0 where there is no
     loading), certificate (s, -1 for none), certificate_reach (m),
-    ledger_error (-), gap_scale (m)
+    ledger_error, gap_error, step_share (-), gap_scale (m)
     """
     time = history.time
     end = float(time[-1]) if len(time) else 0.0
@@ -129,6 +132,8 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "certificate": history.certificate,
         "certificate_reach": history.certificate_reach,
         "ledger_error": ledger_error(history),
+        "gap_error": history.gap_error,
+        "step_share": history.step_share,
         "gap_scale": max(scene.gap, 1e-6 * radius),
     }
 
@@ -148,13 +153,21 @@ def _number(value: float) -> float:
 
 
 def ledger_error(history: History) -> float:
-    """Return |residual| over the energy that went through the ledger; 1 if lost."""
+    """Return by how much the ledger breaks a law, over what went through it.
+
+    The residual is zero; the energy of a scheme that is stable is never negative, and
+    neither is what damping took. The worst of these counts; 1 where the run was lost.
+    """
+    if history.stop == "nonfinite":
+        return 1.0
     ledger = dict(history.ledger)
     residual = abs(ledger.pop("residual"))
     through = sum(abs(value) for value in ledger.values())
-    if through == 0.0 and residual == 0.0:
+    least = min(ledger["energy"], float(history.energy.min(initial=0.0)))
+    wrong = max(residual, -least, -ledger["damping"])
+    if through < NOTHING and wrong < NOTHING:
         return 0.0
-    error = residual / through
+    error = wrong / through if through > 0.0 else 1.0
     return float(error) if np.isfinite(error) else 1.0
 
 
@@ -163,8 +176,10 @@ def name_regime(
 ) -> tuple[str, str, str]:
     """Return (outcome, regime, whirl).
 
-    - `unstable`: not finite, no solution of the contact problem, or a ledger that
-      does not close; it has no regime and no whirl.
+    - `unstable`: not finite, no solution of the contact problem, gaps that are not
+      those of the bodies, a ledger that does not close, a step at or above the limit,
+      or an energy below zero, which a stable scheme does not have; no regime and no
+      whirl.
     - `damped`: a certificate that no contact can recur; or amplitudes falling,
       significantly, and either no contact in the window or contact that feeds at
       most `free` of what is lost; or at rest.
@@ -182,6 +197,8 @@ def name_regime(
     """
     stop = str(numbers["stop"])
     broken = float(numbers["ledger_error"]) > limits.ledger
+    broken = broken or float(numbers["gap_error"]) > limits.opening
+    broken = broken or float(numbers["step_share"]) >= 1.0
     if stop in {"nonfinite", "complementarity"} or broken:
         return "unstable", "none", "none"
     outcome = "stopped" if stop == "amplitude" else "completed"

@@ -56,8 +56,11 @@ def whole_revolutions(time: Floats, speed: float) -> slice:
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))
     interval = time[1] - time[0]
+    span = len(time) * interval
+    if abs(speed) * span < 2 * np.pi:  # a revolution may be too long for a number
+        return slice(0, len(time))
     revolution = 2 * np.pi / abs(speed)
-    turns = np.floor(len(time) * interval / revolution)
+    turns = np.floor(span / revolution)
     count = round(turns * revolution / interval)
     return slice(len(time) - count, len(time)) if count >= FEWEST else slice(0, None)
 

@@ -173,7 +173,7 @@ class Coast:
         """Write samples `start` on; place: start, the first not marched, stride."""
         start, first, stride = place
         (
-            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing,
+            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
         ) = tracks  # fmt: skip
         own, last, where = len(self.rotor.own), first - 1, slice(start, start + len(z))
         hub = self.hub[:, self.rotor.own]

@@ -22,7 +22,7 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class History:
-    """Samples of one run at `time`; everything in SI units.
+    """Samples of one run at `time`; everything in SI units, every number finite.
 
     Attributes
     ----------
@@ -39,7 +39,11 @@ class History:
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
-    ledger : {term: J} over the whole run, see `LEDGER_TERMS`
+    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; where that is not finite
+        any more, at the last sample
+    gap_error : largest difference between gaps as solved and gaps of the bodies, over
+        the lengths that they are made of, of all samples in contact
+    step_share : time step over the stability limit, of the faster body
     stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
         word was proved and no more was asked for
     steps : steps taken
@@ -63,6 +67,8 @@ class History:
     tips: Floats
     blade_impulse: Floats
     ledger: dict[str, float]
+    gap_error: float
+    step_share: float
     stop: str
     steps: int
     contacts: int

@@ -126,7 +126,7 @@ class Lanes:
         ]
         flat = [np.ascontiguousarray(item.T).ravel() for item in shared]
         self.shared = (flat[0], self.rotor.slots, flat[1], self.ring.slots, *touch[1:3])
-        self.fixed = (self.rotor.places, self.ring.places, rotor[1], touch[1])
+        self.fixed = (self.rotor.places, self.ring.places, rotor[1], *touch[1:3])
         self._allocate(first, len(rotor_items), len(casing_items))
 
     def _allocate(self, first: March, rotor: int, ring: int) -> None:
@@ -176,6 +176,7 @@ class Lanes:
             np.zeros((0, blades)),
             np.zeros(0),
             np.zeros((0, 0)),
+            np.zeros(contact.CLOSED),
         )
 
     def load(self, lane: int, march: March) -> None:

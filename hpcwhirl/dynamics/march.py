@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,16 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.timestep import check_step, step_counts, with_step
+from hpcwhirl.dynamics.timestep import (
+    check_loading,
+    check_step,
+    check_turn,
+    step_counts,
+    with_step,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.reduction.plan import Case, lean_case, plan_of
 from hpcwhirl.scene import Scene
 
@@ -38,7 +45,7 @@ LOOKS = 50  # samples between two looks for a certificate
 PATIENCE = 16  # times that, at most
 TOUCHDOWNS = 12  # of a blade up to which one of many sectors is believed, see `_watch`
 CLEAR = 2.0  # pulses after which the window of a word is clear of the load
-MOST_SAMPLES = 20_000_000
+MOST_TRACES = 4e9  # bytes of one case's samples, in memory
 
 
 class March:
@@ -54,13 +61,16 @@ class March:
     Raises
     ------
     InputError
-        where the step is at or above a body's stability limit
+        where the step is at or above a body's stability limit or too long for the
+        pulse or the speed, or where there would be more samples than memory holds
     """
 
     def __init__(self, scene: Scene, model: Model | None = None) -> None:
         self.model = model or model_of(scene)
         self.scene = scene = with_step(scene, self.model)
         check_step(self.model, scene.solver.time_step)
+        check_loading(scene)
+        check_turn(self.model, scene)
         self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
         self.fold()
@@ -68,7 +78,8 @@ class March:
     def _begin(self, case: Case) -> None:
         """Put at rest what is marched."""
         self.lean = case
-        self.scheme = scheme_of(case.model, case.scene)
+        with representable("the step"):
+            self.scheme = scheme_of(case.model, case.scene)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
@@ -150,20 +161,23 @@ class March:
 
     def _empty_tracks(self) -> tuple[Any, ...]:
         samples, blades = self.total // self.stride, self.lean.model.blades
-        if samples > MOST_SAMPLES:
+        full, width = self.scene.output.traces == "full", self.scheme.casing_width
+        size = 8.0 * samples * (7 + (3 * blades + width) * full)
+        if size > MOST_TRACES:
             msg = (
-                f"output interval asks for {samples} samples, allowed {MOST_SAMPLES}: "
-                "raise interval"
+                f"output interval asks for {samples} samples of {size / samples:.0f} "
+                f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        tips = samples if self.scene.output.traces == "full" else 0
+        tips = samples if full else 0
         return (
             np.zeros((samples, 2)),
             *(np.zeros(samples) for _ in range(4)),
             np.zeros((tips, blades, 2)),
             np.zeros((tips, blades)),
             np.zeros(samples),
-            np.zeros((tips, self.scheme.casing_width)),
+            np.zeros((tips, width)),
+            np.zeros(contact.CLOSED),
         )
 
     @property
@@ -240,7 +254,7 @@ class March:
         """
         count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
         (
-            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing,
+            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
         ) = self.tracks  # fmt: skip
         waves = self.scheme.casing_waves(casing[:count], self.stride)
         step = self.scene.solver.time_step
@@ -259,6 +273,8 @@ class March:
             blade_impulse=np.tile(blade_impulse[:count], (1, folds)),
             casing=unfolded(waves, folds, self.scene) if folds > 1 else waves,
             ledger=self._closing(),
+            gap_error=float(self.state[-2][contact.MISS]),
+            step_share=step / min(self.model.limits().values()),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
             contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
@@ -272,13 +288,27 @@ class March:
         )
 
     def _closing(self) -> dict[str, float]:
-        """Return the ledger at the present step, energies computed afresh."""
-        now, entries = self.scheme.balance(self.state), self.state[-2]
-        pulse, impact = float(entries[contact.PULSE]), float(entries[contact.IMPACT])
-        impact += now.impact
-        friction = float(entries[contact.FRICTION]) + now.friction
-        rotation = float(entries[contact.ROTATION]) + now.rotation
-        residual = now.energy + now.damping + impact - pulse - friction - rotation
-        values = (now.energy, now.damping, pulse, impact, friction, rotation, residual)
-        folds = self.lean.model.folds
-        return {n: folds * v for n, v in zip(LEDGER_TERMS, values, strict=True)}
+        """Return the ledger at the present step, energies computed afresh.
+
+        Where that is not finite any more: the ledger of the last sample, which is.
+        """
+        with np.errstate(all="ignore"):
+            now, entries = self.scheme.balance(self.state), self.state[-2]
+            impact = entries[contact.IMPACT] + now.impact
+            friction = entries[contact.FRICTION] + now.friction
+            rotation = entries[contact.ROTATION] + now.rotation
+            pulse = entries[contact.PULSE]
+            ledger = _ledger(
+                [now.energy, now.damping, pulse, impact, friction, rotation]
+            )
+        if not np.isfinite(ledger["residual"]):
+            ledger = _ledger(self.tracks[-1])
+        return {term: self.lean.model.folds * value for term, value in ledger.items()}
+
+
+def _ledger(terms: Iterable[float]) -> dict[str, float]:
+    """Return terms in the order of `LEDGER_TERMS` with what they leave open, J."""
+    energy, damping, pulse, impact, friction, rotation = map(float, terms)
+    residual = energy + damping + impact - pulse - friction - rotation
+    values = (energy, damping, pulse, impact, friction, rotation, residual)
+    return dict(zip(LEDGER_TERMS, values, strict=True))

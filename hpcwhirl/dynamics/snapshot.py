@@ -43,10 +43,15 @@ def _feed(found: Any, part: Any) -> None:
 
 
 def snapshot(march: March) -> Arrays:
-    """Return {name: array}: `state0` ..., `track0` ... as far as sampled, `seconds`."""
+    """Return {name: array}: `state0` ..., `track0` ... as far as sampled, `seconds`.
+
+    The last track is the ledger of the last sample, which is kept whole.
+    """
     count = int(march.counter[contact.SAMPLE])
     arrays: Arrays = {f"state{i}": a.copy() for i, a in enumerate(march.state)}
-    arrays |= {f"track{i}": a[:count].copy() for i, a in enumerate(march.tracks)}
+    *sampled, closed = march.tracks
+    arrays |= {f"track{i}": a[:count].copy() for i, a in enumerate(sampled)}
+    arrays[f"track{len(sampled)}"] = closed.copy()
     return arrays | {"seconds": np.array([march.seconds])}
 
 
@@ -62,6 +67,8 @@ def restore(march: March, arrays: Arrays) -> bool:
     tracks = [(arrays[f"track{i}"], own) for i, own in enumerate(march.tracks)]
     for a, own in tracks:
         length = min(count, len(own))  # those that are not kept have no rows
+        if own is march.tracks[-1]:
+            length = len(own)
         if (a.dtype, a.shape) != (own.dtype, (length, *own.shape[1:])):
             return False
     for a, own in states:

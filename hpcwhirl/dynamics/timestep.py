@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
 SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
+FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
 
 
 def recursion(
@@ -138,6 +140,38 @@ def check_step(model: Model, step: float) -> None:
         raise InputError(msg)
 
 
+def check_loading(scene: Scene) -> None:
+    """Raise InputError where the pulse is too short for the steps it is sampled at.
+
+    n steps give F tau cot(pi / 2n) / n instead of 2 F tau / pi, less by (pi / n)^2 / 12
+    of it; a pulse shorter than a step would give nothing.
+    """
+    step = scene.solver.time_step
+    loaded = scene.engine.casing.kind == "ring" and scene.force > 0.0
+    if loaded and scene.pulse < FEWEST_IN_PULSE * step:
+        msg = (
+            f"pulse must be >= {FEWEST_IN_PULSE * step:.6g} s ({FEWEST_IN_PULSE} time "
+            f"steps, or its impulse is wrong by more than 1 %), got {scene.pulse:.6g}"
+        )
+        raise InputError(msg)
+
+
+def check_turn(model: Model, scene: Scene) -> None:
+    """Raise InputError where a blade passes half a wave of the casing in a step."""
+    waves = float(scene.nodal_diameter)
+    if isinstance(model.ring, RingOperator):
+        waves = 0.5 * model.ring.elements
+    elif model.ring is not None:
+        waves = float(model.ring.harmonics)
+    most = math.pi / (max(waves, 1.0) * scene.solver.time_step)
+    if not abs(scene.speed) < most:
+        msg = (
+            f"speed must be < {most:.6g} rad/s with this time_step (a blade would pass "
+            f"half the casing's shortest wave in a step), got {scene.speed:.6g}"
+        )
+        raise InputError(msg)
+
+
 def with_step(scene: Scene, model: Model) -> Scene:
     """Return the scene with the step that its accuracy asks for, if it asks.
 
@@ -157,4 +191,5 @@ def step_counts(scene: Scene) -> tuple[int, int]:
     """Return (steps of the whole run, steps between samples)."""
     step = scene.solver.time_step
     total = max(1, math.ceil(scene.end_time / step - 1e-9))
-    return total, min(max(1, round(scene.output.interval / step)), total)
+    stride = min(scene.output.interval / step, float(total))
+    return total, max(1, round(stride))

@@ -40,12 +40,13 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
     for h in range(casing.harmonics + 1):
         inertia, stiff = harmonic_matrices(casing, radius, h)
         squared, modes = eigh(stiff, inertia * np.eye(2))
+        found = np.sqrt(np.maximum(squared, 0.0))  # a free ring's are 0 to round-off
         for half, (rows, signs) in enumerate(_places(operator, h)):
             place = np.ix_(rows, rows)
             mass[place] = inertia * np.eye(2)
             stiffness[place] = stiff * np.outer(signs, signs)
             shapes[rows, column : column + 2] = signs[:, None] * modes
-            labels += [(np.sqrt(squared[n]), h, n, half) for n in range(2)]
+            labels += [(found[n], h, n, half) for n in range(2)]
             column += 2
     columns = zip(*labels, strict=True)
     omega, diameter, rank, phase = (np.array(column) for column in columns)

@@ -16,6 +16,7 @@ from hpcwhirl.reduction.modes import (
     modal_model,
     with_ratio,
 )
+from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
@@ -92,17 +93,25 @@ def casing_model(
 
 
 def model_of(scene: Scene) -> Model:
-    """Return the model of a scene; R_c = R_bd + gap."""
+    """Return the model of a scene; R_c = R_bd + gap.
+
+    Raises
+    ------
+    InputError
+        where the inputs do not lead to a model that double precision holds
+    """
     file = scene.engine.file
-    if file:
-        rotor = _file_model(file, content_digest(file), scene.engine.rotor)
-    else:
-        rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
+    with representable("the rotor"):
+        if file:
+            rotor = _file_model(file, content_digest(file), scene.engine.rotor)
+        else:
+            rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
     blades = scene.engine.rotor.blades
     if scene.engine.casing.kind == "rigid":
         return Model(rotor, None, None, blades)
     radius = scene.engine.rotor.radius + scene.gap
-    casing, operator = casing_model(scene.engine.casing, radius)
+    with representable("the casing"):
+        casing, operator = casing_model(scene.engine.casing, radius)
     return Model(rotor, casing, operator, blades)
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.structure.assembly import CyclicStructure, add_element, turn
 from hpcwhirl.structure.beams import Section, beam
 
 Floats = NDArray[np.float64]
 NODE = 3  # radial, tangential, rotation
+MOST_DOF = 15_000  # dense M and K of 1.8 GB each
 
 
 def blade(rotor: Rotor) -> tuple[Floats, Floats]:
@@ -70,8 +72,19 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.
     The tip's radial and tangential DoF are the boundary. Mistuning scales the
     stiffness of each blade, E_j = E (1 + delta_j), not that of the disk.
+
+    Raises
+    ------
+    InputError
+        where blades and elements ask for more than `MOST_DOF`, before any is made
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
+    if blades * size > MOST_DOF:
+        msg = (
+            f"rotor.blades and rotor.elements must ask for at most {MOST_DOF} degrees "
+            f"of freedom, 3 blades (elements + 1), got {blades * size}"
+        )
+        raise InputError(msg)
     centre = (blades * size, blades * size + 1) if rotor.centre == "free" else ()
     total = blades * size + 2  # the centre is assembled, then dropped if clamped
     matrices = np.zeros((total, total)), np.zeros((total, total))

@@ -19,7 +19,10 @@ from numba import njit
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, ENTRIES = 5, 6  # m, the bound of all displacements
+CERTIFICATE, MISS = 5, 6  # m, the bound of all displacements; see `opening`
+ENTRIES = 7
+# energy, damping, pulse, impact, friction, rotation at the last sample, J
+CLOSED = 6
 # counter slots
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # of the exact scheme: step already ended, next try of a flight, steps between tries,
@@ -302,16 +305,22 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 @njit(error_model="numpy", cache=True)
 def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tracks):
-    """Write one sample; decide whether to stop.
+    """Write one sample, unless it is not finite; decide whether to stop.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), the scheme's own coordinates of the casing
     """
     (
         centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
-        casings,
+        casings, closed,
     ) = tracks  # fmt: skip
     s = counter[SAMPLE]
+    whole = energy + lost
+    for entry in range(MISS + 1):
+        whole += ledger[entry]
+    if not math.isfinite(whole):
+        counter[STOP] = NONFINITE
+        return
     blades = len(impulse)
     centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
     energies[s] = energy
@@ -326,6 +335,7 @@ def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tr
     for j in range(blades):
         if abs(tips[j, 0]) > limit:
             counter[STOP] = AMPLITUDE
-    if not math.isfinite(energy):
-        counter[STOP] = NONFINITE
+    closed[0], closed[1] = energy, lost
+    closed[2], closed[3] = ledger[PULSE], ledger[IMPACT]
+    closed[4], closed[5] = ledger[FRICTION], ledger[ROTATION]
     counter[SAMPLE] += 1

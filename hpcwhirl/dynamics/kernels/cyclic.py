@@ -47,11 +47,11 @@ from hpcwhirl.dynamics.kernels.contact import (
     book_contacts,
     carried_by_wall,
     pulse_of,
-    rigid_amplitude,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.flight import fly
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY, modal_energy
+from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     OMEGA,
     RADIAL,
@@ -67,6 +67,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     pulse_work,
     push_pulse,
     to_gaps,
+    write_wall,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -131,15 +132,15 @@ def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
 def column_sums(sums_b, sums_c, step, exact):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    Of central differences, what `book_contacts` has not entered. In the exact flow the
-    rotation's work is that of the contacts carried over the deformed ring, and the
-    impact what the normal forces take beside it.
+    Of central differences and of a rigid casing, what `book_contacts` has not entered.
+    In the exact flow the rotation's work is that of the contacts carried over the
+    deformed ring, and the impact what the normal forces take beside it.
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sums_b[:m].sum() + sums_c[:n].sum())
     drag = 0.5 * (sums_b[m : 2 * m].sum() + sums_c[n : 2 * n].sum())
     loss = sums_b[2 * m :].sum() + sums_c[2 * n : 3 * n].sum()
-    if exact:
+    if exact and n > 0:
         carried = -step * sums_c[3 * n :].sum()
         return carried, carried - normal, drag, loss
     return normal, 0.0, drag, loss
@@ -208,14 +209,15 @@ def flush(s):
 
 
 @njit(error_model="numpy", cache=True)
-def sample_cyclic(step, mu, limit, rotor, c_c, turns, state, sample, tracks, rows,
-                  ring_rows, width, exact):  # fmt: skip
+def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sample,
+                  tracks, rows, ring_rows, width, exact):  # fmt: skip
     """Write a sample of the state as it is with its step ended.
 
-    Tips are read where they are kept, or where one may be beyond the limit.
+    Tips are read where they are kept, or where one may be beyond the limit. Where there
+    is contact, the gaps are compared with `row` of those that were solved.
     """
-    s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, ledger, impulse = state
-    t_b, t_c, end_b, end_c, columns, tips, whole = sample
+    s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, impulse = state
+    t_b, t_c, end_b, end_c, columns, tips, whole, again, wall = sample
     end_b[:] = sums_b
     end_c[:] = sums_c
     end_step(
@@ -224,6 +226,9 @@ def sample_cyclic(step, mu, limit, rotor, c_c, turns, state, sample, tracks, row
     )  # fmt: skip
     energy = total_energy(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
     most = radial_bound(t_b, rotor[0], rows * width, width)
+    if counter[LAST] == counter[STEP]:
+        note_miss_cyclic(t_b, rotor[0], t_c, c_c, wave, gap, most, gaps, row, wall,
+                         again, len(impulse), ledger)  # fmt: skip
     if most > limit or len(tracks[5]) > 0:
         read_tips(t_b, rotor[0], rotor[1], turns, width, columns, tips)
     read_centre(t_b, rotor[1], tips)
@@ -243,7 +248,7 @@ def sample_space(state, blades, width):
     return (
         np.zeros_like(s_b), np.zeros_like(s_c), np.zeros_like(sums_b),
         np.zeros_like(sums_c), np.zeros(width), np.zeros((blades + 1, 2)),
-        np.zeros_like(ledger),
+        np.zeros_like(ledger), np.zeros(len(state[3]) // 3), np.zeros(width),
     )  # fmt: skip
 
 
@@ -339,7 +344,7 @@ def cyclic_kernel(
                 thrust = pulse_of(counter[STEP] * step, force, pulse)
                 counter[STEP] += 1
                 time, angle = counter[STEP] * step, 0.0
-                if thrust != 0.0 or (ring_size == 0 and scene[2] != 0.0):
+                if thrust != 0.0:
                     angle = scene[1] * ((speed * time) % (2.0 * math.pi))
                 if thrust != 0.0:
                     push_pulse(
@@ -349,9 +354,7 @@ def cyclic_kernel(
                 for c in range(0, width, FOUR):
                     store(spectrum, c, load(out_b, c) + load(out_c, c))
                 if ring_size == 0 and scene[2] != 0.0:
-                    wall = rigid_amplitude(scene, time)
-                    spectrum[slot] -= wall * math.cos(angle)
-                    spectrum[k + slot] -= sign * wall * math.sin(angle)
+                    write_wall(scene, time, speed, slot, sign, spectrum)
                 row = counter[STEP] % 3 * 2 * wide
                 lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
                 if lowest < 0.0:
@@ -365,7 +368,9 @@ def cyclic_kernel(
                         counter[STOP] = COMPLEMENTARITY
                         return
                     older = (counter[STEP] + 1) % 3 * 2 * wide
-                    if not exact:  # where the impact's loss is booked by columns
+                    if (
+                        not exact or ring_size == 0
+                    ):  # where the impact's loss is booked by columns
                         for s in range(active):
                             j = where[s]
                             before[j] = gaps[older + place_of(j, blades, wide)]
@@ -389,9 +394,14 @@ def cyclic_kernel(
                     flush(s_b)
                     flush(s_c)
             if counter[STEP] % stride == 0:
+                sample[-1][:] = 0.0
+                if ring_size == 0 and scene[2] != 0.0:
+                    write_wall(
+                        scene, counter[STEP] * step, speed, slot, sign, sample[-1]
+                    )
                 sample_cyclic(
-                    step, mu, limit, rotor, c_c, turns, state, sample, tracks, rows,
-                    ring_rows, width, exact,
+                    step, mu, limit, scene[0], counter[STEP] % 3 * 2 * wide, rotor, c_c,
+                    turns, wave, state, sample, tracks, rows, ring_rows, width, exact,
                 )  # fmt: skip
 
     return march_cyclic

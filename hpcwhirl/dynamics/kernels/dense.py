@@ -29,6 +29,7 @@ from hpcwhirl.dynamics.kernels.general import (
     pulse_work,
     read_gaps,
 )
+from hpcwhirl.dynamics.kernels.opening import note_miss
 
 
 @njit(cache=True)
@@ -188,6 +189,13 @@ def march_paper(
             energy += dense_energy(x_c, d_c, mass_c, stiff_c, step)
             for j in range(blades):
                 tips[j, 0], tips[j, 1] = x_b[2 * j], x_b[2 * j + 1]
+            if lowest < 0.0:
+                for j in range(blades):
+                    u[j] = x_b[2 * j]
+                for r in range(coordinates):
+                    w[r] = x_c[radial[r]]
+                read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
+                note_miss(gaps, last, u, scene[0], ledger)
             if free == 1:
                 tips[blades, 0], tips[blades, 1] = x_b[2 * blades], x_b[2 * blades + 1]
             lost = loss_b.sum() + loss_c.sum()

@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     rigid_radial,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.opening import note_miss
 
 FLUSH_EVERY = 256  # steps; see `flush`
 TINY = 1e-150
@@ -262,6 +263,10 @@ def march_general(
             energy = modal_energy(q_b, d_b, omega_b, step)
             energy += modal_energy(q_c, d_c, omega_c, step)
             read_tips(outputs, tangential, q_b, u, tips)
+            if lowest < 0.0:
+                accumulate(read_c, q_c, w)
+                read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
+                note_miss(gaps, last, u, scene[0], ledger)
             lost = loss_b.sum() + loss_c.sum()
             write_sample(
                 counter, ledger, impulse, tips, q_c, energy, lost, limit, tracks

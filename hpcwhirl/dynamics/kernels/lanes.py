@@ -128,11 +128,11 @@ def any_pulse(counter, wholes, scalars, step):
 
 @njit(error_model="numpy", cache=True)
 def sample(
-    lane, turn, step, bodies, fixed, items, numbers, state, tracks, rows, ring_rows
+    lane, turn, step, gap, bodies, fixed, items, numbers, state, tracks, rows, ring_rows
 ):
     """Write a sample of one lane from its own ended state, as `cyclic` does."""
     s_b, s_c, sums_b, sums_c = bodies
-    places_b, places_c, hub, turns = fixed
+    places_b, places_c, hub, turns, wave = fixed
     c_b, c_c = items[0][lane], items[1][lane]
     gaps, lam, known, last, counter, ledger, impulse = state
     k, blades = lam.shape[1] // 4, last.shape[1]
@@ -146,16 +146,19 @@ def sample(
         one_b, one_c, lam[lane], gaps[lane], all_b, all_c, known[lane], last[lane],
         counter[lane], ledger[lane], impulse[lane],
     )  # fmt: skip
+    row = turn % 3 * (gaps.shape[1] // 3)
     sample_cyclic(
-        step, numbers[lane, MU], numbers[lane, LIMIT], (c_b, hub), c_c, turns, one,
-        sample_space(one, blades, width), tracks[lane], rows, ring_rows, width, False,
+        step, numbers[lane, MU], numbers[lane, LIMIT], gap, row, (c_b, hub), c_c, turns,
+        wave, one, sample_space(one, blades, width), tracks[lane], rows, ring_rows,
+        width, False,
     )  # fmt: skip
 
 
 @njit(error_model="numpy", cache=True)
 def events(
-    turn, step, bodies, fixed, items, numbers, wholes, state, tracks, rows, ring_rows
-):
+    turn, step, gap, bodies, fixed, items, numbers, wholes, state, tracks, rows,
+    ring_rows,
+):  # fmt: skip
     """Flush and sample the lanes whose turn it is."""
     counter = state[4]
     for i in range(FOUR):
@@ -165,8 +168,8 @@ def events(
                 flush_lane(bodies[1], i)
             if counter[i, STEP] % wholes[i, STRIDE] == 0:
                 sample(
-                    i, turn, step, bodies, fixed, items, numbers, state, tracks, rows,
-                    ring_rows,
+                    i, turn, step, gap, bodies, fixed, items, numbers, state, tracks,
+                    rows, ring_rows,
                 )  # fmt: skip
 
 
@@ -198,7 +201,8 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         Parameters
         ----------
         shared : (rotor's items, slots; ring's items, slots; turns, wave)
-        fixed : (places of rotor (2, 3 size) and ring (2, 6 ring_size); hub, turns)
+        fixed : (places of rotor (2, 3 size) and ring (2, 6 ring_size); hub, turns,
+            wave)
         items : (rotor's (lanes, ITEMS size), ring's), of `cyclic`
         own : (rotor's, ring's), see `lane_passes`
         numbers, wholes : (lanes, SCALARS), (lanes, WHOLES)
@@ -330,7 +334,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
             if quiet == 0 or not running:
                 keep_spectra(touched, fresh_all, lams, k)
                 events(
-                    turn[0], step, bodies, fixed, items, numbers, wholes, state,
+                    turn[0], step, gap, bodies, fixed, items, numbers, wholes, state,
                     tracks, rows, ring_rows,
                 )  # fmt: skip
                 quiet = until_event(counter, wholes)

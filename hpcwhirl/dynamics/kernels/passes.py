@@ -20,7 +20,7 @@ import math
 
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
+from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP, rigid_amplitude
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     element,
@@ -192,6 +192,15 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
         if go:
             store(out, col, real)
             store(out, k + col, imag)
+
+
+@njit(error_model="numpy", cache=True)
+def write_wall(scene, time, speed, slot, sign, spectrum):
+    """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""
+    angle = scene[1] * ((speed * time) % (2.0 * math.pi))
+    wall = rigid_amplitude(scene, time)
+    spectrum[slot] -= wall * math.cos(angle)
+    spectrum[len(spectrum) // 2 + slot] -= sign * wall * math.sin(angle)
 
 
 @njit(error_model="numpy", cache=True)

@@ -1,0 +1,58 @@
+"""Whether the contact problem that was solved is that of the bodies.
+
+The multipliers are found from predicted gaps and the Delassus matrix, and applied to
+the bodies' amplitudes. Where a sample falls on a step with contact, the gaps are read
+from the amplitudes again: what they miss of g + W lambda, over the lengths that they
+are made of, is round-off unless a row of W, or the way a multiplier acts, is not the
+bodies' own. The energy ledger cannot see that: it books the work that was really done.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from hpcwhirl.dynamics.kernels.circulant import place_of
+from hpcwhirl.dynamics.kernels.contact import MISS
+from hpcwhirl.dynamics.kernels.passes import RADIAL, RING_STATE, ROTOR_STATE, to_gaps
+
+
+@njit(cache=True)
+def note_miss(actual, solved, u, gap, ledger):
+    """Keep the largest |actual - solved| over gap + |u| + |actual|, -.
+
+    actual, solved, u : (N,) or more, m: gaps of the state, gaps as corrected, tips
+    """
+    worst, reach, apart = 0.0, 0.0, 0.0
+    for j in range(len(actual)):
+        worst = max(worst, abs(actual[j] - solved[j]))
+        reach = max(reach, abs(u[j]))
+        apart = max(apart, abs(actual[j]))
+    if worst > ledger[MISS] * (gap + reach + apart):
+        ledger[MISS] = worst / (gap + reach + apart)
+
+
+@njit(error_model="numpy", cache=True)
+def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
+                     blades, ledger):  # fmt: skip
+    """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.
+
+    reach : bound of the tips' displacement, m; gaps : folded rows, `row` the start of
+    this step's; spectrum : (2 k,), of a rigid casing, then of the gaps; again :
+    (2 wide,), out: the gaps of the states
+    """
+    width, size, ring = len(spectrum), len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    k, wide = width // 2, len(wave) // width
+    for m in range(size):
+        spectrum[m % width] += c_b[RADIAL * size + m] * t_b[m]
+    for m in range(ring):
+        psi = c_c[RADIAL * ring + m]
+        spectrum[m % k] += psi * t_c[m]
+        spectrum[k + m % k] += psi * t_c[ring + m]
+    to_gaps(spectrum, wave, gap, k, wide, again, 0)
+    worst, apart = 0.0, 0.0
+    for j in range(blades):
+        at = place_of(j, blades, wide)
+        worst = max(worst, abs(again[at] - gaps[row + at]))
+        apart = max(apart, abs(again[at]))
+    if worst > ledger[MISS] * (gap + reach + apart):
+        ledger[MISS] = worst / (gap + reach + apart)

@@ -1,0 +1,131 @@
+"""Scenes at the extremes: each gives a right answer, by a law, or a clear refusal.
+
+    python scripts/extremes.py [WORD...]        those whose input has a WORD, or all
+    python scripts/extremes.py --write          all, and scripts/extremes.md anew
+    python scripts/extremes.py --random 300 --seed 1
+                                                random scenes of the whole allowed box
+
+Every scene runs in a process of its own with a time limit, warnings being errors: a
+hang, a crash or a stray line is a finding too. Exits 1 where a law is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from extremes_laws import Broken
+from extremes_random import random_scene
+from extremes_table import TABLE, Extreme
+
+PAGE = Path(__file__).with_suffix(".md")
+LIMIT = 300.0  # s for one scene, compilation of its kernel included
+Answer = tuple[bool, str]
+
+
+def decide(extreme: Extreme) -> Answer:
+    """Return (whether its law holds, what came out or what is broken)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return True, extreme.law(extreme.settings)
+        except Broken as broken:
+            return False, f"BROKEN: {broken}"
+        except Exception:  # noqa: BLE001 - a traceback is the finding
+            last = traceback.format_exc().strip().splitlines()
+            return False, f"TRACEBACK: {last[-1]} at {last[-3].strip()}"
+
+
+def apart(extreme: Extreme, limit: float) -> Answer:
+    """Return `decide` of a scene in a process of its own."""
+    context = multiprocessing.get_context("fork")
+    mine, its = context.Pipe(duplex=False)
+    child = context.Process(target=lambda: its.send(decide(extreme)), daemon=True)
+    child.start()
+    its.close()
+    try:
+        answer = mine.recv() if mine.poll(limit) else (False, f"HANG: {limit:g} s")
+    except EOFError:
+        answer = False, "DIED"
+    child.kill()
+    child.join()
+    return answer
+
+
+def meaning(extreme: Extreme) -> str:
+    """Return the law in words."""
+    words = (extreme.law.__doc__ or "").strip().splitlines()
+    return words[0].rstrip(".") if words else "refused in one clear line"
+
+
+def page(rows: Iterable[tuple[Extreme, str]]) -> str:
+    """Return the table of outcomes as Markdown."""
+    lines = [
+        "# Scenes at the extremes",
+        "",
+        "Written by `python scripts/extremes.py --write`; do not edit. Table 2, 4 ms",
+        "at 2e-6 s, all samples, with the settings of each row.",
+        "",
+        "| extreme | settings | law | outcome |",
+        "|---|---|---|---|",
+    ]
+    for extreme, told in rows:
+        cells = (extreme.what, f"`{extreme.name}`", meaning(extreme), told)
+        lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def table(words: list[str], limit: float, *, write: bool) -> int:
+    """Try the table, or what has the words; return how many laws are broken."""
+    chosen = [e for e in TABLE if all(w in e.what for w in words)]
+    rows, bad = [], 0
+    for extreme in chosen:
+        start = time.monotonic()
+        holds, told = apart(extreme, limit)
+        bad += not holds
+        rows.append((extreme, told))
+        spent = time.monotonic() - start
+        print(f"{extreme.what}: {extreme.name}: {told} [{spent:.1f} s]", flush=True)
+    if write and not words:
+        PAGE.write_text(page(rows), encoding="utf-8")
+    print(f"{len(chosen) - bad} of {len(chosen)} laws hold")
+    return bad
+
+
+def at_random(seconds: float, seed: int, scene: Callable[[int], Extreme]) -> int:
+    """Try random scenes for a while; return how many laws are broken."""
+    end, tried, bad, taken = time.monotonic() + seconds, 0, 0, 0
+    while time.monotonic() < end:
+        extreme = scene(seed + tried)
+        holds, told = apart(extreme, LIMIT)
+        tried += 1
+        taken += not told.startswith("refused")
+        bad += not holds
+        if not holds or told.startswith("unstable"):
+            print(f"seed {seed + tried - 1}: {told}: {extreme.name}", flush=True)
+    print(f"{tried} random scenes, {taken} integrated, {bad} broken")
+    return bad
+
+
+def main() -> int:
+    """Read the command line and try what it asks for."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("words", nargs="*", metavar="WORD")
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser.add_argument("--random", type=float, metavar="SECONDS", default=0.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=LIMIT, help="s for a scene")
+    args = parser.parse_args()
+    if args.random > 0.0:
+        return 1 if at_random(args.random, args.seed, random_scene) else 0
+    return 1 if table(args.words, args.limit, write=args.write) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

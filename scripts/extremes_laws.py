@@ -1,0 +1,327 @@
+"""The laws that decide what a scene at an extreme must give.
+
+A law takes settings of a scene, integrates what it needs, and returns in a few words
+what came out; it raises `Broken` where the law does not hold. Nothing here knows a
+number that the product gave once: closed forms, symmetries, bounds and identities.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm
+
+from hpcwhirl.campaign.case import Result, result_of
+from hpcwhirl.dynamics.batch import Batch
+from hpcwhirl.dynamics.history import History
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.lanes import can_ride
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.operators import contact_operators, pulse_load
+from hpcwhirl.errors import InputError, WhirlError
+from hpcwhirl.scene import Scene, apply_settings, flatten, named_scene, parse_setting
+
+Settings = Mapping[str, Any]
+Law = Callable[[Settings], str]
+SHORT = {"duration": 4e-3, "interval": 1e-5, "traces": "full", "time_step": 2e-6}
+CLOSES = 1e-9  # ledger error of a run, over its throughput
+MEETS = 1e-10  # gap error of a run
+SAME = 1e-6  # relative difference of what must be the same before chaos sets in
+
+
+class Broken(Exception):  # noqa: N818 - a verdict
+    """A law does not hold; the message says by how much."""
+
+
+def require(holds: Any, what: str) -> None:
+    """Raise Broken where something does not hold."""
+    if not bool(holds):
+        raise Broken(what)
+
+
+@dataclass(frozen=True)
+class Run:
+    """An integrated scene."""
+
+    march: March
+    history: History
+    result: Result
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The row of numbers and words."""
+        return self.result.row
+
+    def words(self) -> str:
+        """Return outcome, regime, whirl and contacts in a line."""
+        row = self.row
+        told = f"{row['outcome']}, {row['regime']}, {row['whirl']}"
+        return f"{told}; {row['contacts']} contacts"
+
+
+def scene_of(settings: Settings) -> Scene:
+    """Return Table 2, short and in full detail, with settings."""
+    return apply_settings(named_scene("table2"), SHORT | dict(settings))
+
+
+def run_of(settings: Settings) -> Run:
+    """Integrate a scene and check that every number of its result is finite."""
+    march = March(scene_of(settings))
+    history = march.run()
+    run = Run(march, history, result_of(march.scene, history))
+    numbers = {n: v for n, v in run.row.items() if not isinstance(v, str)}
+    lost = [n for n, v in numbers.items() if not np.isfinite(v)]
+    lost += [n for n, a in run.result.traces.items() if not np.isfinite(a).all()]
+    require(not lost, f"not finite: {', '.join(lost)}")
+    return run
+
+
+def sound(settings: Settings) -> str:
+    """Finite, closed ledger, gaps those of the bodies, pushes only, losses only."""
+    return checked(settings).words()
+
+
+def checked(settings: Settings) -> Run:
+    """Return the run of a scene that must be sound."""
+    run = run_of(settings)
+    row, history = run.row, run.history
+    told = f"{row['outcome']} by {row['stop']}"
+    require(row["outcome"] != "unstable", f"{told}: ledger {row['ledger_error']:.1e}")
+    require(row["ledger_error"] < CLOSES, f"ledger error {row['ledger_error']:.1e}")
+    require(row["gap_error"] < MEETS, f"gap error {row['gap_error']:.1e}")
+    require(np.all(np.diff(history.impulse) >= 0.0), "a contact pulls")
+    require(row["ledger_damping"] >= 0.0, "damping feeds")
+    if row["contacts"] == 0:
+        require(row["ledger_friction"] == 0.0, "friction without contact")
+        require(row["ledger_rotation"] == 0.0, "rotation feeds without contact")
+        require(row["regime"] != "divergent", "divergent without contact")
+    if row["friction"] == 0.0:
+        require(row["ledger_friction"] == 0.0, "friction at mu = 0")
+    if row["regime"] == "divergent":
+        require(row["late_fed"] > 0.0, "divergent, and nothing feeds it")
+    return run
+
+
+def refused(word: str) -> Law:
+    """Return the law: the scene is refused in one line that has the word."""
+
+    def law(settings: Settings) -> str:
+        try:
+            given = dict(parse_setting(f"{n}={v}") for n, v in settings.items())
+            March(scene_of(given))
+        except InputError as failed:
+            text = str(failed)
+            require(len(text.splitlines()) == 1, "more than a line")
+            require(re.search(word, text), f"'{word}' is not in: {text}")
+            return f"refused: {text}"
+        raise Broken("taken")
+
+    return law
+
+
+def touching(settings: Settings) -> str:
+    """Sound, and there is contact."""
+    run = checked(settings)
+    require(run.row["contacts"] > 0, "no contact")
+    return run.words()
+
+
+def lost(settings: Settings) -> str:
+    """`unstable`, without a word for the motion, every number finite."""
+    row = run_of(settings).row
+    words = (row["outcome"], row["regime"], row["whirl"])
+    require(words == ("unstable", "none", "none"), f"named {words}")
+    return f"unstable by {row['stop']}"
+
+
+def any_law(settings: Settings) -> str:
+    """Sound; or `unstable` with every number finite; or refused in one clear line."""
+    try:
+        run = run_of(settings)
+    except WhirlError as failed:
+        require(len(str(failed).splitlines()) == 1, "a refusal of more than a line")
+        return f"refused: {failed}"
+    return lost(settings) if run.row["outcome"] == "unstable" else sound(settings)
+
+
+def at_rest(settings: Settings) -> str:
+    """Nothing moves: damped, no whirl, every energy zero."""
+    run = checked(settings)
+    moved = max(float(np.abs(run.history.tips).max(initial=0)), run.row["centre_peak"])
+    require(moved < 1e-200, f"moves by {moved:.1e} m")
+    require(run.row["regime"] == "damped", run.row["regime"])
+    return run.words()
+
+
+def alike(one: History, other: History, tolerance: float = SAME) -> None:
+    """Require two runs of a scene to be the same to round-off, grown a little."""
+    require(
+        one.contacts == other.contacts, f"{one.contacts}, {other.contacts} contacts"
+    )
+    sizes = {"tips": "tips", "centre": "tips", "impulse": "impulse"}
+    sizes |= dict.fromkeys(("energy", "lost", "fed"), "energy")
+    for name, size in sizes.items():
+        a, b = getattr(one, name), getattr(other, name)
+        require(a.shape == b.shape, f"{name}: {a.shape}, {b.shape}")
+        scale = max(float(np.abs(getattr(other, size)).max(initial=0.0)), 1e-280)
+        miss = float(np.abs(a - b).max(initial=0.0)) / scale
+        require(miss <= tolerance, f"{name} differ by {miss:.1e}")
+
+
+def schemes_agree(settings: Settings) -> str:
+    """`modal`, `general` and `paper` are the same; a lane has the bits alone."""
+    runs = [checked({**settings, "scheme": s}) for s in ("modal", "general", "paper")]
+    alike(runs[0].history, runs[1].history)
+    alike(runs[0].history, runs[2].history)
+    told, scene = runs[0].words(), runs[0].march.scene
+    if can_ride(scene, runs[0].march.model):
+        both = dict(Batch([scene, scene], 2, runs[0].march.model).run())
+        for history in both.values():
+            alike(history, runs[0].history, 0.0)
+        told += "; the bits of a lane"
+    return told
+
+
+def mirrored(settings: Settings) -> str:
+    """Turn the other way: the motion is mirrored."""
+    one = checked(settings)
+    other = checked({**settings, "speed": -one.march.scene.speed})
+    blades = one.march.model.blades
+    back = (-np.arange(blades)) % blades
+    a, b = one.history.tips[:, back] * [1, -1], other.history.tips
+    require(a.shape == b.shape, f"{len(a)}, {len(b)} samples")
+    miss = float(np.abs(a - b).max()) / max(float(np.abs(b).max()), 1e-280)
+    require(miss < SAME, f"tips differ by {miss:.1e}")
+    words = [(r.row["regime"], r.row["whirl"]) for r in (one, other)]
+    require(words[0] == words[1], f"{words}")
+    return one.words()
+
+
+def unique(settings: Settings) -> str:
+    """Sound, and the contact problem has one solution: W + W^T positive definite."""
+    run = checked(settings)
+    model, scene = run.march.model, run.march.scene
+    w_rotor, compliance = contact_operators(model, scene)
+    least = np.inf
+    for turned in np.linspace(0.0, 2 * np.pi, 97):
+        angles = turned + 2 * np.pi * np.arange(model.blades) / model.blades
+        w = w_rotor.copy()
+        if model.ring is not None:
+            rows = model.ring.rows(angles)[0][:, model.ring.radial]
+            w += (rows @ compliance @ rows.T).T
+        values = np.linalg.eigvalsh(w + w.T)
+        least = min(least, float(values[0] / np.trace(w) * model.blades / 2))
+    require(least > 0.0, f"W + W^T has an eigenvalue {least:.2g} of the mean")
+    return f"{run.words()}; least eigenvalue of W + W^T {least:.2f} of the mean"
+
+
+def response(omega: float, xi: float, load: float, scene: Scene, end: float) -> float:
+    """Return q(end) of q'' + 2 xi w q' + w^2 q = load sin(pi t / tau), 0 < t < tau."""
+    p, tau = np.pi / scene.pulse, min(scene.pulse, end)
+    flow = np.zeros((4, 4))
+    flow[0, 1], flow[1, 0], flow[1, 1] = 1.0, -(omega**2), -2 * xi * omega
+    flow[1, 2], flow[2, 3], flow[3, 2] = load, p, -p
+    state = expm(flow * tau) @ np.array([0.0, 0.0, 0.0, 1.0])
+    free = expm(flow[:2, :2] * (end - tau))
+    return float((free @ state[:2])[0])
+
+
+def amplitudes(run: Run) -> tuple[Any, Any, Any]:
+    """Return (loaded modes, their amplitudes at the end, their modal loads)."""
+    body = run.march.model.casing
+    require(body is not None, "no elastic casing")
+    load = body.shapes.T @ pulse_load(run.march.model, run.march.scene)
+    chosen = np.flatnonzero(np.abs(load) > 1e-9 * np.abs(load).max())
+    q = body.shapes.T @ body.mass @ run.march.displacements()[1]
+    return chosen, q[chosen], run.march.scene.force * load[chosen]
+
+
+def closed_form(settings: Settings) -> str:
+    """Without contact: the response of damped modes to half a sine, at the end."""
+    run = checked(settings)
+    require(run.row["contacts"] == 0, f"{run.row['contacts']} contacts")
+    body, scene = run.march.model.casing, run.march.scene
+    chosen, found, loads = amplitudes(run)
+    step = scene.solver.time_step
+    end, worst = run.march.steps * step, 0.0
+    xi, size = float(np.max(body.damping)), 0.0
+    for m, q, load in zip(chosen, found, loads, strict=True):
+        want = response(float(body.omega[m]), xi, load, scene, end)
+        omega, share = float(body.omega[m]), step / min(scene.pulse, end)
+        # the most that the pulse's impulse moves it; an error of its period and damping
+        most = abs(load) * min(scene.pulse, end) * min(end, 1.0 / max(omega, 1e-9))
+        stiff = omega * step * (1 + 2 * xi)
+        allowed = stiff**2 * (1 + omega * end) / 12 + 1.7 * share**2
+        require(
+            abs(q - want) <= allowed * most + 1e-12 * most,
+            f"mode {m}: {q:.6e}, closed form {want:.6e}, allowed {allowed * most:.1e}",
+        )
+        worst, size = max(worst, abs(q - want)), max(size, abs(want))
+    return f"{run.words()}; off by {worst / size:.0e}"
+
+
+def no_drift(settings: Settings) -> str:
+    """Undamped, free: q_n = sum_j dt^2 f_j sin((n - j) theta) / sin theta exactly."""
+    run = checked({**settings, "casing.damping": 0.0, "rotor.damping": 0.0})
+    require(run.row["contacts"] == 0, "contact")
+    scene, body = run.march.scene, run.march.model.casing
+    step, steps = scene.solver.time_step, run.march.steps
+    j = np.arange(1, int(scene.pulse / step) + 1)
+    j = j[j * step < scene.pulse]
+    force = np.sin(np.pi * j * step / scene.pulse)
+    chosen, found, loads = amplitudes(run)
+    want = np.zeros(len(chosen))
+    for place, m in enumerate(chosen):
+        half = np.longdouble(body.omega[m]) * step / 2
+        theta = 2 * np.arcsin(half)
+        phase = np.sin(theta * (steps - j).astype(np.longdouble))
+        sums = (force * phase).sum() * loads[place] * step**2 / np.sin(theta)
+        want[place] = float(sums)
+    miss = float(np.abs(found - want).max() / np.abs(want).max())
+    require(miss < 1e-5, f"off by {miss:.1e} after {steps} steps")
+    return f"{steps} steps, off by {miss:.0e}"
+
+
+LENGTH, TIME, FORCE, SPEED = 1, 1, 2, -1  # powers of the scale, E and rho unchanged
+POWERS = {
+    "gap": LENGTH, "pulse": TIME, "duration": TIME, "force": FORCE, "speed": SPEED,
+    "solver.time_step": TIME, "output.interval": TIME,
+    "engine.rotor.centre_stiffness": 1, "engine.casing.support_frequency": SPEED,
+} | {
+    f"engine.rotor.{name}": LENGTH
+    for name in ("radius", "disk_radius", "blade_width", "root_thickness",
+                 "spoke_width", "spoke_thickness", "rim_width", "rim_thickness")
+} | {f"engine.casing.{name}": LENGTH for name in ("thickness", "width")}  # fmt: skip
+
+
+def scaled(factor: float) -> Law:
+    """Return the law: an engine `factor` times as large does the same, scaled.
+
+    Lengths and times by s, speeds by 1, forces by s^2, energies by s^3.
+    """
+
+    def law(settings: Settings) -> str:
+        one = checked(settings)
+        plain = flatten(one.march.scene)
+        grown = {n: plain[n] * factor**p for n, p in POWERS.items()}
+        other = checked(plain | grown)
+        require(one.row["contacts"] == other.row["contacts"], "contacts differ")
+        for word in ("outcome", "regime", "whirl"):
+            require(one.row[word] == other.row[word], f"{word} differs")
+        by = {"energy": 3, "impulse": 3, "lost": 3, "tips": 1, "centre": 1}
+        for name, power in by.items():
+            a, b = getattr(one.history, name), getattr(other.history, name)
+            miss = np.abs(a - b / factor**power).max() / np.abs(a).max()
+            require(miss < SAME, f"{name} differs by {miss:.1e}")
+        return f"{one.words()}; as the original"
+
+    return law
+
+
+def in_contact(run: Run) -> int:
+    """Return the steps of a run that had contact."""
+    return int(run.march.counter[contact.TOUCHED])

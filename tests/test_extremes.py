@@ -1,0 +1,35 @@
+"""Scenes at the extremes, by the table of scripts/extremes.py and its laws."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "scripts"))
+laws = importlib.import_module("extremes_laws")
+table = importlib.import_module("extremes_table")
+random = importlib.import_module("extremes_random")
+sys.path.pop(0)
+QUICK = [extreme for extreme in table.TABLE if extreme.quick]
+
+
+@pytest.mark.parametrize("extreme", QUICK, ids=lambda e: f"{e.what}: {e.name}")
+def test_an_extreme_is_decided_by_its_law(extreme):
+    extreme.law(extreme.settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", table.NUMBERS)
+def test_an_input_at_the_edge_of_numbers(name):
+    own = [e for e in table.TABLE if e.what == "edge of numbers" and name in e.settings]
+    assert len(own) == len(table.EDGES)
+    for extreme in own:
+        extreme.law(extreme.settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+def test_a_random_scene_is_refused_or_lost_or_sound(seed):
+    extreme = random.random_scene(seed)
+    extreme.law(extreme.settings)

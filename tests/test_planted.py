@@ -1,0 +1,131 @@
+"""Blow-up is told from divergence: what is planted is lost, what is physics grows."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.analysis.regimes import Thresholds, growth, name_regime
+from hpcwhirl.campaign.case import result_of
+from hpcwhirl.dynamics import march as marching
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.scene import apply_settings, named_scene
+
+SCHEMES = ["modal", "exact", "general", "paper"]
+CYCLIC = ("modal", "exact")
+LOST = ("unstable", "none", "none")
+
+
+def scene(**settings):
+    short = {"duration": 4e-3, "interval": 2e-5, "time_step": 2e-6}
+    return apply_settings(named_scene("table2"), short | settings)
+
+
+def words(march):
+    row = result_of(march.scene, march.run()).row
+    numbers = [v for v in row.values() if isinstance(v, float)]
+    assert np.isfinite(numbers).all()
+    return row["outcome"], row["regime"], row["whirl"]
+
+
+def items(march, body):
+    """Return the items of a body of the cyclic kernel, (ITEMS, size), to write in."""
+    return march.scheme.arrays[1 + body][0].reshape(passes.ITEMS, -1)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_what_is_planted_below_is_the_only_fault(scheme):
+    assert words(March(scene(scheme=scheme)))[0] == "completed"
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+@pytest.mark.parametrize("damping", [0.0, 0.064])
+@pytest.mark.parametrize("hair", [1e-2, 1e-4, 1e-9])
+def test_a_step_above_the_limit_by_a_hair(monkeypatch, scheme, damping, hair):
+    monkeypatch.setattr(marching, "check_step", lambda *_: None)
+    step = min(model_of(scene()).limits().values()) * (1 + hair)
+    both = {"casing.damping": damping, "rotor.damping": damping}
+    march = March(scene(scheme=scheme, time_step=step, interval=5 * step, **both))
+    assert words(march) == LOST
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+def test_damped_blow_up_has_an_energy_below_zero(monkeypatch, scheme):
+    # the ledger closes, friction feeds and the tips run away: only the energy tells
+    monkeypatch.setattr(marching, "check_step", lambda *_: None)
+    step = min(model_of(scene()).limits().values()) * 1.001
+    march = March(
+        scene(scheme=scheme, time_step=step, interval=5 * step, duration=8e-3)
+    )
+    history = march.run()
+    through = sum(abs(v) for v in history.ledger.values())
+    assert abs(history.ledger["residual"]) < 1e-9 * through
+    assert history.energy.min() < 0.0
+    row = result_of(march.scene, history).row | {"step_share": 0.0}  # not compared
+    assert row["late_fed"] > 0.0
+    assert name_regime(row, Thresholds()) == LOST
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("body", [0, 1])
+def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
+    if scheme == "paper":
+        pytest.skip("its friction is in the kernel: scripts/planted.py")
+    march = March(scene(scheme=scheme))
+    if scheme in CYCLIC:
+        items(march, body)[passes.ALONG] *= -1.0
+    else:
+        march.scheme.arrays[1 + body][7][:] *= -1.0
+    assert words(march) == LOST
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
+def test_a_broken_row_of_the_delassus_matrix(scheme, factor):
+    march = March(scene(scheme=scheme))
+    w = march.scheme.arrays[3][0]
+    w[0] *= factor  # to blade 0 where W is circulant, of blade 0 where it is not
+    assert words(march) == LOST
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_term_of_the_ledger_dropped(scheme):
+    march = March(scene(scheme=scheme))
+    if scheme in CYCLIC:
+        items(march, 1)[passes.RATE] = 0.0
+        items(march, 1)[passes.LOSS_DD : passes.LOSS_QQ + 1] = 0.0
+    elif scheme == "general":
+        march.scheme.arrays[2][3][:] = 0.0
+    else:
+        march.scheme.arrays[2][5][:] *= 0.5  # D is in the matrices of the step already
+    assert words(march) == LOST
+
+
+def rates(steps, **settings):
+    """Return the growth of ln sqrt(energy) after the pulse at each step, 1/s."""
+    out = []
+    for step in steps:
+        march = March(scene(time_step=step, interval=4e-5, **settings))
+        history = march.run()
+        row = result_of(march.scene, history).row
+        assert row["regime"] == "divergent"
+        late = history.time > 1.2 * march.scene.pulse
+        out.append(growth(history.time[late], history.energy[late])[0])
+    return np.array(out)
+
+
+THIN = {"thickness": 5e-3, "pulse": 4e-4, "duration": 6e-3}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_a_thin_ring_outrun_by_the_blades_grows_the_same_at_every_step(friction):
+    found = rates([4e-6, 2e-6, 1e-6], friction=friction, **THIN)
+    assert found.min() > 500.0
+    assert found.max() / found.min() < 1.1
+
+
+@pytest.mark.parametrize("scheme", ["general", "exact"])
+def test_friction_that_outgrows_all_losses_does_so_at_every_step(scheme):
+    found = rates([4e-6, 2e-6, 1e-6], friction=1.0, scheme=scheme, duration=4e-3)
+    assert found.min() > 500.0
+    assert found.max() / found.min() < 1.02
