@@ -145,7 +145,8 @@ def test_free_motion_is_the_same_at_any_step_and_with_any_jumps(speed):
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_flights_change_nothing_but_the_work(k):
-    settings = {"nodal_diameter": k, "duration": 4e-3, "interval": 2e-5, "gap": 4e-4}
+    settings = {"nodal_diameter": k, "duration": 4e-3, "interval": 2e-5, "gap": 4e-4,
+                "force": 4e5}  # fmt: skip
     (with_jumps, a), (without, b) = (ended(fly=f, **settings) for f in (True, False))
     assert without.counter[contact.JUMPED] == 0
     assert with_jumps.counter[contact.JUMPED] > 50

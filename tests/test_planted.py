@@ -114,13 +114,18 @@ def rates(steps, **settings):
     return np.array(out)
 
 
-THIN = {"thickness": 5e-3, "pulse": 4e-4, "duration": 6e-3}
+THIN = {
+    "thickness": 5e-3,
+    "engine.casing.damping": 0.064,
+    "pulse": 4e-4,
+    "duration": 6e-3,
+}
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_a_thin_ring_outrun_by_the_blades_grows_the_same_at_every_step(friction):
     found = rates([4e-6, 2e-6, 1e-6], friction=friction, **THIN)
-    assert found.min() > 500.0
+    assert found.min() > 300.0
     assert found.max() / found.min() < 1.1
 
 

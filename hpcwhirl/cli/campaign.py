@@ -164,7 +164,12 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
 
 
 def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
-    from hpcwhirl.campaign.resume import check_folder, prepare, put_aside
+    from hpcwhirl.campaign.resume import (
+        check_folder,
+        check_steps,
+        prepare,
+        put_aside,
+    )
 
     settings = dict(parse_setting(text) for text in args.settings)
     if args.regimes_only:
@@ -175,6 +180,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     if args.explain:
         _explain(design)
     if args.dry_run:
+        check_steps(design)
         _dry_run(args, design, policy.shard)
         return design, policy
     aside = put_aside(args.out) if args.fresh else None

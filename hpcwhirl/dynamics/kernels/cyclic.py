@@ -132,15 +132,15 @@ def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
 def column_sums(sums_b, sums_c, step, exact):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    Of central differences and of a rigid casing, what `book_contacts` has not entered.
-    In the exact flow the rotation's work is that of the contacts carried over the
-    deformed ring, and the impact what the normal forces take beside it.
+    Of central differences, what `book_contacts` has not entered. In the exact flow the
+    rotation's work is that of the contacts carried over the deformed ring, and the
+    impact what the normal forces take beside it.
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sums_b[:m].sum() + sums_c[:n].sum())
     drag = 0.5 * (sums_b[m : 2 * m].sum() + sums_c[n : 2 * n].sum())
     loss = sums_b[2 * m :].sum() + sums_c[2 * n : 3 * n].sum()
-    if exact and n > 0:
+    if exact:
         carried = -step * sums_c[3 * n :].sum()
         return carried, carried - normal, drag, loss
     return normal, 0.0, drag, loss
@@ -368,9 +368,7 @@ def cyclic_kernel(
                         counter[STOP] = COMPLEMENTARITY
                         return
                     older = (counter[STEP] + 1) % 3 * 2 * wide
-                    if (
-                        not exact or ring_size == 0
-                    ):  # where the impact's loss is booked by columns
+                    if not exact:  # where the impact's loss is booked by columns
                         for s in range(active):
                             j = where[s]
                             before[j] = gaps[older + place_of(j, blades, wide)]
