@@ -134,3 +134,16 @@ def test_friction_that_outgrows_all_losses_does_so_at_every_step(scheme):
     found = rates([4e-6, 2e-6, 1e-6], friction=1.0, scheme=scheme, duration=4e-3)
     assert found.min() > 500.0
     assert found.max() / found.min() < 1.02
+
+
+@pytest.mark.slow
+def test_the_divergence_of_table_2_grows_the_same_at_every_step():
+    found = []
+    for step in (4e-6, 2e-6, 1e-6):
+        case = scene(speed=280.0, duration=1.0, interval=2e-4, time_step=step)
+        march = March(case)
+        row = result_of(case, march.run()).row
+        assert (row["regime"], row["stop"]) == ("divergent", "amplitude")
+        found.append(row["growth_rate"])
+    assert min(found) > 5.0
+    assert max(found) / min(found) < 1.15
