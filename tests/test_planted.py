@@ -136,11 +136,19 @@ def test_friction_that_outgrows_all_losses_does_so_at_every_step(scheme):
     assert found.max() / found.min() < 1.02
 
 
+RUBBING = {  # Table 2 at 280 rad/s diverges with this casing
+    "thickness": 0.0218, "engine.casing.width": 0.16, "engine.casing.damping": 0.064,
+    "support_damping": -1.0, "support_frequency": 14.6, "engine.rotor.damping": 0.0104,
+    "suspension_damping": -1.0, "pulse": 0.97e-3, "speed": 280.0, "duration": 1.0,
+    "interval": 2e-4,
+}  # fmt: skip
+
+
 @pytest.mark.slow
-def test_the_divergence_of_table_2_grows_the_same_at_every_step():
+def test_a_slow_divergence_grows_the_same_at_every_step():
     found = []
     for step in (4e-6, 2e-6, 1e-6):
-        case = scene(speed=280.0, duration=1.0, interval=2e-4, time_step=step)
+        case = scene(time_step=step, **RUBBING)
         march = March(case)
         row = result_of(case, march.run()).row
         assert (row["regime"], row["stop"]) == ("divergent", "amplitude")
