@@ -1,0 +1,50 @@
+"""What the paper's Sec. 4 shows and the default engine reproduces, motion by motion.
+
+Its misses are no tests but lines of the README, "How close to the paper": 270 and 420
+rad/s do not diverge.
+"""
+
+import pytest
+
+import hpcwhirl
+from hpcwhirl.scene import apply_settings, named_scene
+
+pytestmark = [pytest.mark.paper, pytest.mark.slow]
+
+
+def row(table, **settings):
+    plain = {"traces": "summary", "plan": "everything"}
+    return hpcwhirl.simulate(apply_settings(named_scene(table), plain | settings)).row
+
+
+def test_520_is_damped_forward():  # Fig. 9b
+    found = row("table2", speed=520.0)
+    assert (found["regime"], found["whirl"]) == ("damped", "forward")
+
+
+@pytest.mark.parametrize(
+    "solver", [{}, {"time_step": 5e-7}, {"modes": 88}, {"modes": 132}], ids=str
+)
+def test_410_is_sustained_forward_at_about_the_gap(solver):  # Fig. 11b
+    found = row("table2", speed=410.0, **solver)
+    assert (found["regime"], found["whirl"]) == ("sustained", "forward")
+    assert 0.5 < found["orbit_radius"] / found["gap"] < 2.0
+
+
+@pytest.mark.parametrize("speed", [20.0, 150.0, 240.0, 330.0, 380.0, 460.0, 500.0])
+def test_away_from_critical_speeds_motion_is_damped(speed):  # Sec. 4.2
+    assert row("table2", speed=speed)["regime"] == "damped"
+
+
+@pytest.mark.parametrize("speed", [120.0, 270.0, 410.0, 420.0, 520.0])
+def test_a_clamped_centre_leaves_damped_motion_only(speed):  # Sec. 4.2.3
+    assert row("table2", speed=speed, centre="clamped")["regime"] == "damped"
+
+
+@pytest.mark.parametrize("k", [1, 2])
+@pytest.mark.parametrize("speed", [20.0, 120.0, 270.0, 420.0, 520.0])
+def test_table_1_is_damped(k, speed):  # Sec. 4.1
+    found = row("table1", speed=speed, nodal_diameter=k)
+    assert found["regime"] == "damped"
+    if k == 2:
+        assert found["whirl"] == "none"
