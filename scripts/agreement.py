@@ -5,7 +5,7 @@
     python scripts/agreement.py general          modal against mode by mode (slow)
     python scripts/agreement.py paper            modal against Algorithm 1 (slowest)
     options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6
-             --speeds 520 460 280 (Table 2 at these)  --sweep (at all of its speeds)
+             --speeds 520 420 270 (Table 2 at these)  --sweep (at all of its speeds)
 
 Cases are drawn over the paper's ranges: speed 20 ... 520 rad/s, k = 1 or 2, gap 0.128
 ... 1 mm, friction 0.1 ... 0.2; `--sweep` takes Table 2's speeds instead. Motion in
