@@ -207,8 +207,22 @@ def _lines(found: Found) -> list[Statement]:
     ]
 
 
+TWO_LOBES = (
+    ("Fig. 7", "the centre stays at rest"),
+    ("Fig. 8", "opposed blades show the same response"),
+    ("Fig. 7", "no response at 105 Hz"),
+    ("Fig. 7", "1F predominant"),
+)
+
+
 def _two_lobes(found: Found) -> list[Statement]:
     cases, line = found.cases["table1"], found.line("table1", nodal_diameter=2)
+    line = [case for case in line if cases.rows[case]["contacts"] > 0]
+    if not line:
+        return [
+            Statement(where, f"k = 2: {claim}", "no blade touches", judged(None))
+            for where, claim in TWO_LOBES
+        ]
     rest = max(cases.rows[i]["centre_peak"] for i in line)
     apart, band = 0.0, np.array([])
     for case in line:
