@@ -270,10 +270,12 @@ class Search:
     def _generation(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what a generation minimizes, (engines,), for (unknowns, engines)."""
         engines = [engine_at(point) for point in points.T]
-        found = self.compute(engines, self.plan.stages[0])
+        distinct = [e for i, e in enumerate(engines) if e not in engines[:i]]
+        found = self.compute(distinct, self.plan.stages[0])
         self.screened += found
         self.save()
-        return np.array([-(item.score + item.guide) / 2 for item in found])
+        worth = [-(item.score + item.guide) / 2 for item in found]
+        return np.array([worth[distinct.index(engine)] for engine in engines])
 
     def _out_of_time(self, best: NDArray[np.float64], convergence: float) -> bool:
         del best, convergence

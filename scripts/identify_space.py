@@ -79,7 +79,9 @@ def first_population(count: int, seed: int) -> NDArray[np.float64]:
     The present default and those found by hand, then a Sobol sequence.
     """
     by_hand = [dict(zip(UNKNOWNS, values, strict=True)) for values in BY_HAND]
-    starts = [point_of(engine) for engine in (default_engine(), *by_hand)][:count]
+    first = default_engine()
+    others = [engine for engine in by_hand if engine != first]
+    starts = [point_of(engine) for engine in (first, *others)][:count]
     drawn = qmc.Sobol(len(UNKNOWNS), seed=seed).random_base2(
         max(0, math.ceil(math.log2(count)))
     )

@@ -65,6 +65,17 @@ class Found:
             else q[family][0]
         )
 
+    def casing(self, speed: float) -> float:
+        """Return the largest late displacement of the casing, its elastic part, m.
+
+        Bound by the sum over the harmonics from 2 on, over the last 40 % of a run.
+        """
+        cases, (case,) = self.cases["motions"], self.line("motions", speed=speed)
+        traces = cases.traces(case)
+        late = traces["time"] > 0.6 * traces["time"][-1]
+        waves = np.hypot(*np.moveaxis(traces["casing"][late, 2:], -1, 0))
+        return float(waves.sum(axis=1).max())
+
     def convergence(self, name: str, speed: float) -> list[Row]:
         """Return rows from coarse to finest with `value`, `early` and `late`.
 

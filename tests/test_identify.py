@@ -167,7 +167,8 @@ def test_a_short_search_reports_and_is_not_repeated(engines, tmp_path):
     assert engines.main(words) == 0
     facts = json.loads((tmp_path / "engines.json").read_text())
     found = facts["stages"]
-    assert [len(found[s]) for s in "ABC"] == [2 * 6, 2, 2]
+    assert [len(found[s]) for s in "AB"] == [2 * 6, 2]
+    assert len(found["C"]) in {1, 2}  # the best may be the default
     assert facts["default"] in [item["engine"] for item in found["C"]]
     report = (tmp_path / "report.md").read_text()
     for heading in ("Stage C", "Within 10 %", "One at a time", "agrees"):

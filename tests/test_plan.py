@@ -82,7 +82,7 @@ SYMMETRIC = [
     {"nodal_diameter": 11, "force": 8e6, "gap": 1e-5},
     {"nodal_diameter": 22, "harmonics": 25, "force": 2e7, "gap": 1e-5},
     {"nodal_diameter": 3, "blades": 21},
-    {"nodal_diameter": 6, "blades": 9, "modes": 60},
+    {"nodal_diameter": 6, "blades": 9, "modes": 60, "force": 2e6, "gap": 1e-5},
     {"nodal_diameter": 2, "scheme": "exact"},
     {"nodal_diameter": 2, "kind": "rigid", "amplitude": 2e-4, "growth": 40.0},
 ]

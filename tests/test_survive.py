@@ -24,14 +24,14 @@ from hpcwhirl.store.schema import ENUMS
 # three long cases of different schemes, which a stop finds on their way
 LONG = """
 scene = {duration = 4.0}
-solver = {time_step = 2e-6}
+solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
 campaign = {save_every = 0.02}
 sweep = {scheme = ["modal", "exact"], speed = [300, 460]}
 """
 EIGHT = """
-scene = {duration = 1.0}
-solver = {time_step = 2e-6}
+scene = {duration = 3.0}
+solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
 campaign = {save_every = 0.02}
 sweep = {speed = {start = 300, stop = 440, step = 20}}
@@ -166,7 +166,7 @@ def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
     words, env = ["campaign", inputs(tmp_path, SHORT), "--out", out], planted(tmp_path)
     for _ in range(2):
         assert launch(*words, env=env).returncode == -signal.SIGSEGV
-        assert [record["case"] for record in records(out)] == [0]
+        assert 1 not in [record["case"] for record in records(out)]
     done = launch(*words, env=env)
     assert done.returncode == 1, done.err
     assert "1 of two crashes apart" in done.err
@@ -255,13 +255,13 @@ def test_a_full_disk_ends_a_campaign_and_room_continues_it(disk, tmp_path, ranks
     assert f"finished cases are safe in {out}" in full.err
     assert "Traceback" not in full.err
     assert 0 < len(records(out)) < 11
-    resize(17)  # traces of 16.3 MB, but no results beside them
+    resize(27)  # traces of 25.6 MB, but no results beside them
     full = launch(*words)
     assert full.returncode == 75, full.err
     assert "results.h5: No space left on device" in full.err
     assert len(records(out)) == 11
     assert [path.name for path in out.glob("results*")] == []
-    resize(40)
+    resize(70)
     assert launch(*words, ranks=ranks).returncode == 0
     assert root_variables(out) == whole
 
