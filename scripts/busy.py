@@ -9,6 +9,7 @@ the order of the file, in contiguous blocks and dealt round. The baselines are p
 of their own (this file under mpirun) around the same integration, journals and slices.
 Prints seconds from the first hand-out to the end of the last rank (start-up, warming
 and gathering left out for all), throughput over that on one rank, busy fractions.
+`apart` is what the machine allows: as many campaigns of one rank at the same time.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -46,7 +48,7 @@ MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 MIXED = """
 # damped, sustained and divergent ones, short and long
 scene = {{gap = 1.28e-4}}
-solver = {{time_step = 1e-6}}
+solver = {{time_step = 1e-6, plan = "everything"}}
 output = {{interval = 1e-3}}
 [sweep]
 speed = {{start = 120, stop = 520, step = 40}}
@@ -129,6 +131,17 @@ def ran(way: str, ranks: int, file: Path, out: Path) -> tuple[float, list[float]
     return span, [share["busy"] / span for share in shares]
 
 
+def ceiling(ranks: int, file: Path, place: Path) -> float:
+    """Return how much as many campaigns of one rank do as one, all at the same time.
+
+    What the machine itself allows: memory and caches are shared.
+    """
+    with ThreadPoolExecutor(ranks) as pool:
+        outs = [place / f"alone-{n}" for n in range(ranks)]
+        spans = list(pool.map(lambda out: ran("hpcwhirl", 1, file, out)[0], outs))
+    return max(spans)
+
+
 def measure(options: argparse.Namespace, place: Path) -> list[dict[str, Any]]:
     """Run all ways, `repeat` times in turn; return a row of each."""
     ways = [("hpcwhirl", 1), *((w, options.ranks) for w in ("hpcwhirl", *SHARES))]
@@ -143,13 +156,16 @@ def measure(options: argparse.Namespace, place: Path) -> list[dict[str, Any]]:
             one = ran(way, ranks, file, place / f"{way}-{ranks}-{turn}")
             found.setdefault((way, ranks), []).append(one)
     cases, rows = len(load_design(file, {}).cases), []
+    slowest = ceiling(options.ranks, file, place)
     base = np.median([seconds for seconds, _ in found["hpcwhirl", 1]])
     for (way, ranks), turns in found.items():
         seconds = float(np.median([seconds for seconds, _ in turns]))
         busy = np.median([fractions for _, fractions in turns], axis=0)
         row = {"way": way, "ranks": ranks, "seconds": seconds, "cases": cases}
         rows.append(row | {"times": float(base / seconds), "busy": busy.tolist()})
-    return rows
+    alone = {"way": "apart", "ranks": options.ranks, "seconds": slowest, "busy": []}
+    times = float(options.ranks * base / slowest)
+    return [*rows, alone | {"cases": options.ranks * cases, "times": times}]
 
 
 def main() -> None:
