@@ -110,7 +110,7 @@ def test_a_campaign_whose_ranks_are_killed_ends_with_the_same_bits(tmp_path):
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_twenty_kills_of_all_of_a_worker_and_of_rank_0_cost_no_bit(tmp_path):
-    survives(tmp_path, kills=20, speeds=150, duration=0.2, seed=2)
+    survives(tmp_path, kills=20, speeds=200, duration=0.2, seed=2)
 
 
 def torn(whole, place, name, keep):

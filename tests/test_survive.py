@@ -23,7 +23,7 @@ from hpcwhirl.store.schema import ENUMS
 
 # three long cases of different schemes, which a stop finds on their way
 LONG = """
-scene = {duration = 4.0}
+scene = {duration = 8.0}
 solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
 campaign = {save_every = 0.02}
