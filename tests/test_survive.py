@@ -23,11 +23,11 @@ from hpcwhirl.store.schema import ENUMS
 
 # three long cases of different schemes, which a stop finds on their way
 LONG = """
-scene = {duration = 8.0}
+scene = {duration = 4.0}
 solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
 campaign = {save_every = 0.02}
-sweep = {scheme = ["modal", "exact"], speed = [300, 460]}
+sweep = {scheme = ["modal", "exact"], speed = [410, 430]}
 """
 EIGHT = """
 scene = {duration = 3.0}
@@ -197,7 +197,7 @@ def test_isolated_cases_crash_alone_and_have_the_same_bits(tmp_path):
 
 @pytest.mark.slow
 def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
-    text = LONG.replace("[300, 460]", "[460]")
+    text = LONG.replace("[410, 430]", "[430]")
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
     process = start([*words, "--isolate"])
@@ -210,7 +210,7 @@ def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
 
 @pytest.mark.slow
 def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path):
-    text = LONG.replace("[300, 460]", "[460]")
+    text = LONG.replace("[410, 430]", "[430]")
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
     for crash in (1, 2):
