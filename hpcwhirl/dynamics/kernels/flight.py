@@ -25,6 +25,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     ENDED,
     JUMPED,
     JUMPS,
+    MISS,
     NEXT_TRY,
     PATIENCE,
     STEP,
@@ -42,6 +43,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     element,
     fma,
     fnma,
+    higher_of,
     load,
     root,
     spread,
@@ -83,7 +85,7 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
                     rate_re = fma(load(c, RADIAL * size + i), v, rate_re)
                 else:
                     rate_im = fma(load(c, RADIAL * size + i), v, rate_im)
-            v = root(power)
+            v = root(higher_of(power, spread(0.0)))  # of 1e-160 it rounds below 0
             bend = fma(load(bound, RISE * size + m), v, bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
         store(rate, col, rate_re)
@@ -109,7 +111,7 @@ def bound_ring(s, c, bound, rows, k, now, rate):
             mixed = fma(yr, vr, yi * vi)
             power = fma(load(bound, MIXED * size + m), mixed, power)
             power = fma(load(bound, ONE * size + m), fma(vr, vr, vi * vi), power)
-            v = root(power)
+            v = root(higher_of(power, spread(0.0)))  # of 1e-160 it rounds below 0
             bend = fma(load(bound, RISE * size + m), v, bend)
             bend = fma(load(bound, RISE_HELD * size + m), root(held), bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
@@ -143,7 +145,10 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the steps, at most `longest`, in which no blade can touch."""
     time = longest * step
     for i in range(count):
-        time = min(time, open_until(gaps[row + i], rates[i], bend))
+        opened = open_until(gaps[row + i], rates[i], bend)
+        if not opened >= 0.0:  # NaN: nothing is known, and nothing jumped over
+            return 0
+        time = min(time, opened)
     return int(LESS * time / step)
 
 
@@ -304,5 +309,8 @@ def fly(stride, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, 
     for c in range(2 * k):
         spectrum[c] = outs[0][c] + outs[1][c]
     row = counter[STEP] % 3 * 2 * wide
-    to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
+    lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
+    ledger = state[-2]
+    if lowest < -ledger[MISS] * scene[0]:  # the bounds forbid it
+        ledger[MISS] = -lowest / scene[0]
     return True

@@ -163,6 +163,13 @@ def lower_of(typing: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def higher_of(typing: Any, a: Any, b: Any) -> Any:
+    """Return the higher of each pair; of a pair with one NaN the other."""
+    del typing, a, b
+    return _intrinsic("maxnum", 2)
+
+
+@intrinsic
 def root(typing: Any, a: Any) -> Any:
     """Return the square roots."""
     del typing, a
