@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.reduction.model import Model, model_of, tip_rows
+from hpcwhirl.reduction.bodies import tip_rows
+from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 

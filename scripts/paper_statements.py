@@ -11,7 +11,7 @@ from paper_text import Number, Statement, judged
 
 from hpcwhirl.analysis.cascade import after_revolutions
 from hpcwhirl.analysis.spectrum import amplitude_spectrum, strongest
-from hpcwhirl.reduction.model import rotor_model
+from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.report.shapes import frequencies, full_rotor
 from hpcwhirl.structure import blade_stiffness
 

@@ -20,8 +20,9 @@ from hpcwhirl.analysis.touch import touches
 from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.families import family_ranks
-from hpcwhirl.reduction.model import centre_rows, model_of, tip_rows
+from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 INTERVAL = 2e-4

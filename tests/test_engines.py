@@ -14,8 +14,9 @@ from hpcwhirl.dynamics.kernels.general import march_general
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError
+from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.families import modal_table
-from hpcwhirl.reduction.model import model_of, rotor_model
+from hpcwhirl.reduction.model import model_of
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.reduction.whole import boundary_of, whole_model
 from hpcwhirl.scene import (

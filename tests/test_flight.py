@@ -279,7 +279,7 @@ def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny):
     # the envelope's square is rounded below zero there; its root once made the bounds
     # NaN and let a jump pass over a contact
     march, _ = ended(duration=2e-4)
-    loading, rotor, casing, touching = march.scheme.arrays
+    _, rotor, casing, touching = march.scheme.arrays
     bounds, k = touching[3][5:7], widths(march.model.blades)[0]
     chance = np.random.default_rng(1)
     for _ in range(50):

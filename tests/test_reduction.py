@@ -6,8 +6,8 @@ from pydantic import ValidationError
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import casing_model, rotor_model
 from hpcwhirl.reduction.craig_bampton import craig_bampton
-from hpcwhirl.reduction.model import casing_model, rotor_model
 from hpcwhirl.reduction.modes import modal_model, share_out
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.structure import bladed_disk, ring

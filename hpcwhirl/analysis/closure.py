@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, tip_rows
+from hpcwhirl.reduction.bodies import tip_rows
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.structure import FourierOperator
 

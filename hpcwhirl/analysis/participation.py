@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.families import family_ranks
-from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -42,7 +42,7 @@ from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.reduction.plan import folds_of
-from hpcwhirl.scene import digest, to_toml
+from hpcwhirl.scene import digest, preset_inputs, preset_loss, preset_of, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import Journal, claim_run, read_records
 from hpcwhirl.store.running import Running
@@ -340,6 +340,14 @@ def _git_state() -> str:
     return done.stdout.strip()
 
 
+def _preset_facts(design: Design) -> dict[str, str | float]:
+    """Return the preset whose inputs all cases have, and what it loses, if any."""
+    name = preset_of(design.base)
+    if not name or set(design.swept) & preset_inputs(name).keys():
+        return {}
+    return {"preset": name, "preset_loses": preset_loss(name)}
+
+
 def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
     """Return the root attributes that tell where results came from."""
     library = "none"
@@ -355,6 +363,7 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
         "git": _git_state(),
         "command": shlex.join(sys.argv),
         "scene": to_toml(design.base),
+        **_preset_facts(design),
         "hosts": " ".join(hosts),
         "ranks": str(comm.size if comm is not None else 1),
         "mpi": library,

@@ -21,6 +21,7 @@ COMMANDS = {
     "job": "print a job script for slurm, pbs, lsf, sge or flux",
     "doctor": "say what will break here, and how to mend it",
     "model": "modal table, critical speeds, time-step limits",
+    "tradeoff": "measure what accuracy costs, against a finer reference",
     "bench": "measure what a step costs on this core",
     "export-model": "write M, K, D and contact operators to HDF5",
 }

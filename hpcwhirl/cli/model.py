@@ -71,6 +71,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _show_plan(plan: dict[str, Any]) -> None:
+    if plan["truncation_error"] is not None:
+        print(
+            f"modes left out: relative error of some {plan['truncation_error']:.2g} in "
+            "motions that touch (estimate)"
+        )
     part = f"one of {plan['folds']} sectors" if plan["folds"] > 1 else "the whole"
     marched = " and ".join(f"{n} {body}" for body, n in plan["marched"].items())
     print(f"plan {plan['kind']}: {part} is marched, {marched} amplitudes", end="")

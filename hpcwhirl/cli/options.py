@@ -16,11 +16,36 @@ from hpcwhirl.scene import (
     load_scene,
     named_scene,
     parse_setting,
+    preset_inputs,
+    preset_loss,
+    preset_names,
 )
 
 
+class _Preset(argparse.Action):
+    """Put a preset's inputs before those of ``--set``, which count over them."""
+
+    def __call__(
+        self, parser: Any, namespace: Any, name: Any, option: Any = None
+    ) -> None:
+        """Take the name of a preset."""
+        del parser, option
+        inputs = [f"{n}={value}" for n, value in preset_inputs(name).items()]
+        setattr(namespace, self.dest, inputs + getattr(namespace, self.dest))
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set NAME=VALUE``, repeatable."""
+    """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
+    told = "; ".join(f"{name}: {preset_loss(name)}" for name in preset_names())
+    parser.add_argument(
+        "--preset",
+        dest="settings",
+        action=_Preset,
+        default=[],
+        metavar="NAME",
+        help=f"solver inputs by name; they replace those of a file, --set replaces "
+        f"them. {told}".replace("%", "%%"),
+    )
     parser.add_argument(
         "--set",
         dest="settings",

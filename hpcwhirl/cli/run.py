@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     march = March(scene)
     with _progress(march, quiet=args.quiet) as tick:
         history = march.run(tick)
-    result = result_of(scene, history)
+    result = result_of(march.scene, history)
     facts = summary(result.row | result.performance)
     if args.explain:
         facts |= _explained(march)

@@ -17,6 +17,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.plan import plan_of
+from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -40,6 +41,7 @@ def can_ride(scene: Scene, model: Model) -> bool:
 
 def group_key(scene: Scene) -> tuple[Any, ...]:
     """Return what cases must share to be lanes of one group."""
+    scene = with_truncation(scene)
     solver = scene.solver.model_copy(update={"amplitude_limit": 1.0})
     return scene.engine, scene.gap, solver
 

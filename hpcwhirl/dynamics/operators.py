@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
@@ -124,6 +126,12 @@ def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
         msg = (
             "scheme paper needs M and K, which engine.file lacks: scheme must be "
             "'modal' or 'general', got 'paper'"
+        )
+        raise InputError(msg)
+    if model.casing is not None and not model.casing.has_matrices:
+        msg = (
+            "scheme paper marches coordinates: families must be 'all', got "
+            f"'{with_truncation(scene).engine.casing.families}'"
         )
         raise InputError(msg)
     step = scene.solver.time_step

@@ -14,7 +14,8 @@ from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
-from hpcwhirl.reduction.model import Model, centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
@@ -27,12 +28,6 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
     """Return (slot, sign): a harmonic seen by N blades; sign -1 if conjugated."""
     rest = harmonic % blades
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
-
-
-def ring_rows(harmonics: int, blades: int) -> int:
-    """Return the rows of the ring: two modes for each harmonic that shares a slot."""
-    slots = [fold(h, blades)[0] for h in range(harmonics + 1)]
-    return 2 * int(np.bincount(slots).max())
 
 
 def blade_waves(blades: int) -> Complexes:
@@ -153,10 +148,11 @@ def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
         return np.zeros(0), np.zeros(0), 0
     blades, step = model.blades, scene.solver.time_step
     slots, _ = widths(blades)
-    rows, mu = ring_rows(operator.harmonics, blades), friction_with_sign(scene)
+    places, mu = _ring_modes(model), friction_with_sign(scene)
+    rows = 1 + max(place.row for place in places)
     items, load = np.zeros((passes.ITEMS, rows, slots)), np.zeros((rows, slots))
     force = pulse_load(model, scene) @ body.shapes
-    for place in _ring_modes(model):
+    for place in places:
         h, m = place.harmonic, place.members[0]
         turn = np.exp(1j * place.sign * h * scene.speed * step)
         w_row = operator.radial[max(2 * h - 1, 0)]
@@ -192,7 +188,7 @@ def _ring_modes(model: Model) -> list[_RingMode]:
         return []
     for h in range(int(body.diameter.max()) + 1):
         slot, sign = fold(h, model.blades)
-        for rank in range(2):
+        for rank in np.unique(body.rank[body.diameter == h]):
             same = (body.diameter == h) & (body.rank == rank)
             members = tuple(np.flatnonzero(same)[np.argsort(body.phase[same])])
             row = used.get(slot, 0)

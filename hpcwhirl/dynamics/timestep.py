@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.structure import RingOperator
 
@@ -140,6 +141,11 @@ def check_step(model: Model, step: float) -> None:
         raise InputError(msg)
 
 
+def is_loaded(scene: Scene) -> bool:
+    """Return whether a pulse acts on the casing."""
+    return scene.engine.casing.kind == "ring" and scene.force > 0.0
+
+
 def check_loading(scene: Scene) -> None:
     """Raise InputError where the pulse is too short for the steps it is sampled at.
 
@@ -147,8 +153,7 @@ def check_loading(scene: Scene) -> None:
     of it; a pulse shorter than a step would give nothing.
     """
     step = scene.solver.time_step
-    loaded = scene.engine.casing.kind == "ring" and scene.force > 0.0
-    if loaded and scene.pulse < FEWEST_IN_PULSE * step:
+    if is_loaded(scene) and scene.pulse < FEWEST_IN_PULSE * step:
         msg = (
             f"pulse must be >= {FEWEST_IN_PULSE * step:.6g} s ({FEWEST_IN_PULSE} time "
             f"steps, or its impulse is wrong by more than 1 %), got {scene.pulse:.6g}"
@@ -156,15 +161,22 @@ def check_loading(scene: Scene) -> None:
         raise InputError(msg)
 
 
-def check_turn(model: Model, scene: Scene) -> None:
-    """Raise InputError where a blade passes half a wave of the casing in a step."""
+def longest_turn(model: Model, scene: Scene) -> float:
+    """Return the time in which a blade passes half a wave of the casing, s."""
     waves = float(scene.nodal_diameter)
     if isinstance(model.ring, RingOperator):
         waves = 0.5 * model.ring.elements
     elif model.ring is not None:
         waves = float(model.ring.harmonics)
-    most = math.pi / (max(waves, 1.0) * scene.solver.time_step)
-    if not abs(scene.speed) < most:
+    turn = max(waves, 1.0) * abs(scene.speed)
+    return math.pi / turn if turn > 0.0 else math.inf
+
+
+def check_turn(model: Model, scene: Scene) -> None:
+    """Raise InputError where a blade passes half a wave of the casing in a step."""
+    longest, step = longest_turn(model, scene), scene.solver.time_step
+    if not step < longest:
+        most = abs(scene.speed) * longest / step
         msg = (
             f"speed must be < {most:.6g} rad/s with this time_step (a blade would pass "
             f"half the casing's shortest wave in a step), got {scene.speed:.6g}"
@@ -173,17 +185,21 @@ def check_turn(model: Model, scene: Scene) -> None:
 
 
 def with_step(scene: Scene, model: Model) -> Scene:
-    """Return the scene with the step that its accuracy asks for, if it asks.
+    """Return the scene with the modes and the step that it asks for by their errors.
 
+    Modes: see `with_truncation`; the model has been made with them.
     Central differences make a mode's frequency wrong by (omega dt)^2 / 24 of itself:
-    the step keeps that below `accuracy` for every mode of the rotor, and below
-    `SAFE` of the stability limit of both bodies.
+    the step keeps that below `accuracy` for every mode of the rotor, and is at most
+    `SAFE` of what the stability of both bodies, the pulse and the turn allow.
     """
-    accuracy = scene.solver.accuracy
+    scene, accuracy = with_truncation(scene), scene.solver.accuracy
     if accuracy == 0.0:
         return scene
     step = math.sqrt(24.0 * accuracy) / float(model.rotor.omega.max())
-    step = min(step, SAFE * min(model.limits().values()))
+    limits = [*model.limits().values(), longest_turn(model, scene)]
+    if is_loaded(scene):
+        limits.append(scene.pulse / FEWEST_IN_PULSE)
+    step = min(step, SAFE * min(limits))
     return apply_settings(scene, {"time_step": step})
 
 

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.plan import Plan, lean_case, plan_of
-from hpcwhirl.scene import Scene
+from hpcwhirl.reduction.truncation import (
+    can_estimate,
+    truncation_error,
+    with_truncation,
+)
+from hpcwhirl.scene import Scene, apply_settings, flatten
+
+MODES = ("solver.modes", "engine.casing.harmonics", "engine.casing.families")
+DEFAULT_MODES = {name: flatten(Scene())[name] for name in MODES}
 
 
 @dataclass(frozen=True)
@@ -22,6 +30,23 @@ def amplitudes(model: Model) -> int:
     """Return the modal amplitudes of both bodies."""
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
     return sum(len(body.omega) for body in bodies)
+
+
+def _truncation(scene: Scene, model: Model) -> Note:
+    casing, solver = scene.engine.casing, scene.solver
+    whole = apply_settings(scene, {"truncation": 0.0, **DEFAULT_MODES})
+    few, many = amplitudes(model), amplitudes(model_of(whole))
+    stretch = ", and what stretches the ring" if casing.families == "bending" else ""
+    limit, usual = (min(m.limits().values()) for m in (model, model_of(whole)))
+    return Note(
+        f"fixed-interface modes above {solver.modes}, harmonics of the ring above "
+        f"{casing.harmonics}{stretch}",
+        "what they would add to the response to a contact, up to the pulse's length, "
+        f"lets motions be wrong by some {truncation_error(scene):.2g}, of "
+        f"{solver.truncation:g} asked: an estimate, not a bound",
+        f"{few} of {many} modal amplitudes, and steps up to {limit:.3g} s instead of "
+        f"{usual:.3g} s",
+    )
 
 
 def _folding(scene: Scene, whole: Model, folds: int) -> Note:
@@ -63,6 +88,8 @@ def notes_of(scene: Scene, model: Model) -> list[Note]:
     model : the whole
     """
     plan, notes = plan_of(scene, model), []
+    if scene.solver.truncation > 0.0 and can_estimate(scene):
+        notes.append(_truncation(with_truncation(scene), model))
     if plan.folds > 1:
         notes.append(_folding(scene, model, plan.folds))
     elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:
@@ -80,6 +107,7 @@ def notes_of(scene: Scene, model: Model) -> list[Note]:
 
 def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
     """Return the facts that `model --json` gives under `plan`."""
+    scene = with_truncation(scene)
     plan, lean = plan_of(scene, model), lean_case(scene, model).model
     coordinates = {"rotor": len(model.rotor.omega)}
     marched = {"rotor": len(lean.rotor.omega)}
@@ -88,6 +116,9 @@ def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
         marched["casing"] = len(lean.casing.omega)
     return {
         "kind": scene.solver.plan,
+        "modes": scene.solver.modes,
+        "harmonics": scene.engine.casing.harmonics,
+        "families": scene.engine.casing.families,
         "coordinates": coordinates,
         "marched": marched,
         "fixed_interface_modes": model.rotor.kept,
@@ -97,5 +128,6 @@ def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
         "centre": plan.folds == 1 and scene.engine.rotor.centre == "free",
         "settles": plan.settles,
         "settling_time": plan.settling,
+        "truncation_error": truncation_error(scene) if can_estimate(scene) else None,
         "left_out": [asdict(note) for note in notes_of(scene, model)],
     }

@@ -1,4 +1,9 @@
-"""Modes of the Fourier ring: two a harmonic and phase, in closed form."""
+"""Modes of the Fourier ring: two a harmonic and phase, in closed form.
+
+From h = 1 on one of the two bends the ring (at h = 1: moves it on its support), the
+other stretches it, at c / R sqrt(1 + h^2) and above. The latter give way to a contact
+by a thousandth of what the former do, and set the limit of the step.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +30,11 @@ def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]
     ]
 
 
+def _stretches(h: int, modes: Floats) -> int:
+    """Return which of two modes (w, u) of harmonic h stretches the ring."""
+    return int(np.argmax(np.abs(modes[0] + h * modes[1])))
+
+
 def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
     """Return the modes of a ring of harmonics and its contact operator.
 
@@ -35,31 +45,38 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
     """
     operator = FourierOperator(casing.harmonics, radius)
     size = 2 * operator.width
-    mass, stiffness, shapes = (np.zeros((size, size)) for _ in range(3))
-    labels, column = [], 0
+    mass, stiffness = (np.zeros((size, size)) for _ in range(2))
+    labels, columns = [], []
     for h in range(casing.harmonics + 1):
         inertia, stiff = harmonic_matrices(casing, radius, h)
         squared, modes = eigh(stiff, inertia * np.eye(2))
         found = np.sqrt(np.maximum(squared, 0.0))  # a free ring's are 0 to round-off
+        kept = [0, 1]
+        if casing.families == "bending" and h > 0:
+            kept.remove(_stretches(h, modes))
         for half, (rows, signs) in enumerate(_places(operator, h)):
             place = np.ix_(rows, rows)
             mass[place] = inertia * np.eye(2)
             stiffness[place] = stiff * np.outer(signs, signs)
-            shapes[rows, column : column + 2] = signs[:, None] * modes
-            labels += [(found[n], h, n, half) for n in range(2)]
-            column += 2
-    columns = zip(*labels, strict=True)
-    omega, diameter, rank, phase = (np.array(column) for column in columns)
+            for among, n in enumerate(kept):
+                columns.append(np.zeros(size))
+                columns[-1][rows] = signs * modes[:, n]
+                labels.append((found[n], h, among, half))
+    omega, diameter, rank, phase = (
+        np.array(column) for column in zip(*labels, strict=True)
+    )
     order = np.lexsort((phase, rank, diameter, omega))
+    if casing.families != "all":  # coordinates would move as no mode does
+        mass = stiffness = np.zeros((0, 0))
     model = ModalModel(
         mass=mass,
         stiffness=stiffness,
-        shapes=np.ascontiguousarray(shapes[:, order]),
+        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
         omega=omega[order],
         diameter=diameter[order],
         rank=rank[order],
         phase=phase[order],
-        centre_share=np.zeros(size),
+        centre_share=np.zeros(len(omega)),
         damping=casing.damping,
         kept=0,
     )

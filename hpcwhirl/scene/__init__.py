@@ -21,6 +21,12 @@ from hpcwhirl.scene.inputs import (
     Solver,
 )
 from hpcwhirl.scene.named import NAMED, named_scene
+from hpcwhirl.scene.presets import (
+    preset_inputs,
+    preset_loss,
+    preset_names,
+    preset_of,
+)
 
 __all__ = [
     "NAMED",
@@ -39,6 +45,10 @@ __all__ = [
     "load_scene",
     "named_scene",
     "parse_setting",
+    "preset_inputs",
+    "preset_loss",
+    "preset_names",
+    "preset_of",
     "scene_from",
     "to_toml",
 ]

@@ -121,6 +121,9 @@ class Casing(Inputs):
         "fourier", description="of the ring: harmonics, or the paper's elements"
     )
     harmonics: int = Field(20, ge=1, le=1000, description="highest harmonic H")
+    families: Literal["all", "bending"] = Field(
+        "all", description="modes of a ring of harmonics: all, or none that stretch it"
+    )
     elements: int = Field(40, ge=3, le=2000, description="ring elements")
     thickness: Positive = Field(0.02663, description="radial, m")
     width: Positive = Field(0.2077, description="axial, m")
@@ -136,6 +139,16 @@ class Casing(Inputs):
     amplitude: Finite = Field(0.0, description="rigid: distortion A0, m")
     growth: Finite = Field(0.0, description="rigid: sigma of A0 exp(sigma t), 1/s")
     rise: NonNegative = Field(1e-3, description="rigid: smooth rise of A0, s")
+
+    @model_validator(mode="after")
+    def _families_of_harmonics(self) -> Self:
+        if self.families != "all" and self.discretization != "fourier":
+            msg = (
+                f"families must be all on a ring of {self.discretization}, "
+                f"got {self.families}"
+            )
+            raise ValueError(msg)
+        return self
 
 
 class Engine(Inputs):
@@ -165,6 +178,11 @@ class Solver(Inputs):
     time_step: Positive = Field(1e-6, description="step, s")
     accuracy: NonNegative = Field(
         0.0, description="if > 0: relative error of frequencies that sets the step"
+    )
+    truncation: NonNegative = Field(
+        0.0,
+        description="if > 0: relative error of motions by modes left out; sets modes, "
+        "and of a ring of harmonics its harmonics and families",
     )
     modes: int = Field(110, ge=0, description="fixed-interface modes eta")
     plan: Literal["lean", "everything"] = Field(

@@ -1,0 +1,266 @@
+"""What accuracy costs: settings of a scene against a reference finer than all."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from hpcwhirl.campaign.case import Result, simulate
+from hpcwhirl.campaign.trials import Setting, Settings, trials
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.files import resolve
+
+NUDGE = 1e-7  # of the force, from one twin of a case to the next
+CONFIDENCE = 0.95
+LEAST = 0.01  # of the gap: what a displacement is compared with, at least
+WARM = 200  # steps that compile a kernel before the clock runs
+# what users read, and what a difference is divided by
+NUMBERS = {
+    "orbit_radius": "radius",
+    "contact_impulse": "itself",
+    "centre_peak": "itself",
+    "tip_peak": "itself",
+    "line_frequency": "itself",
+    "growth_rate": "window",
+}
+ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")  # whatever the duration
+SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One run: its words, its numbers, its seconds of computing."""
+
+    words: tuple[str, str]
+    numbers: dict[str, float]
+    seconds: float
+
+
+@dataclass
+class Compared:
+    """A setting on a scene, against the reference.
+
+    Attributes
+    ----------
+    scene, axis, label : which
+    seconds : of each repeat
+    words : "regime whirl" of each repeat
+    agree : repeats whose words are the reference's
+    errors : {number: relative error of the mean over the repeats}, see `NUMBERS`
+    margins : {number: half the confidence interval of that}
+    ledger : largest |ledger_error|
+    refused : why there is nothing, else ""
+    """
+
+    scene: str
+    axis: str
+    label: str
+    inputs: Settings
+    seconds: list[float] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    agree: int = 0
+    errors: dict[str, float] = field(default_factory=dict)
+    margins: dict[str, float] = field(default_factory=dict)
+    ledger: float = 0.0
+    refused: str = ""
+
+    @property
+    def score(self) -> float:
+        """The largest error of the numbers `SCORED`; infinite if refused."""
+        if self.refused:
+            return math.inf
+        return max((self.errors[n] for n in SCORED if n in self.errors), default=0.0)
+
+
+def run_once(scene: Scene, twin: int) -> Sample:
+    """Integrate a twin of a scene: its force is larger by `twin` times `NUDGE`.
+
+    Timed with the samples that the scene keeps; then again with those of all tips, for
+    their peak, unless it keeps them.
+    """
+    scene = apply_settings(scene, {"force": scene.force * (1.0 + twin * NUDGE)})
+    start = time.perf_counter()
+    result = simulate(scene)
+    seconds = time.perf_counter() - start
+    if scene.output.traces != "full":
+        result = simulate(apply_settings(scene, {"traces": "full"}))
+    return _sample(result, seconds)
+
+
+def _sample(result: Result, seconds: float) -> Sample:
+    row = result.row
+    regime = row["outcome"] if row["outcome"] == "unstable" else row["regime"]
+    numbers = {n: float(row[n]) for n in NUMBERS if n in row}
+    numbers["window"] = float(row["window"])
+    numbers["ledger_error"] = abs(float(row["ledger_error"]))
+    tips = result.traces["tips"]
+    if len(tips):
+        numbers["tip_peak"] = float(np.hypot(tips[..., 0], tips[..., 1]).max())
+    return Sample((str(regime), str(row["whirl"])), numbers, seconds)
+
+
+def _warm(scene: Scene) -> None:
+    """Compile what a scene needs and make its model, outside the clock."""
+    step = scene.solver.time_step
+    short = {"duration": WARM * step, "revolutions": 0.0, "interval": step}
+    simulate(apply_settings(scene, short))
+
+
+def compare(
+    name: str, scene: Scene, setting: Setting, reference: list[Sample], repeats: int
+) -> Compared:
+    """Return what a setting makes of a scene, against runs of the reference.
+
+    Parameters
+    ----------
+    name, scene : the case
+    setting : what is set in it
+    reference : its twins, as the reference integrates them
+    repeats : twins that are integrated, each timed
+    """
+    out = Compared(name, setting.axis, setting.label, setting.inputs)
+    try:
+        tried = apply_settings(scene, setting.inputs)
+        _warm(tried)
+        samples = [run_once(tried, twin) for twin in range(repeats)]
+    except InputError as failed:
+        out.refused = str(failed)
+        return out
+    usual = _usual_words(reference)
+    out.seconds = [sample.seconds for sample in samples]
+    out.words = [" ".join(sample.words) for sample in samples]
+    out.agree = sum(sample.words == usual for sample in samples)
+    out.ledger = max(sample.numbers["ledger_error"] for sample in samples)
+    for number in NUMBERS:
+        if setting.axis == "duration" and number not in ONLY_LATE:
+            continue
+        found = difference(number, samples, reference, scene.gap)
+        if found is not None:
+            out.errors[number], out.margins[number] = found
+    return out
+
+
+def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
+    words = [sample.words for sample in samples]
+    return max(words, key=words.count)
+
+
+def difference(
+    number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
+) -> tuple[float, float] | None:
+    """Return (error of the mean, half its confidence interval), or None if not known.
+
+    Displacements of the centre are compared with themselves, at least with `LEAST` of
+    the gap; a growth rate is multiplied with the window: a change of ln amplitude.
+
+    Parameters
+    ----------
+    number : one of `NUMBERS`
+    samples, reference : twins of one scene
+    gap : m
+    """
+    a = np.array([s.numbers.get(number, math.nan) for s in samples])
+    b = np.array([s.numbers.get(number, math.nan) for s in reference])
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        return None
+    scale = abs(float(b.mean()))
+    if NUMBERS[number] == "radius":
+        scale = max(scale, LEAST * gap)
+    if NUMBERS[number] == "window":
+        scale = 1.0 / max(s.numbers["window"] for s in reference)
+    if scale == 0.0:
+        return None
+    return abs(float(a.mean() - b.mean())) / scale, _margin(a, b) / scale
+
+
+def _margin(a: Any, b: Any) -> float:
+    """Return half the confidence interval of a difference of two means (Welch)."""
+    if min(len(a), len(b)) < 2:
+        return math.inf
+    parts = np.array([a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)])
+    if not parts.sum() > 0.0:
+        return 0.0
+    freedom = parts.sum() ** 2 / (parts**2 / [len(a) - 1, len(b) - 1]).sum()
+    return float(student.ppf(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(parts.sum()))
+
+
+def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
+    """Return {number: largest error of one twin against the mean of the others}."""
+    out = {}
+    for number in NUMBERS:
+        found = [
+            difference(number, [one], [s for s in reference if s is not one], gap)
+            for one in reference
+        ]
+        known = [f[0] for f in found if f is not None]
+        if known:
+            out[number] = max(known)
+    return out
+
+
+@dataclass
+class Tradeoff:
+    """What was measured.
+
+    Attributes
+    ----------
+    compared : each setting on each scene
+    words : {scene: words of the reference's twins}
+    floors : {scene: {number: spread over the twins}}: below, an error has no meaning
+    reference : inputs of the reference; `reference_seconds`, {scene: of a twin}
+    """
+
+    compared: list[Compared]
+    words: dict[str, list[str]]
+    floors: dict[str, dict[str, float]]
+    reference: Settings
+    reference_seconds: dict[str, float]
+
+    def facts(self) -> dict[str, Any]:
+        """Return everything as plain data, with the score of each row."""
+        rows = [asdict(row) | {"score": row.score} for row in self.compared]
+        return asdict(self) | {"compared": rows}
+
+
+def measure(
+    scenes: Mapping[str, Scene],
+    settings: Sequence[Setting],
+    repeats: int,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Tradeoff:
+    """Integrate every scene in every setting and by the reference.
+
+    Parameters
+    ----------
+    scenes : {name: scene}
+    settings : what is tried
+    repeats : twins a setting, at least 2 for confidence intervals
+    tell : called with what is done next
+
+    Raises
+    ------
+    InputError
+        where the reference cannot integrate a scene
+    """
+    table, out = trials(), Tradeoff([], {}, {}, {}, {})
+    out.reference = {resolve(n): v for n, v in table["reference"].items()}
+    for name, scene in scenes.items():
+        finest = apply_settings(scene, out.reference)
+        tell(f"{name}: reference")
+        _warm(finest)
+        finest = apply_settings(finest, {"traces": "full"})
+        reference = [run_once(finest, twin) for twin in range(repeats)]
+        out.words[name] = [" ".join(sample.words) for sample in reference]
+        out.floors[name] = floor_of(reference, scene.gap)
+        out.reference_seconds[name] = float(np.median([s.seconds for s in reference]))
+        for setting in settings:
+            tell(f"{name}: {setting.label}")
+            out.compared.append(compare(name, scene, setting, reference, repeats))
+    return out

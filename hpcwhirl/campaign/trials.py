@@ -1,0 +1,79 @@
+"""What `hpcwhirl tradeoff` tries: scenes and settings, from an embedded table."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from hpcwhirl.errors import unknown
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.files import Value
+
+Settings = dict[str, Value]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Inputs that are tried: `axis` and `label` name them."""
+
+    axis: str
+    label: str
+    inputs: Settings
+
+
+def trials() -> dict[str, Any]:
+    """Return the embedded table of scenes, axes, combinations and the reference."""
+    text = resources.files("hpcwhirl.campaign").joinpath("trials.toml").read_text()
+    return tomllib.loads(text)
+
+
+def default_scenes(base: Scene) -> dict[str, Scene]:
+    """Return a motion of each kind and one near a boundary, {name: scene}."""
+    table, out = trials(), {}
+    for name, inputs in table["scenes"].items():
+        own = {n: v for n, v in inputs.items() if n != "rubbing"}
+        ring = table["rubbing"] if inputs.get("rubbing") else {}
+        out[name] = apply_settings(base, ring | own)
+    return out
+
+
+def axes() -> tuple[str, ...]:
+    """Return the names of all axes; those of slow integrators are the last."""
+    table = trials()
+    return (*table["axes"], "together", *table["slow"])
+
+
+def settings_of(names: Sequence[str] = ()) -> list[Setting]:
+    """Return the settings of the axes of these names; of none: all but slow ones.
+
+    Raises
+    ------
+    InputError
+        for a name that is no axis
+    """
+    table = trials()
+    single = table["axes"] | table["slow"]
+    chosen = names or (*table["axes"], "together")
+    out = [Setting("as given", "as given", {})]
+    for name in chosen:
+        if name not in (*single, "together"):
+            raise unknown("axis", name, axes())
+        if name == "together":
+            inputs = table["together"]["inputs"]
+            rows = [
+                dict(zip(inputs, row, strict=True)) for row in table[name]["values"]
+            ]
+        else:
+            rows = [{n: v} for n, values in single[name].items() for v in values]
+        out += [Setting(name, _label(row), row) for row in rows]
+    return out
+
+
+def _label(inputs: Mapping[str, Value]) -> str:
+    short = {name.rsplit(".", 1)[-1]: value for name, value in inputs.items()}
+    return ", ".join(
+        f"{n} {v:g}" if isinstance(v, float) else f"{n} {v}" for n, v in short.items()
+    )

@@ -1,0 +1,152 @@
+"""`hpcwhirl tradeoff`: what accuracy costs on this machine."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl import __version__
+from hpcwhirl.cli.options import add_json, add_set, finite, print_json, scene_of
+from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.scene import NAMED, Scene
+
+NOT_OFFERED = (
+    "single precision is not offered, and contact has no tolerance: "
+    "non-penetration is solved to round-off"
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    from hpcwhirl.campaign.trials import axes
+
+    parser.add_argument(
+        "scenes", nargs="*", metavar="SCENE",
+        help=f"TOML files, or of {', '.join(NAMED)}; none: a motion of each kind",
+    )  # fmt: skip
+    add_set(parser)
+    parser.add_argument(
+        "--axis", action="append", default=[], metavar="NAME", dest="axes",
+        help=f"of {', '.join(axes())}; the last two are slow and tried only if named",
+    )  # fmt: skip
+    parser.add_argument(
+        "--repeats", type=int, default=3, metavar="N",
+        help="twins a setting, each timed; their force differs by 1e-7 (default 3)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="write tradeoff.json and tradeoff.md, with the machine's name",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", action="store_true", help="also tradeoff.png, in DIR or here"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure, then print the table; files are written whole at the end."""
+    from hpcwhirl.campaign.tradeoff import measure
+    from hpcwhirl.campaign.trials import settings_of
+    from hpcwhirl.report.tradeoff import draw_tradeoff, markdown
+
+    if args.repeats < 2:
+        msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
+        raise InputError(msg)
+    settings, scenes = settings_of(args.axes), _scenes(args)
+    folder = args.out or Path()
+    _make(folder)
+    start = time.monotonic()
+    facts = measure(scenes, settings, args.repeats, _teller(len(scenes), start)).facts()
+    facts |= {
+        "machine": _machine(),
+        "version": __version__,
+        "repeats": args.repeats,
+        "elapsed": time.monotonic() - start,
+        "not_offered": NOT_OFFERED,
+    }
+    text = _heading(facts) + markdown(facts)
+    if args.out:
+        _write(folder / "tradeoff.json", json.dumps(finite(facts), indent=1) + "\n")
+        _write(folder / "tradeoff.md", text)
+    if args.json:
+        print_json(facts)
+    else:
+        print(text)
+    if args.plot:
+        print(draw_tradeoff(facts, folder / "tradeoff.png"), file=sys.stderr)
+    return 0
+
+
+def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
+    from hpcwhirl.campaign.trials import default_scenes
+
+    if not args.scenes:
+        return default_scenes(scene_of("table2", args.settings))
+    found = {name: scene_of(name, args.settings) for name in args.scenes}
+    if len(found) < len(args.scenes):
+        msg = f"a scene is named twice: {' '.join(args.scenes)}"
+        raise InputError(msg)
+    return found
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failed:
+        msg = f"cannot make {folder}: {failed.strerror or failed}"
+        raise MissingFileError(msg) from None
+
+
+def _write(path: Path, text: str) -> None:
+    from hpcwhirl.store.plan import write_text
+
+    write_text(path, text)
+
+
+def _teller(scenes: int, start: float) -> Any:
+    """Return what says on stderr, every few seconds, which setting is tried."""
+    last = 0.0
+
+    def tell(line: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last > 5.0:
+            last = now
+            spent = f"{now - start:.0f} s"
+            print(f"tradeoff: {spent}, {line} (of {scenes} scenes)", file=sys.stderr)
+
+    return tell
+
+
+def _machine() -> str:
+    """Return what computes: node and processor."""
+    model = platform.processor() or platform.machine()
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                model = line.partition(":")[2].strip()
+                break
+    except OSError:  # not Linux: the architecture has to do
+        pass
+    return f"{platform.node()}, {model}"
+
+
+def _heading(facts: dict[str, Any]) -> str:
+    who = f"{facts['machine']}; hpcwhirl {facts['version']}"
+    lines = [f"{who}; {facts['repeats']} repeats; {facts['elapsed']:.0f} s", ""]
+    reference = ", ".join(
+        f"{n.rsplit('.', 1)[-1]} {v:g}" if isinstance(v, float)
+        else f"{n.rsplit('.', 1)[-1]} {v}"
+        for n, v in facts["reference"].items()
+    )  # fmt: skip
+    lines.append(f"Reference: {reference}; words of its twins:")
+    for name, words in facts["words"].items():
+        told = ", ".join(dict.fromkeys(words))
+        seconds = facts["reference_seconds"][name]
+        lines.append(f"- {name}: {told} ({seconds:.1f} s a twin)")
+    return "\n".join([*lines, "", facts["not_offered"] + ".", "", ""])

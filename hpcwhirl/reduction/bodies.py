@@ -1,0 +1,79 @@
+"""The modes of each body: bladed disk, from file or sections, and casing."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.reduction.foreign import rotor_from
+from hpcwhirl.reduction.harmonics import harmonic_model
+from hpcwhirl.reduction.modes import (
+    SUSPENSION_SHARE,
+    ModalModel,
+    modal_model,
+    with_ratio,
+)
+from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
+from hpcwhirl.scene import Casing, Rotor
+from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
+
+Floats = NDArray[np.float64]
+SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the support
+
+
+@lru_cache(maxsize=8)
+def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
+    """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
+    model = _undivided(rotor, eta)
+    suspended = model.centre_share > SUSPENSION_SHARE
+    return with_ratio(model, suspended, rotor.suspension_damping)
+
+
+def _undivided(rotor: Rotor, eta: int) -> ModalModel:
+    """Return the reduced bladed disk, every mode damped alike."""
+    disk = bladed_disk(rotor)
+    if not rotor.mistuning:
+        return modal_model(disk, rotor.damping, eta)
+    model = whole_model(disk, rotor.damping, eta)
+    most = len(disk.mass) - len(boundary_of(disk))
+    tuned = rotor.model_copy(update={"mistuning": ()})
+    # one mode more: none is left unnamed where eta splits a pair of the tuned rotor
+    return named_after(model, rotor_model(tuned, min(eta + 1, most)), rotor.blades)
+
+
+@lru_cache(maxsize=8)
+def file_model(file: str, content: str, rotor: Rotor) -> ModalModel:
+    """Return the rotor of a file; its content is part of the cache's key."""
+    del content  # with it in the cache's key, a changed file is read again
+    return rotor_from(file, rotor.blades, rotor.damping)
+
+
+@lru_cache(maxsize=32)
+def casing_model(
+    casing: Casing, radius: float
+) -> tuple[ModalModel, RingOperator | FourierOperator]:
+    """Return the ring, not reduced, and its contact operator."""
+    operator: RingOperator | FourierOperator
+    if casing.discretization == "fourier":
+        model, operator = harmonic_model(casing, radius)
+    else:
+        structure, operator = ring(casing, radius)
+        model = modal_model(structure, casing.damping)
+    # The foundation holds omega_c1^2 / omega^2 of the strain energy of a mode.
+    carried = model.omega**2 < casing.support_frequency**2 / SUPPORT_SHARE
+    return with_ratio(model, carried, casing.support_damping), operator
+
+
+def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
+    """Return (radial, tangential) modal tip shapes, each (N, m)."""
+    return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
+
+
+def centre_rows(model: ModalModel, blades: int) -> Floats:
+    """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
+    count = len(model.shapes) - 2 * blades - model.kept
+    if count == 0:
+        return np.zeros((2, len(model.omega)))
+    return model.shapes[2 * blades : 2 * blades + 2]

@@ -1,0 +1,168 @@
+"""What a reduced model leaves out of a contact: an estimate, and a choice by it.
+
+A unit force between a blade's tip and the ring below it opens the gap; its mean over
+the time t since it set in is, undamped,
+
+C(t) = sum_m g_m (1 - sin(w_m t) / (w_m t)) / w_m^2,
+
+g_m the radial shape squared of each mode of both bodies. Slow modes have not moved yet,
+fast ones have settled to their static share. Likewise a tip gives way to friction, g_m
+the tangential shape squared. What a truncated body makes of C up to the duration of the
+pulse is compared with what all of its modes make of it: of the rotor `FINEST_FAMILIES`
+fixed-interface modes a blade, of the ring `FINEST` harmonics. The estimate of the error
+is `SAFETY` times the sum of what both bodies miss; tests hold it against the motion of
+random engines in their first contacts.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.reduction.bodies import casing_model, rotor_model, tip_rows
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings
+from hpcwhirl.scene.files import Value
+from hpcwhirl.structure import FourierOperator, bladed_disk
+
+Floats = NDArray[np.float64]
+FINEST = 160  # harmonics that stand for all
+FINEST_FAMILIES = 8
+TIMES = 64  # at which responses are compared
+SAFETY = 5.0  # error of motions in first contact over what is missed, in 19 of 20 cases
+HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
+
+
+def opening(body: ModalModel, weights: Floats, times: Floats) -> Floats:
+    """Return C (n,), m/N, of modes with weights g (m,) at times (n,), s."""
+    omega = np.maximum(body.omega, 1e-3 / times[-1])  # free: the limit w to 0
+    settled = 1.0 - np.sinc(np.outer(times, omega) / np.pi)
+    return np.asarray(settled / omega**2 @ weights)
+
+
+def _most_modes(rotor: Rotor) -> int:
+    """Return the fixed-interface modes there are, at most `FINEST_FAMILIES` a blade."""
+    inner = len(bladed_disk(rotor).mass) - 2 * rotor.blades
+    inner -= 2 if rotor.centre == "free" else 0
+    return min(FINEST_FAMILIES * rotor.blades, inner)
+
+
+@lru_cache(maxsize=256)
+def _of_rotor(rotor: Rotor, modes: int, pulse: float) -> tuple[Floats, Floats]:
+    """Return C of a tip, radial and tangential, each (`TIMES`,)."""
+    body = rotor_model(rotor, modes)
+    radial, tangential = (
+        opening(body, (rows**2).mean(axis=0), _times(pulse))
+        for rows in tip_rows(body, rotor.blades)
+    )
+    return radial, tangential
+
+
+@lru_cache(maxsize=256)
+def _of_ring(casing: Casing, radius: float, pulse: float) -> Floats:
+    """Return C of the ring, (`TIMES`,)."""
+    if casing.kind == "rigid":
+        return np.zeros(TIMES)
+    body, operator = casing_model(casing, radius)
+    if not isinstance(operator, FourierOperator):
+        raise TypeError(casing.discretization)
+    waves = body.shapes[operator.radial]
+    weights = waves[0] ** 2 + 0.5 * (waves[1:] ** 2).sum(axis=0)
+    return opening(body, weights, _times(pulse))
+
+
+def _times(pulse: float) -> Floats:
+    return pulse * np.arange(1, TIMES + 1) / TIMES
+
+
+def can_estimate(scene: Scene) -> bool:
+    """Return whether both bodies' modes come in families and harmonics."""
+    casing, engine = scene.engine.casing, scene.engine
+    known = casing.kind == "rigid" or casing.discretization == "fourier"
+    return known and not engine.file and not engine.rotor.mistuning
+
+
+def truncation_error(scene: Scene) -> float:
+    """Return the estimate of the relative error of motions by the modes left out.
+
+    Parameters
+    ----------
+    scene : where `can_estimate`
+    """
+    return SAFETY * sum(left_out(scene))
+
+
+def left_out(scene: Scene) -> tuple[float, float]:
+    """Return the largest share of C at the pulse's end that each body misses.
+
+    Parameters
+    ----------
+    scene : where `can_estimate`
+
+    Returns
+    -------
+    shares : of the rotor's fixed-interface modes (of the opening or of what friction
+        moves, whichever is more), and of the ring's modes
+    """
+    engine, solver = scene.engine, scene.solver
+    case = engine.rotor, engine.casing, scene.gap, scene.pulse
+    return _missed(*case, solver.modes)
+
+
+@lru_cache(maxsize=256)
+def _missed(
+    rotor: Rotor, casing: Casing, gap: float, pulse: float, modes: int
+) -> tuple[float, float]:
+    finest = max(FINEST, casing.harmonics)
+    finer = casing.model_copy(update={"harmonics": finest, "families": "all"})
+    radius = rotor.radius + gap
+    kept, whole = (_of_rotor(rotor, m, pulse) for m in (modes, _most_modes(rotor)))
+    ring, all_ring = (_of_ring(c, radius, pulse) for c in (casing, finer))
+    total = whole[0][-1] + all_ring[-1]
+    opened = np.abs(kept[0] - whole[0]).max() / total
+    dragged = np.abs(kept[1] - whole[1]).max() / whole[1][-1]
+    return float(max(opened, dragged)), float(np.abs(ring - all_ring).max() / total)
+
+
+def with_truncation(scene: Scene) -> Scene:
+    """Return the scene with the modes that its truncation asks for, if it asks.
+
+    The fewest families a blade, and the fewest harmonics, without those modes that
+    stretch the ring if that is enough, whose parts of the estimate are at most half of
+    it each; where none is enough, the finest.
+    """
+    share, engine = 0.5 * scene.solver.truncation / SAFETY, scene.engine
+    if share == 0.0 or not can_estimate(scene):
+        return scene
+    rest, lobes = (scene.gap, scene.pulse), scene.nodal_diameter
+    modes, casing = _chosen(engine.rotor, engine.casing, *rest, lobes, share)
+    chosen: dict[str, Value] = {
+        "solver.modes": modes,
+        "casing.harmonics": casing.harmonics,
+        "casing.families": casing.families,
+    }
+    return apply_settings(scene, chosen)
+
+
+@lru_cache(maxsize=64)
+def _chosen(
+    rotor: Rotor, casing: Casing, gap: float, pulse: float, lobes: int, share: float
+) -> tuple[int, Casing]:
+    most = _most_modes(rotor)
+    for modes in [*range(0, most, rotor.blades), most]:
+        if _missed(rotor, casing, gap, pulse, modes)[0] <= share:
+            break
+    tried = casing
+    if casing.kind == "rigid":
+        return modes, casing
+    # the ring must carry the load
+    for harmonics in [h for h in HARMONICS if h >= lobes] or [lobes]:
+        for families in ("bending", "all"):
+            tried = casing.model_copy(
+                update={"harmonics": harmonics, "families": families}
+            )
+            if _missed(rotor, tried, gap, pulse, most)[1] <= share:
+                return modes, tried
+    return modes, tried

@@ -1,0 +1,50 @@
+"""Presets: solver inputs chosen from measured trade-offs, and what they lose."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from hpcwhirl.errors import unknown
+from hpcwhirl.scene.files import Value, flatten, resolve
+from hpcwhirl.scene.inputs import Scene
+
+
+@cache
+def _table() -> dict[str, dict[str, Any]]:
+    text = resources.files("hpcwhirl.scene").joinpath("presets.toml").read_text("utf-8")
+    return tomllib.loads(text)
+
+
+def preset_names() -> tuple[str, ...]:
+    """Return the names of all presets, the fastest first."""
+    return tuple(_table())
+
+
+def preset_inputs(name: str) -> dict[str, Value]:
+    """Return {dotted name: value} that a preset sets.
+
+    Raises
+    ------
+    InputError
+        where there is none of this name
+    """
+    if name not in _table():
+        raise unknown("preset", name, preset_names())
+    return {resolve(n): value for n, value in _table()[name]["inputs"].items()}
+
+
+def preset_loss(name: str) -> str:
+    """Return what a preset costs and loses, as measured, in one sentence."""
+    return str(_table()[name]["loses"])
+
+
+def preset_of(scene: Scene) -> str:
+    """Return the preset whose inputs all are those of a scene, "" for none."""
+    inputs = flatten(scene)
+    for name in preset_names():
+        if all(inputs[n] == value for n, value in preset_inputs(name).items()):
+            return name
+    return ""

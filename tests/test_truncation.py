@@ -1,0 +1,162 @@
+"""Modes left out: the estimate is honest, the choice is the least that keeps to it."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl import simulate
+from hpcwhirl.dynamics.lanes import group_key
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.truncation import (
+    HARMONICS,
+    left_out,
+    truncation_error,
+    with_truncation,
+)
+from hpcwhirl.scene import apply_settings, named_scene
+
+FINE = {"modes": 176, "casing.harmonics": 40}
+
+
+def scene(**settings):
+    return apply_settings(named_scene("table2"), settings)
+
+
+def test_a_ring_that_does_not_stretch_keeps_its_bending_modes():
+    whole, bent = (model_of(scene(families=f)).casing for f in ("all", "bending"))
+    assert len(bent.omega) == len(whole.omega) - 2 * 20
+    for h in range(2, 21):
+        slowest, fastest = np.unique(whole.omega[whole.diameter == h].round(6))
+        own = bent.omega[bent.diameter == h]
+        assert own == pytest.approx([slowest, slowest], rel=1e-9)
+        kept, dropped = (stretch(whole, h, omega) for omega in (slowest, fastest))
+        assert kept < 0.3 * dropped
+        assert stretch(bent, h, slowest) == pytest.approx(kept)
+
+
+def stretch(body, h, omega):
+    """Return max |w + du/dtheta| of a mode of harmonic h: R times its stretch."""
+    own = np.flatnonzero((body.diameter == h) & np.isclose(body.omega, omega))[0]
+    w, u = body.shapes[2 * h - 1 : 2 * h + 1, own], body.shapes[41:, own]
+    cosine, sine = u[2 * h - 1], u[2 * h]
+    return max(abs(w[0] + h * sine), abs(w[1] - h * cosine))
+
+
+def test_the_mode_that_stretches_is_told_by_its_shape_not_its_frequency():
+    # a thick ring bends at h = 40 faster than it stretches
+    thick = {"casing.thickness": 0.1, "casing.harmonics": 40}
+    whole, bent = (
+        model_of(scene(families=f, **thick)).casing for f in ("all", "bending")
+    )
+    at = whole.omega[whole.diameter == 40]
+    assert bent.omega[bent.diameter == 40] == pytest.approx(at.max())
+
+
+def test_elements_stretch():
+    with pytest.raises(InputError, match="families must be all on a ring of elements"):
+        scene(families="bending", discretization="elements")
+    with pytest.raises(InputError, match="paper"):
+        March(scene(families="bending", scheme="paper"))
+
+
+def test_nothing_is_missed_by_the_finest_and_less_by_finer_ones():
+    missed = [
+        truncation_error(scene(modes=176, **{"casing.harmonics": h})) for h in HARMONICS
+    ]
+    assert missed == sorted(missed, reverse=True)
+    assert missed[-1] == 0.0
+    families = [left_out(scene(modes=22 * f))[0] for f in range(9)]
+    assert families == sorted(families, reverse=True)
+    assert families[-1] == 0.0
+
+
+@pytest.mark.parametrize("asked", [1.0, 0.3, 0.1, 0.01])
+def test_the_choice_keeps_to_what_is_asked_and_no_fewer_modes_would(asked):
+    chosen = with_truncation(scene(truncation=asked))
+    assert with_truncation(chosen) == chosen
+    rotor, ring = (5.0 * share for share in left_out(chosen))
+    assert rotor <= asked / 2
+    assert ring <= asked / 2
+    fewer = apply_settings(chosen, {"modes": max(chosen.solver.modes - 22, 0)})
+    assert chosen.solver.modes == 0 or 5.0 * left_out(fewer)[0] > asked / 2
+    harmonics = chosen.engine.casing.harmonics
+    below = HARMONICS[max(HARMONICS.index(harmonics) - 1, 0)]
+    coarser = apply_settings(chosen, {"casing.harmonics": below, "families": "all"})
+    assert below == harmonics or 5.0 * left_out(coarser)[1] > asked / 2
+
+
+def test_the_ring_carries_the_load_and_the_finest_is_all_there_is():
+    assert with_truncation(
+        scene(truncation=1.0, nodal_diameter=11)
+    ).engine.casing.harmonics >= 11  # fmt: skip
+    finest = with_truncation(scene(truncation=1e-300))
+    assert (finest.solver.modes, finest.engine.casing.harmonics) == (176, HARMONICS[-1])
+
+
+@pytest.mark.parametrize(
+    "settings", [{"discretization": "elements"}, {"mistuning": [0.01] * 22}]
+)
+def test_what_cannot_be_estimated_is_left_as_it_is(settings):
+    given = scene(truncation=0.1, **settings)
+    assert with_truncation(given) == given
+
+
+def test_what_was_chosen_is_marched_and_told():
+    asked = scene(truncation=0.3, accuracy=0.1, duration=2e-3)
+    march = March(asked)
+    assert len(march.model.rotor.omega) == 46 + 66
+    assert march.scene.solver.modes == 66
+    row = simulate(asked).row
+    assert row["modes"] == 66
+    assert row["time_step"] > 4e-5  # a ring that does not stretch allows it
+
+
+def test_cases_of_other_truncation_are_of_no_group():
+    # pulses of other lengths ask for other modes: they must not share a kernel
+    cases = [scene(truncation=0.3, pulse=p) for p in (0.6e-3, 0.78e-3, 0.8e-3, 3e-3)]
+    models = [model_of(case) for case in cases]
+    widths = [(len(m.rotor.omega), len(m.casing.omega)) for m in models]
+    keys = [group_key(case) for case in cases]
+    assert len(set(widths)) > 1
+    for i, j in np.ndindex(4, 4):
+        assert (keys[i] == keys[j]) == (widths[i] == widths[j])
+
+
+def drawn(chance):
+    """Return a random engine that is touched within 2 ms."""
+    return scene(
+        duration=2e-3, interval=1e-5, traces="full", time_step=2e-6, plan="everything",
+        gap=10 ** chance.uniform(-4, -3.3), speed=chance.uniform(20, 520),
+        friction=chance.uniform(0.0, 0.2), pulse=10 ** chance.uniform(-3.7, -2.9),
+        force=10 ** chance.uniform(4.5, 5.5),
+        **{"casing.thickness": float(np.exp(chance.uniform(*np.log([5e-3, 60e-3]))))},
+    )  # fmt: skip
+
+
+def error(case, finest, **settings):
+    """Return (root mean square error of the tips over that of the motion, estimate)."""
+    tried = apply_settings(case, {**FINE, **settings})
+    tips, true = simulate(tried).traces["tips"], finest.traces["tips"]
+    return np.sqrt(((tips - true) ** 2).sum() / (true**2).sum()), truncation_error(
+        tried
+    )
+
+
+@pytest.mark.slow
+def test_the_estimate_is_honest_for_engines_at_random():
+    chance, kept, within = np.random.default_rng(5), 0, []
+    while kept < 12:
+        case = drawn(chance)
+        finest = simulate(apply_settings(case, FINE))
+        if finest.row["contacts"] < 20:
+            continue
+        kept += 1
+        for settings in (
+            {"modes": 22}, {"modes": 66}, {"modes": 110}, {"casing.harmonics": 6},
+            {"casing.harmonics": 12}, {"casing.harmonics": 20}, {"families": "bending"},
+        ):  # fmt: skip
+            found, estimate = error(case, finest, **settings)
+            within.append(found <= estimate)
+            assert found > estimate / 300  # nor is it far too much
+    assert np.mean(within) > 0.93
