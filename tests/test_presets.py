@@ -1,0 +1,77 @@
+"""Presets: what is chosen, what counts over it, what is told."""
+
+import h5py
+import pytest
+
+from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.run import facts_of
+from hpcwhirl.cli import main
+from hpcwhirl.cli.options import scene_of
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import (
+    apply_settings,
+    named_scene,
+    preset_inputs,
+    preset_loss,
+    preset_names,
+    preset_of,
+)
+
+BASE = named_scene("table2")
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_a_preset_is_recognized_by_its_inputs_and_told_in_the_help(name, capsys):
+    chosen = apply_settings(BASE, preset_inputs(name))
+    assert preset_of(chosen) == name
+    assert preset_of(apply_settings(chosen, {"plan": "everything"})) == ""
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert preset_loss(name) in told
+
+
+def test_presets_are_ordered_from_fast_to_exact():
+    steps = [
+        March(apply_settings(BASE, preset_inputs(n))).scene.solver.time_step
+        for n in preset_names()
+    ]
+    assert steps == sorted(steps, reverse=True)
+    asked = [preset_inputs(n)["solver.truncation"] for n in preset_names()]
+    assert asked == sorted(asked, reverse=True)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_set_counts_over_a_preset_in_any_order(order, capsys):
+    words = [["--preset", "draft"], ["--set", "accuracy=1e-3"]]
+    both = words[order] + words[1 - order]
+    assert main(["model", *both, "--json", "--explain"]) == 0
+    capsys.readouterr()
+    inputs = [f"{n}={v}" for n, v in preset_inputs("draft").items()]
+    scene = scene_of("table2", [*inputs, "accuracy=1e-3"])
+    assert scene.solver.accuracy == 1e-3
+    assert scene.solver.truncation == preset_inputs("draft")["solver.truncation"]
+
+
+def test_unknown_presets_and_swept_inputs_of_one_are_one_line(tmp_path, capsys):
+    with pytest.raises(InputError, match="did you mean 'draft'"):
+        preset_inputs("drafts")
+    assert main(["run", "--preset", "standart"]) == 2
+    assert "did you mean 'standard'" in capsys.readouterr().err
+    path = tmp_path / "swept.toml"
+    path.write_text("[sweep]\naccuracy = [1e-2, 1e-3]\n")
+    assert main(["campaign", str(path), "--preset", "draft", "--dry-run"]) == 2
+    assert "the campaign sweeps this input" in capsys.readouterr().err
+
+
+def test_results_name_the_preset_and_what_it_loses(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text("[scene]\nduration = 2e-3\n[sweep]\nspeed = [300.0, 400.0]\n")
+    out = tmp_path / "out"
+    assert main(["campaign", str(path), "--preset", "draft", "--out", str(out)]) == 0
+    with h5py.File(out / "results.h5") as file:
+        assert file.attrs["preset"].decode() == "draft"
+        assert file.attrs["preset_loses"].decode() == preset_loss("draft")
+    other = load_design(path, preset_inputs("draft") | {"solver.accuracy": 0.5})
+    assert "preset" not in facts_of(other)
