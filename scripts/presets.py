@@ -1,0 +1,84 @@
+"""Chooses the presets from a measured trade-off and writes what each loses.
+
+    hpcwhirl tradeoff --out DIR
+    python scripts/presets.py DIR [--write]
+
+Candidates are the combinations of accuracy and truncation. A preset is the cheapest of
+them whose words are all those of the reference and whose median error, the worst number
+of each scene, is at most that of `RULES`; `reference` is the most accurate. Prints the
+choice, and with --write replaces hpcwhirl/scene/presets.toml.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+import hpcwhirl.scene
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
+
+RULES = {"draft": 0.10, "standard": 0.02}  # largest median error
+FIXED = {"plan": "lean", "scheme": "modal"}
+TOLD = ("orbit_radius", "contact_impulse", "tip_peak")
+
+
+def candidates(facts: dict[str, Any]) -> list[tuple[Row, dict[str, float]]]:
+    """Return rows with all words right, and their inputs, the cheapest first."""
+    inputs = {row["label"]: row["inputs"] for row in facts["compared"]}
+    rows = [row for row in table_of(facts) if row.axis == "together"]
+    right = [row for row in rows if row.agree == row.runs and not row.refused]
+    return [(row, inputs[row.label]) for row in sorted(right, key=lambda r: r.cost)]
+
+
+def chosen(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
+    """Return {preset: (what was measured, inputs)}."""
+    found, out = candidates(facts), {}
+    for name, most in RULES.items():
+        fine = [pair for pair in found if pair[0].score <= most]
+        if not fine:
+            msg = f"no combination is as accurate as {name} asks ({most:g})"
+            raise InputError(msg)
+        out[name] = fine[0]
+    out["reference"] = min(found, key=lambda pair: pair[0].score)
+    return out
+
+
+def loss(row: Row, facts: dict[str, Any]) -> str:
+    """Return what a preset costs and loses, in a sentence."""
+    errors = ", ".join(
+        f"{COLUMNS[n]} {percent(row.errors[n][0])} ({percent(row.errors[n][1])})"
+        for n in TOLD
+    )
+    return (
+        f"{row.cost:.2g} times the time of the default inputs; words as a finer "
+        f"reference in {row.agree} of {row.runs} runs; median (largest) error over "
+        f"{len(facts['words'])} scenes: {errors}"
+    )
+
+
+def main() -> int:
+    """Choose, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    facts = json.loads((args.folder / "tradeoff.json").read_text())
+    table = {}
+    for name, (row, inputs) in chosen(facts).items():
+        print(f"{name}: {row.label}: {loss(row, facts)}")
+        table[name] = {"inputs": {**inputs, **FIXED}, "loses": loss(row, facts)}
+    if args.write:
+        head = "# Written by scripts/presets.py from a measured trade-off.\n"
+        path = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
+        path.write_text(head + tomli_w.dumps(table))
+        print(path)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
