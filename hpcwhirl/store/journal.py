@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.packing import packed, unpacked
 
 Record = dict[str, Any]
 T = TypeVar("T")
@@ -75,16 +76,8 @@ class Journal:
         _write(self._lines, sealed(record))
 
     def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
-        parts = {n: np.ascontiguousarray(a, dtype="<f8") for n, a in traces.items()}
-        data = b"".join(a.tobytes() for a in parts.values())
-        offset = _write(self._blocks, data)
-        return {
-            "file": self._name,
-            "offset": offset,
-            "bytes": len(data),
-            "crc": zlib.crc32(data),
-            "shapes": {n: list(a.shape) for n, a in parts.items()},
-        }
+        head, data = packed(traces)
+        return {"file": self._name, "offset": _write(self._blocks, data)} | head
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -241,19 +234,14 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
     except OSError as failed:
         msg = f"cannot read traces in {path}: {failed.strerror}"
         raise MissingFileError(msg) from None
-    if len(data) != block["bytes"] or zlib.crc32(data) != block["crc"]:
+    traces = unpacked(block, data)
+    if traces is None:
         msg = (
             f"traces in {path} at byte {block['offset']} are damaged; the campaign's "
             "command with --retry failed computes them again"
         )
         raise StoreError(msg)
-    out, start = {}, 0
-    values = np.frombuffer(data, dtype="<f8")
-    for name, shape in block["shapes"].items():
-        count = int(np.prod(shape))
-        out[name] = values[start : start + count].reshape(shape)
-        start += count
-    return out
+    return traces
 
 
 def is_whole(folder: Path, record: Record) -> bool:
