@@ -7,7 +7,6 @@ import faulthandler
 import os
 import select
 import signal
-import sys
 import time
 import traceback
 from collections.abc import Mapping
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.compute import LateError, compute, message_of
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import STOP
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import SIGNALS
 from hpcwhirl.dynamics.march import March
@@ -27,12 +27,6 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.packing import packed
-
-
-def say(text: str) -> None:
-    """Write a plain line on stderr at once."""
-    sys.stderr.write(f"hpcwhirl: {text}\n")
-    sys.stderr.flush()
 
 
 class Server:

@@ -27,9 +27,10 @@ from hpcwhirl.campaign.cost import (
     predicted_steps,
 )
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
+from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
