@@ -147,25 +147,27 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-def _lines(folder: Path) -> Iterator[tuple[Path, int, Record]]:
-    for path in sorted((folder / "journal").glob("*.log")):
-        with path.open("rb") as file:
-            start = 0
-            for line in file:
-                record = opened(line)
-                if record is not None:
-                    yield path, start, record
-                start += len(line)
+def _journals(folder: Path) -> list[Path]:
+    return sorted((folder / "journal").glob("*.log"))
+
+
+def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
+    """Yield (byte, record); torn lines are dropped."""
+    with journal.open("rb") as file:
+        start = 0
+        for line in file:
+            record = opened(line)
+            if record is not None:
+                yield start, record
+            start += len(line)
 
 
 def read_journals(folder: Path) -> dict[str, list[Record]]:
     """Return {journal: its whole lines in the order written}, oldest run first."""
-    found = {}
-    for path in sorted((folder / "journal").glob("*.log")):
-        with path.open("rb") as file:
-            lines = [opened(line) for line in file]
-        found[path.stem] = [record for record in lines if record is not None]
-    return found
+    return {
+        path.stem: [record for _, record in _whole_lines(path)]
+        for path in _journals(folder)
+    }
 
 
 def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
@@ -174,17 +176,22 @@ def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
     A record whose traces are not all there is dropped too: the case runs again.
     """
     sizes: dict[str, int] = {}
-    for path, start, record in _lines(folder):
-        block = record.get("traces")
-        if block:
-            name = block["file"]
-            end = block["offset"] + block["bytes"]
-            if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
-                traces = folder / "traces" / name
-                sizes[name] = traces.stat().st_size if traces.is_file() else 0
-            if sizes[name] < end:
-                continue
-        yield path, start, record
+    for path in _journals(folder):
+        for start, record in _whole_lines(path):
+            if _has_traces(folder, record, sizes):
+                yield path, start, record
+
+
+def _has_traces(folder: Path, record: Record, sizes: dict[str, int]) -> bool:
+    """Return whether the file of a record's traces, if any, is long enough for them."""
+    block = record.get("traces")
+    if not block:
+        return True
+    name, end = block["file"], block["offset"] + block["bytes"]
+    if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+        traces = folder / "traces" / name
+        sizes[name] = traces.stat().st_size if traces.is_file() else 0
+    return bool(sizes[name] >= end)
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
