@@ -31,14 +31,20 @@ APART = 10.0  # between two words, where the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours count alike
 
 
+def stepped(scene: Scene) -> Scene | None:
+    """Return the scene with the step that it is marched with, None without a model."""
+    if scene.solver.accuracy == 0.0:
+        return scene
+    try:
+        return with_step(scene, model_of(scene))
+    except WhirlError:  # it will fail as a row
+        return None
+
+
 def predicted_steps(scene: Scene) -> float:
-    """Return the steps of a case that runs to its end."""
-    if scene.solver.accuracy > 0.0:
-        try:
-            scene = with_step(scene, model_of(scene))
-        except WhirlError:  # it will fail as a row
-            return 0.0
-    return scene.end_time / scene.solver.time_step
+    """Return the steps of a case that runs to its end; 0 of one without a model."""
+    known = stepped(scene)
+    return known.end_time / known.solver.time_step if known else 0.0
 
 
 class Costs:
