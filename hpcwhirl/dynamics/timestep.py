@@ -147,8 +147,7 @@ def check_loading(scene: Scene) -> None:
     of it; a pulse shorter than a step would give nothing.
     """
     step = scene.solver.time_step
-    loaded = scene.engine.casing.kind == "ring" and scene.force > 0.0
-    if loaded and scene.pulse < FEWEST_IN_PULSE * step:
+    if scene.is_loaded and scene.pulse < FEWEST_IN_PULSE * step:
         msg = (
             f"pulse must be >= {FEWEST_IN_PULSE * step:.6g} s ({FEWEST_IN_PULSE} time "
             f"steps, or its impulse is wrong by more than 1 %), got {scene.pulse:.6g}"
