@@ -20,7 +20,7 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, digest, flatten
+from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
@@ -121,8 +121,8 @@ def learn_from(folder: Path, design: Design, costs: Costs) -> list[int]:
         return record["status"] == "ok", record["performance"].get("seconds", np.nan)
 
     kept, left = scan(folder, brief), []
-    for case, scene in enumerate(design.cases):
-        found = kept.get(digest(scene))
+    for case, name in enumerate(design.digests):
+        found = kept.get(name)
         if found is None:
             left.append(case)
         elif found[0]:

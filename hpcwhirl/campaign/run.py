@@ -244,7 +244,7 @@ def _ignore(unit: int, statuses: list[str]) -> None:
 
 def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
     records = read_records(folder)
-    own = (records.get(digest(design.cases[case])) for case in cases_of(design, shard))
+    own = (records.get(design.digests[case]) for case in cases_of(design, shard))
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 
