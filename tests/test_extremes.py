@@ -1,16 +1,9 @@
 """Scenes at the extremes, by the table of scripts/extremes.py and its laws."""
 
-import importlib
-import sys
-from pathlib import Path
-
+import extremes_random as random
+import extremes_table as table
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "scripts"))
-laws = importlib.import_module("extremes_laws")
-table = importlib.import_module("extremes_table")
-random = importlib.import_module("extremes_random")
-sys.path.pop(0)
 QUICK = [extreme for extreme in table.TABLE if extreme.quick]
 
 
