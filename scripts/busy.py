@@ -32,9 +32,10 @@ import numpy as np
 
 from hpcwhirl.campaign.cost import costs_of
 from hpcwhirl.campaign.design import Design, load_design
-from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
+from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Tally
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.shares import keep_shares

@@ -18,7 +18,6 @@ from scipy.linalg import expm
 from hpcwhirl.campaign.case import Result, result_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.history import History
-from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.lanes import can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import contact_operators, pulse_load
@@ -328,8 +327,3 @@ def scaled(factor: float) -> Law:
         return f"{one.words()}; as the original"
 
     return law
-
-
-def in_contact(run: Run) -> int:
-    """Return the steps of a run that had contact."""
-    return int(run.march.counter[contact.TOUCHED])

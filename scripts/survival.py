@@ -19,9 +19,9 @@ from functools import partial
 from pathlib import Path
 
 from hpcwhirl.campaign.compute import compute
-from hpcwhirl.campaign.evaluate import say
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, digest, named_scene
 from hpcwhirl.store.running import Running

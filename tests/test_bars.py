@@ -1,12 +1,13 @@
 """Truths 3 and 7: bars with exact answers, through the contact code of engines."""
 
-import importlib
 import json
 import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
 
+import bar_rigs as rigs
+import bars
 import numpy as np
 import pytest
 
@@ -14,23 +15,6 @@ SCRIPTS = Path(__file__).parent.parent / "scripts"
 CENTRAL = ["general", "paper", pytest.param("modal", marks=pytest.mark.slow)]
 SCHEMES = [*CENTRAL, pytest.param("exact", marks=pytest.mark.slow)]
 IMPACTS = ["drop", "two bars"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _scripts_importable():
-    sys.path.insert(0, str(SCRIPTS))
-    yield
-    sys.path.remove(str(SCRIPTS))
-
-
-@pytest.fixture(scope="module")
-def rigs(_scripts_importable):
-    return importlib.import_module("bar_rigs")
-
-
-@pytest.fixture(scope="module")
-def bars(_scripts_importable):
-    return importlib.import_module("bars")
 
 
 def step_of(rig, courant):
@@ -49,7 +33,7 @@ def gaps_and_multipliers(march):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_dropped_bar_bounces_as_it_should(bars, scheme):
+def test_a_dropped_bar_bounces_as_it_should(scheme):
     # Doyen, Ern, Piperno (2011), section 3: one contact of 2 L / c, v_0 gained
     row = bars.measure("drop", 50, 0.125, scheme)
     assert row["touched"] == 1
@@ -61,7 +45,7 @@ def test_a_dropped_bar_bounces_as_it_should(bars, scheme):
 
 
 @pytest.mark.parametrize("scheme", ["general", "paper"])
-def test_equal_bars_exchange_their_velocities(rigs, bars, scheme):
+def test_equal_bars_exchange_their_velocities(scheme):
     row = bars.measure("two bars", 50, 0.125, scheme)
     for name, error in (("impulse", 0.015), ("rebound", 0.03), ("contact", 0.02)):
         assert abs(row[name]) < error, name
@@ -78,7 +62,7 @@ def test_equal_bars_exchange_their_velocities(rigs, bars, scheme):
 
 
 @pytest.mark.parametrize("blades", [1, 5])
-def test_a_bar_of_as_many_areas_serves_all_blades_alike(rigs, blades):
+def test_a_bar_of_as_many_areas_serves_all_blades_alike(blades):
     rig = rigs.two_bars(30)
     march = rigs.march_of(rig, step_of(rig, 0.25), blades=blades)
     history = march.run()
@@ -89,7 +73,7 @@ def test_a_bar_of_as_many_areas_serves_all_blades_alike(rigs, blades):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_clamped_bar_is_pressed_by_what_its_waves_say(bars, scheme):
+def test_a_clamped_bar_is_pressed_by_what_its_waves_say(scheme):
     # 51 elements have as many modes as 50 of a free bar: one kernel for both
     row = bars.measure("clamped", 51, 0.125, scheme)
     assert abs(row["impulse"]) < 3e-4
@@ -99,7 +83,7 @@ def test_a_clamped_bar_is_pressed_by_what_its_waves_say(bars, scheme):
     assert row["residual"] < 1e-9
 
 
-def test_a_pressed_bar_pushes_back_with_its_stiffness_in_the_mean(rigs):
+def test_a_pressed_bar_pushes_back_with_its_stiffness_in_the_mean():
     rig = rigs.clamped(60)
     step = rig.bar.passage / 960
     impulse = rigs.march_of(rig, step).run().impulse
@@ -113,7 +97,7 @@ def test_a_pressed_bar_pushes_back_with_its_stiffness_in_the_mean(rigs):
 
 @pytest.mark.order
 @pytest.mark.parametrize("name", IMPACTS)
-def test_impacts_are_of_order_two_thirds_in_step_and_mesh(bars, name):
+def test_impacts_are_of_order_two_thirds_in_step_and_mesh(name):
     # a front disperses over (h / L)^(2/3) of the bar; the ends' mass falls with h
     count = range(4)
     rows = [bars.measure(name, 25 * 2**n, 0.25, series="step and mesh") for n in count]
@@ -124,7 +108,7 @@ def test_impacts_are_of_order_two_thirds_in_step_and_mesh(bars, name):
 
 
 @pytest.mark.order
-def test_a_held_contact_is_of_second_order_in_the_step(rigs, bars):
+def test_a_held_contact_is_of_second_order_in_the_step():
     # the force of a step acts at its start: every second one of half the step
     rig, coarse = rigs.clamped(20), 1920
     forces = [
@@ -136,7 +120,7 @@ def test_a_held_contact_is_of_second_order_in_the_step(rigs, bars):
 
 
 @pytest.mark.order
-def test_a_held_contact_is_of_first_order_in_step_and_mesh(bars):
+def test_a_held_contact_is_of_first_order_in_step_and_mesh():
     # the wall's acceleration jumps
     series = "step and mesh"
     rows = [bars.measure("clamped", 25 * 2**n, 0.25, series=series) for n in range(4)]
@@ -147,7 +131,7 @@ def test_a_held_contact_is_of_first_order_in_step_and_mesh(bars):
 
 
 @pytest.mark.parametrize("name", IMPACTS)
-def test_the_peak_multiplier_grows_with_the_rate_and_the_impulse_does_not(bars, name):
+def test_the_peak_multiplier_grows_with_the_rate_and_the_impulse_does_not(name):
     coarse, middle, fine = (bars.measure(name, 50, 0.1 / 4**n) for n in range(3))
     assert fine["peak"] / middle["peak"] == pytest.approx(4.0, rel=0.05)
     assert fine["peak"] > 3 * coarse["peak"] > 3
@@ -159,7 +143,7 @@ def test_the_peak_multiplier_grows_with_the_rate_and_the_impulse_does_not(bars, 
 
 @pytest.mark.parametrize("name", IMPACTS)
 @pytest.mark.parametrize("elements", [25, 50, 100])
-def test_an_impact_loses_the_kinetic_energy_of_the_ends_mass(bars, name, elements):
+def test_an_impact_loses_the_kinetic_energy_of_the_ends_mass(name, elements):
     # sqrt(3)/6 h/L of the bar's, half of that for two bars; some more in long steps
     rows = [bars.measure(name, elements, courant) for courant in (0.4, 0.13, 0.011)]
     assert rows[2]["expected"] == pytest.approx(1.0, abs=0.001)
@@ -169,7 +153,7 @@ def test_an_impact_loses_the_kinetic_energy_of_the_ends_mass(bars, name, element
         assert row["touched"] == 1
 
 
-def test_a_contact_that_is_held_loses_nothing(rigs):
+def test_a_contact_that_is_held_loses_nothing():
     rig = rigs.clamped(40)
     ledger = rigs.march_of(rig, step_of(rig, 0.25)).run().ledger
     assert abs(ledger["impact"]) < 1e-12 * ledger["energy"]
@@ -185,14 +169,14 @@ def assert_complementary(gaps, push):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize(("name", "elements"), [("drop", 50), ("clamped", 51)])
-def test_gaps_at_a_wall_stay_open_and_forces_push(rigs, name, elements, scheme):
+def test_gaps_at_a_wall_stay_open_and_forces_push(name, elements, scheme):
     rig, blades = rigs.RIGS[name](elements), 3 if scheme in {"modal", "exact"} else 1
     march = rigs.march_of(rig, step_of(rig, 0.25), scheme, blades)
     assert_complementary(*gaps_and_multipliers(march))
 
 
 @pytest.mark.parametrize("scheme", ["general", "paper"])
-def test_gaps_between_bars_stay_open_and_forces_push(rigs, scheme):
+def test_gaps_between_bars_stay_open_and_forces_push(scheme):
     rig = rigs.two_bars(30)
     march = rigs.march_of(rig, step_of(rig, 0.25), scheme, blades=2)
     assert_complementary(*gaps_and_multipliers(march))
@@ -203,9 +187,7 @@ def test_gaps_between_bars_stay_open_and_forces_push(rigs, scheme):
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])
 @pytest.mark.parametrize("scheme", CENTRAL)
-def test_friction_is_mu_times_the_normal_force_against_the_rotation(
-    rigs, scheme, speed
-):
+def test_friction_is_mu_times_the_normal_force_against_the_rotation(scheme, speed):
     rig, slider, mu = rigs.drop(50), rigs.Slider(), 0.4
     blades = 3 if scheme == "modal" else 1
     march = rigs.march_of(
@@ -225,7 +207,7 @@ def test_friction_is_mu_times_the_normal_force_against_the_rotation(
 
 
 @pytest.mark.parametrize("name", IMPACTS)
-def test_friction_does_not_touch_the_bounce(rigs, name):
+def test_friction_does_not_touch_the_bounce(name):
     rig = rigs.RIGS[name](30)
     smooth, rough = (
         rigs.march_of(rig, step_of(rig, 0.25), friction=mu, speed=1.0).run()
@@ -240,7 +222,7 @@ def test_friction_does_not_touch_the_bounce(rigs, name):
 # Blades that know nothing of each other
 
 
-def test_a_lobed_wall_touches_only_the_bar_it_comes_to(rigs):
+def test_a_lobed_wall_touches_only_the_bar_it_comes_to():
     rig = rigs.drop(20)
     march = rigs.march_of(rig, step_of(rig, 0.25), blades=4, nodal_diameter=1)
     history = march.run()
@@ -253,7 +235,7 @@ def test_a_lobed_wall_touches_only_the_bar_it_comes_to(rigs):
 
 
 @pytest.mark.slow
-def test_the_script_prints_strict_json(bars):
+def test_the_script_prints_strict_json():
     done = subprocess.run(
         [sys.executable, SCRIPTS / "bars.py", "--quick", "--json"],
         capture_output=True, text=True, timeout=200, check=True,

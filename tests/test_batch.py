@@ -23,6 +23,7 @@ MIXED = [
     {"nodal_diameter": 3, "speed": 0.0, "friction": 0.2, "duration": 1.9e-3},
     {"nodal_diameter": 2, "speed": -450.0, "pulse": 5e-4},
 ]
+SLOW_21, SLOW_12 = (pytest.param(n, marks=pytest.mark.slow) for n in (21, 12))
 
 
 def scene(**settings):
@@ -62,7 +63,7 @@ def alone(case):
     return march
 
 
-@pytest.mark.parametrize("blades", [22, 21, 12])
+@pytest.mark.parametrize("blades", [22, SLOW_21, SLOW_12])
 def test_a_lane_has_the_bits_of_the_case_alone(blades):
     scenes = [scene(blades=blades, **settings) for settings in MIXED]
     together = marched(scenes, first=blades % 4)

@@ -14,6 +14,7 @@ from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.units import units_of
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.batch import Batch
@@ -300,7 +301,7 @@ def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, caps
     unit = (0, 2, 4, 6)
     write_plan(journal, design.plan())
     with Journal(journal, 0, 0) as kept, Running(journal, 0, 0) as running:
-        halfway, child = Halfway(journal, 600.0, evaluate.say), Child(journal, 600.0)
+        halfway, child = Halfway(journal, 600.0, say), Child(journal, 600.0)
         desk = evaluate.Desk(0, kept, running, halfway, child)
         done = evaluate.Evaluator(design, [unit], desk)(0, lambda: None)
     assert done == ["ok"] * 4

@@ -1,21 +1,21 @@
 """Scenes at the extremes, by the table of scripts/extremes.py and its laws."""
 
-import importlib
-import sys
-from pathlib import Path
-
+import extremes_random as random
+import extremes_table as table
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "scripts"))
-laws = importlib.import_module("extremes_laws")
-table = importlib.import_module("extremes_table")
-random = importlib.import_module("extremes_random")
-sys.path.pop(0)
 QUICK = [extreme for extreme in table.TABLE if extreme.quick]
+FOLDED = [e for e in table.TABLE if e.what == "lobes" and not e.quick]
 
 
 @pytest.mark.parametrize("extreme", QUICK, ids=lambda e: f"{e.what}: {e.name}")
 def test_an_extreme_is_decided_by_its_law(extreme):
+    extreme.law(extreme.settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("extreme", FOLDED, ids=lambda e: e.name)
+def test_one_blade_and_two_of_twenty_two_swing_in_closed_form(extreme):
     extreme.law(extreme.settings)
 
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import paper_text
 import pytest
 
 from hpcwhirl.campaign.case import simulate
@@ -200,15 +201,7 @@ def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
         sweeps.draw_interaction(cases, [0])
 
 
-@pytest.fixture
-def paper_text(monkeypatch):
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    import paper_text
-
-    return paper_text
-
-
-def test_misses_come_first_and_numbers_are_judged_by_their_tolerance(paper_text):
+def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
     number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
     near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
     assert [s.verdict for s in (near, far, none)] == [

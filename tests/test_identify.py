@@ -1,34 +1,14 @@
 """The search for the engine: its score, its bounds, its campaigns."""
 
-import importlib
 import json
 import signal
-import sys
 import tomllib
-from pathlib import Path
 
+import identify_engine as engines
+import identify_score as scoring
 import pytest
 
 from hpcwhirl.campaign.design import design_of
-
-SCRIPTS = Path(__file__).parent.parent / "scripts"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _scripts_importable():
-    sys.path.insert(0, str(SCRIPTS))
-    yield
-    sys.path.remove(str(SCRIPTS))
-
-
-@pytest.fixture(scope="module")
-def scoring(_scripts_importable):
-    return importlib.import_module("identify_score")
-
-
-@pytest.fixture(scope="module")
-def engines(_scripts_importable):
-    return importlib.import_module("identify_engine")
 
 
 @pytest.fixture
@@ -59,11 +39,11 @@ def changed(rows, speed, kind="table 2", **change):
     return [r | change if (r["speed"], r["kind"]) == (speed, kind) else r for r in rows]
 
 
-def points(scoring, rows):
+def points(rows):
     return sum(won for won, _ in scoring.score_parts(rows).values())
 
 
-def test_the_papers_motions_score_one(scoring):
+def test_the_papers_motions_score_one():
     parts = scoring.score_parts(as_the_paper())
     assert sum(most for _, most in parts.values()) == 24.0
     assert scoring.score(parts) == 1.0
@@ -87,30 +67,30 @@ def test_the_papers_motions_score_one(scoring):
         (150.0, {"regime": "sustained"}, 4 / 41),
     ],
 )
-def test_every_miss_costs_its_points(scoring, speed, change, lost):
+def test_every_miss_costs_its_points(speed, change, lost):
     rows = changed(as_the_paper(), speed, **change)
-    assert points(scoring, rows) == pytest.approx(24 - lost)
+    assert points(rows) == pytest.approx(24 - lost)
 
 
-def test_a_divergent_neighbour_speaks_for_270(scoring):
+def test_a_divergent_neighbour_speaks_for_270():
     rows = changed(as_the_paper(), 270.0, regime="damped")
     other = {"regime": "divergent", "whirl": "backward", "orbit_radius": 1e-3}
-    assert points(scoring, changed(rows, 280.0, **other)) == 24.0
+    assert points(changed(rows, 280.0, **other)) == 24.0
 
 
-def test_clamped_centre_and_table_1_weigh_by_their_share(scoring):
+def test_clamped_centre_and_table_1_weigh_by_their_share():
     rows = changed(as_the_paper(), 20.0, "clamped", regime="divergent")
     rows = changed(rows, 20.0, "table 1, k=1", regime="sustained")
-    assert points(scoring, rows) == pytest.approx(24 - 2 / 11 - 1.5 / 11)
+    assert points(rows) == pytest.approx(24 - 2 / 11 - 1.5 / 11)
 
 
-def test_what_was_not_computed_is_not_possible(scoring):
+def test_what_was_not_computed_is_not_possible():
     parts = scoring.score_parts([row(520.0, "damped", "mixed")])
     assert parts == {"520": (2.0, 2.0), "520 forward": (0.0, 0.5)}
     assert scoring.score({}) == 0.0
 
 
-def test_a_search_begins_within_bounds_and_with_the_default(engines):
+def test_a_search_begins_within_bounds_and_with_the_default():
     drawn = [engines.engine_at(p) for p in engines.first_population(64, seed=3)]
     assert len(drawn) == 64
     for name, (low, high, _) in engines.UNKNOWNS.items():
@@ -120,7 +100,7 @@ def test_a_search_begins_within_bounds_and_with_the_default(engines):
         assert drawn[0][name] == pytest.approx(value, rel=1e-4)
 
 
-def test_an_engine_that_damps_everything_has_points_but_does_not_lead(scoring):
+def test_an_engine_that_damps_everything_has_points_but_does_not_lead():
     rest = {"late_fed": 0.0, "late_lost": 1.0, "growth_rate": -1.0, "window": 1.0}
     paper = [r | rest for r in as_the_paper()]
     still = [r | {"regime": "damped"} for r in paper]
@@ -131,7 +111,7 @@ def test_an_engine_that_damps_everything_has_points_but_does_not_lead(scoring):
     assert scoring.guide(still) < 0.4 < scoring.guide(half) < 1.0
 
 
-def test_the_guide_rises_with_what_contact_replaces(scoring):
+def test_the_guide_rises_with_what_contact_replaces():
     def led(fed, **more):
         kept = {"late_fed": fed, "late_lost": 1.0, "growth_rate": 0.0, "window": 1.0}
         return scoring.guide([row(420.0, "undecided", **(kept | more))])
@@ -140,14 +120,14 @@ def test_the_guide_rises_with_what_contact_replaces(scoring):
     assert led(0.5, growth_rate=-0.5) < led(0.5)
 
 
-def test_unit_coordinates_come_back(engines):
+def test_unit_coordinates_come_back():
     default = engines.default_engine()
     for name in engines.UNKNOWNS:
         back = engines.from_unit(name, engines.to_unit(name, default[name]))
         assert back == pytest.approx(default[name], rel=1e-4)
 
 
-def test_campaigns_are_accepted_and_keep_the_order(engines):
+def test_campaigns_are_accepted_and_keep_the_order():
     pair = [engines.engine_at(p) for p in engines.first_population(8, 5)[[0, 7]]]
     for stage in (engines.SCREEN, engines.SWEEP, engines.FINAL):
         design = design_of(tomllib.loads(engines.document(pair, stage)))
@@ -162,7 +142,7 @@ def test_campaigns_are_accepted_and_keep_the_order(engines):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("_signals_restored")
-def test_a_short_search_reports_and_is_not_repeated(engines, tmp_path):
+def test_a_short_search_reports_and_is_not_repeated(tmp_path):
     words = ["--out", str(tmp_path), "--short", "--minutes", "30"]
     assert engines.main(words) == 0
     facts = json.loads((tmp_path / "engines.json").read_text())

@@ -5,11 +5,12 @@ import shlex
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launch import ROOT
+from launch import ROOT, tree, wait_for
 
 from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
 from hpcwhirl.campaign.jobs.schedulers import SCHEDULERS, clock
@@ -96,8 +97,19 @@ def end_with(place, code):
     (place / "code").replace(place / "finish")
 
 
+def all_wait(pid):
+    """Return whether a process and all that descend from it wait for something."""
+    try:
+        states = [Path(f"/proc/{one}/stat").read_text() for one in tree(pid)]
+    except OSError:  # one has just ended
+        return False
+    return all(state.rpartition(") ")[2].startswith("S") for state in states)
+
+
 def signalled(scheduler, place, number, variables=None, **options):
     process = begin(scheduler, place, variables, **options)
+    # the campaign has begun, but who started it may not know its number yet
+    wait_for(lambda: all_wait(process.pid), process)
     if scheduler == "flux" and number == signal.SIGUSR1:  # Flux tells the ranks itself
         end_with(place, 75)
     process.send_signal(number)

@@ -39,6 +39,7 @@ WORDS = {
     "solver.until": "certain",
     "output.traces": "full",
     "direction": "stretch",
+    "engine.casing.families": "bending",
 }
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),

@@ -194,11 +194,3 @@ def growth_of_diameter(
         "sprung_line": found[best].imag,
         "spring": float(springs[best]),
     }
-
-
-def closed_growth(
-    model: Model, speed: float, friction: float
-) -> list[dict[str, float]]:
-    """Return `growth_of_diameter` for every nodal diameter of the rotor."""
-    diameters = range(model.blades // 2 + 1)
-    return [growth_of_diameter(model, k, speed, friction) for k in diameters]

@@ -127,7 +127,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "late_rotation": fed - rubbed,
         "late_lost": lost,
         "late_energy": _number(history.energy[late].mean()) if late.any() else 0.0,
-        "load_end": _load_end(scene),
+        "load_end": scene.pulse if scene.is_loaded else 0.0,
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
         "certificate_reach": history.certificate_reach,
@@ -141,11 +141,6 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
 def _change(values: Floats) -> float:
     """Return the last less the first of cumulative values; 0 where there is none."""
     return _number(values[-1] - values[0]) if len(values) else 0.0
-
-
-def _load_end(scene: Scene) -> float:
-    loaded = scene.engine.casing.kind == "ring" and scene.force > 0.0
-    return scene.pulse if loaded else 0.0
 
 
 def _number(value: float) -> float:

@@ -23,9 +23,8 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
     amplitude : (n,), m: radius of the circle each line stands for (Hann window,
         mean removed)
     """
-    from scipy.signal import windows  # half a second that `--help` need not wait
-
-    window = windows.hann(len(orbit), sym=False)
+    # scipy.signal has it, too, for 0.4 s of every process's start
+    window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, len(orbit) + 1)[:-1])
     centred = orbit - (window @ orbit) / window.sum()
     lines = np.fft.fftshift(np.fft.fft(window * centred)) / window.sum()
     omega = 2 * np.pi * np.fft.fftshift(np.fft.fftfreq(len(orbit), interval))

@@ -7,31 +7,26 @@ import faulthandler
 import os
 import select
 import signal
-import sys
 import time
 import traceback
-import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hpcwhirl.campaign.case import Result
 from hpcwhirl.campaign.compute import LateError, compute, message_of
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import STOP
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import SIGNALS
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.journal import Record, opened, sealed
-
-
-def say(text: str) -> None:
-    """Write a plain line on stderr at once."""
-    sys.stderr.write(f"hpcwhirl: {text}\n")
-    sys.stderr.flush()
+from hpcwhirl.store.packing import packed
 
 
 class Server:
@@ -80,7 +75,7 @@ class Server:
     def _warm(self, asked: Record) -> None:
         with contextlib.suppress(Exception):  # it will fail as a row
             March(apply_settings(Scene(), asked["warm"])).advance(1)
-        self._send({"status": "warm"}, b"")
+        self._send({"status": "warm"})
 
     def _answer(self, asked: Record) -> None:
         scene, start = apply_settings(Scene(), asked["scene"]), time.perf_counter()
@@ -89,28 +84,23 @@ class Server:
             digest = asked["digest"]
             result = compute(scene, digest, self.halfway, limit, self._between)
         except Stop:
-            self._send({"status": "stopped"}, b"")
+            self._send({"status": "stopped"})
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
             status = "timeout" if isinstance(failed, LateError) else "failed"
             spent = time.perf_counter() - start
             told = {"status": status, "message": message_of(failed), "seconds": spent}
-            self._send(told, b"")
+            self._send(told)
         else:
-            self._send_result(result)
+            told = {"status": "ok", "row": result.row}
+            self._send(told | {"performance": result.performance}, result.traces)
 
-    def _send_result(self, result: Result) -> None:
-        parts = {n: np.asarray(a, dtype="<f8") for n, a in result.traces.items()}
-        data = b"".join(np.ascontiguousarray(a).tobytes() for a in parts.values())
-        told: Record = {"status": "ok", "row": result.row}
-        told["performance"] = result.performance
-        told["shapes"] = {n: list(a.shape) for n, a in parts.items()}
-        self._send(told, data)
-
-    def _send(self, told: Record, data: bytes) -> None:
-        told |= {"bytes": len(data), "crc": zlib.crc32(data)}
-        self._sink.write(sealed(told) + data)
+    def _send(
+        self, told: Record, traces: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> None:
+        head, data = packed(traces or {})
+        self._sink.write(sealed(told | head) + data)
         self._sink.flush()
 
 

@@ -20,7 +20,7 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, digest, flatten
+from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
@@ -31,14 +31,20 @@ APART = 10.0  # between two words, where the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours count alike
 
 
+def stepped(scene: Scene) -> Scene | None:
+    """Return the scene with the step that it is marched with, None without a model."""
+    if scene.solver.accuracy == 0.0:
+        return scene
+    try:
+        return with_step(scene, model_of(scene))
+    except WhirlError:  # it will fail as a row
+        return None
+
+
 def predicted_steps(scene: Scene) -> float:
-    """Return the steps of a case that runs to its end."""
-    if scene.solver.accuracy > 0.0:
-        try:
-            scene = with_step(scene, model_of(scene))
-        except WhirlError:  # it will fail as a row
-            return 0.0
-    return scene.end_time / scene.solver.time_step
+    """Return the steps of a case that runs to its end; 0 of one without a model."""
+    known = stepped(scene)
+    return known.end_time / known.solver.time_step if known else 0.0
 
 
 class Costs:
@@ -115,8 +121,8 @@ def learn_from(folder: Path, design: Design, costs: Costs) -> list[int]:
         return record["status"] == "ok", record["performance"].get("seconds", np.nan)
 
     kept, left = scan(folder, brief), []
-    for case, scene in enumerate(design.cases):
-        found = kept.get(digest(scene))
+    for case, name in enumerate(design.digests):
+        found = kept.get(name)
         if found is None:
             left.append(case)
         elif found[0]:

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import cached_property
 from importlib import resources
 from pathlib import Path
 from typing import Any, overload
@@ -89,6 +90,11 @@ class Design:
         """Send what the scenes are made from instead of the scenes."""
         return _sent, (self.base, self.settings, self.swept)
 
+    @cached_property
+    def digests(self) -> tuple[str, ...]:
+        """Digest of each case; a rank that does a few of them asks their scenes."""
+        return tuple(digest(scene) for scene in self.cases)
+
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
@@ -98,7 +104,7 @@ class Design:
             engine=self.base.engine.name,
             base=flatten(self.base) | content,
             swept=list(self.swept),
-            digests=[digest(scene) for scene in self.cases],
+            digests=list(self.digests),
             settings=[dict(s) for s in self.settings],
             version=__version__,
         )
@@ -149,9 +155,9 @@ def design_of(
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
     cases = tuple(apply_settings(base, row) for row in rows)
-    _check_distinct(cases)
-    rules = _named_rules(document)
-    return Design(base, cases, tuple(rows), swept, rules)
+    design = Design(base, cases, tuple(rows), swept, _named_rules(document))
+    _check_distinct(design.digests)
+    return design
 
 
 def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -270,10 +276,10 @@ def _explicit(given: Any) -> list[Settings]:
     return [_resolved(_flat(case, ""), "[[cases]]") for case in given]
 
 
-def _check_distinct(cases: Sequence[Scene]) -> None:
+def _check_distinct(digests: Sequence[str]) -> None:
     seen: dict[str, int] = {}
-    for number, scene in enumerate(cases):
-        first = seen.setdefault(digest(scene), number)
+    for number, name in enumerate(digests):
+        first = seen.setdefault(name, number)
         if first != number:
             msg = f"cases {first} and {number} have the same inputs"
             raise InputError(msg)

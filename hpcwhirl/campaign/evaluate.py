@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from hpcwhirl.campaign.compute import (
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import Stopping, breakable
@@ -37,12 +37,6 @@ from hpcwhirl.store.journal import Journal, Record
 from hpcwhirl.store.running import Running
 
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
-
-
-def say(text: str) -> None:
-    """Write a plain line on stderr at once."""
-    sys.stderr.write(f"hpcwhirl: {text}\n")
-    sys.stderr.flush()
 
 
 @dataclass

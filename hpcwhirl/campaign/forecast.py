@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from hpcwhirl.campaign.case import simulate
-from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps
+from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps, stepped
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.run import facts_of
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import step_counts, with_step
+from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
 from hpcwhirl.store.forecast import Bytes, bytes_of
@@ -141,10 +140,8 @@ def _keeps(scene: Scene) -> bool:
 
 def _sampling(scene: Scene) -> tuple[int, float]:
     """Return the samples of a case and the seconds between them."""
-    try:
-        if scene.solver.accuracy > 0.0:
-            scene = with_step(scene, model_of(scene))
-    except WhirlError:  # it will fail as a row
+    known = stepped(scene)
+    if known is None:
         return 0, np.nan
-    total, stride = step_counts(scene)
-    return total // stride, stride * scene.solver.time_step
+    total, stride = step_counts(known)
+    return total // stride, stride * known.solver.time_step

@@ -15,19 +15,15 @@ import signal
 import subprocess
 import sys
 import time
-import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from hpcwhirl.campaign.case import Result
 from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.packing import unpacked
 
 LOOK_EVERY = 0.01  # s, as between slices
 PATIENCE = 3.0  # s for a child to keep its state at a stop
@@ -75,7 +71,11 @@ class Child:
             raise kinds[answer["status"]](answer["message"])
         if answer["status"] == "stopped":
             raise Stop
-        return Result(answer["row"], _arrays(answer, data), answer["performance"])
+        traces = unpacked(answer, data)
+        if traces is None:
+            msg = "the answer of the case's process is damaged"
+            raise FailedError(msg)
+        return Result(answer["row"], traces, answer["performance"])
 
     def close(self) -> None:
         """Let the child end."""
@@ -173,16 +173,3 @@ class Child:
         name = signal.Signals(-code).name
         hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
         return DiedError(f"the case's process died of {name}{hint}")
-
-
-def _arrays(answer: Record, data: bytes) -> dict[str, NDArray[np.float64]]:
-    if zlib.crc32(data) != answer["crc"]:
-        msg = "the answer of the case's process is damaged"
-        raise FailedError(msg)
-    out: dict[str, Any] = {}
-    start = 0
-    for name, shape in answer["shapes"].items():
-        count = math.prod(shape)
-        out[name] = np.frombuffer(data, "<f8", count, start).reshape(shape)
-        start += 8 * count
-    return out

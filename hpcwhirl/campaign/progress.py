@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, read_journals, read_records
 from hpcwhirl.store.plan import Plan, read_plan
 
@@ -101,10 +102,8 @@ def predicted_work(plan: Plan) -> dict[str, float]:
     work = {}
     for digest, settings in zip(plan.digests, plan.settings, strict=True):
         values: Mapping[str, Any] = plan.base | settings
-        end = float(values.get("duration", 0.0))
-        if values.get("revolutions", 0.0):
-            end = values["revolutions"] * 2 * math.pi / abs(values["speed"])
-        work[digest] = end / float(values.get("solver.time_step", 1.0))
+        asked = (values.get(name, 0.0) for name in ("duration", "revolutions", "speed"))
+        work[digest] = end_time(*asked) / values.get("solver.time_step", 1.0)
     unknown = any((plan.base | s).get("solver.accuracy") for s in plan.settings)
     return dict.fromkeys(work, 1.0) if unknown else work
 

@@ -12,7 +12,7 @@ from hpcwhirl.campaign.stop import refuse_stop_file
 from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import Scene, digest
+from hpcwhirl.scene import Scene
 from hpcwhirl.store.journal import Record, is_whole, scan
 from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
 from hpcwhirl.store.running import crashes, forget_crashes
@@ -130,7 +130,7 @@ def to_do(design: Design, folder: Path, retry: Collection[str] = ()) -> list[int
         if ended[name] != "timeout":
             drop_state(folder, name)
     forget_crashes(folder, set(ended))
-    return [i for i, s in enumerate(design.cases) if digest(s) not in ended]
+    return [i for i, name in enumerate(design.digests) if name not in ended]
 
 
 def suspects(design: Design, folder: Path, left: Collection[int]) -> frozenset[int]:
@@ -142,4 +142,4 @@ def suspects(design: Design, folder: Path, left: Collection[int]) -> frozenset[i
     count = crashes(folder)
     if max(count.values(), default=0) < CRASHES:
         return frozenset()
-    return frozenset(i for i in left if count[digest(design.cases[i])] >= CRASHES)
+    return frozenset(i for i in left if count[design.digests[i]] >= CRASHES)

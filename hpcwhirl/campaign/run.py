@@ -27,9 +27,10 @@ from hpcwhirl.campaign.cost import (
     predicted_steps,
 )
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.evaluate import Desk, Evaluator, say
+from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
@@ -243,7 +244,7 @@ def _ignore(unit: int, statuses: list[str]) -> None:
 
 def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
     records = read_records(folder)
-    own = (records.get(digest(design.cases[case])) for case in cases_of(design, shard))
+    own = (records.get(design.digests[case]) for case in cases_of(design, shard))
     return sum(r is not None and r["status"] != "ok" for r in own)
 
 

@@ -6,7 +6,7 @@ import socket
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.evaluate import say
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Tally
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.store.runs import Share, write_run

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
 def _write(path: Path, text: str) -> None:
     """Write the script; only a script that was printed before is replaced."""
     from hpcwhirl.campaign.jobs.script import PRINTED
-    from hpcwhirl.store.plan import write_text
+    from hpcwhirl.store.whole import write_whole
 
     try:
         old = path.read_text(encoding="utf-8") if path.exists() else PRINTED
@@ -87,4 +87,4 @@ def _write(path: Path, text: str) -> None:
     if PRINTED not in old:
         msg = f"--script {path}: there is a file that is no job script; it is kept"
         raise InputError(msg)
-    write_text(path, text)
+    write_whole(path, text.encode())

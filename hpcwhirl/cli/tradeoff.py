@@ -53,6 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.tradeoff import measure
     from hpcwhirl.campaign.trials import settings_of
     from hpcwhirl.report.tradeoff import draw_tradeoff, markdown
+    from hpcwhirl.store.whole import write_whole
 
     if args.repeats < 2:
         msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
@@ -71,8 +72,9 @@ def run(args: argparse.Namespace) -> int:
     }
     text = _heading(facts) + markdown(facts)
     if args.out:
-        _write(folder / "tradeoff.json", json.dumps(finite(facts), indent=1) + "\n")
-        _write(folder / "tradeoff.md", text)
+        plain = json.dumps(finite(facts), indent=1) + "\n"
+        write_whole(folder / "tradeoff.json", plain.encode())
+        write_whole(folder / "tradeoff.md", text.encode())
     if args.json:
         print_json(facts)
     else:
@@ -100,12 +102,6 @@ def _make(folder: Path) -> None:
     except OSError as failed:
         msg = f"cannot make {folder}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
-
-
-def _write(path: Path, text: str) -> None:
-    from hpcwhirl.store.plan import write_text
-
-    write_text(path, text)
 
 
 def _teller(scenes: int, start: float) -> Any:

@@ -91,8 +91,7 @@ class March:
         if self.scheme.ended is None or not plan_of(self.scene, self.model).settles:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
-        loaded = scene.force > 0.0 and model.casing is not None
-        self._look_after(first if loaded else 1)
+        self._look_after(first if scene.is_loaded else 1)
         coast = Coast(self.scheme, model.blades, scene.solver.time_step)
         return coast if coast.possible else None
 

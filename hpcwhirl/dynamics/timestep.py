@@ -141,11 +141,6 @@ def check_step(model: Model, step: float) -> None:
         raise InputError(msg)
 
 
-def is_loaded(scene: Scene) -> bool:
-    """Return whether a pulse acts on the casing."""
-    return scene.engine.casing.kind == "ring" and scene.force > 0.0
-
-
 def check_loading(scene: Scene) -> None:
     """Raise InputError where the pulse is too short for the steps it is sampled at.
 
@@ -153,7 +148,7 @@ def check_loading(scene: Scene) -> None:
     of it; a pulse shorter than a step would give nothing.
     """
     step = scene.solver.time_step
-    if is_loaded(scene) and scene.pulse < FEWEST_IN_PULSE * step:
+    if scene.is_loaded and scene.pulse < FEWEST_IN_PULSE * step:
         msg = (
             f"pulse must be >= {FEWEST_IN_PULSE * step:.6g} s ({FEWEST_IN_PULSE} time "
             f"steps, or its impulse is wrong by more than 1 %), got {scene.pulse:.6g}"
@@ -197,7 +192,7 @@ def with_step(scene: Scene, model: Model) -> Scene:
         return scene
     step = math.sqrt(24.0 * accuracy) / float(model.rotor.omega.max())
     limits = [*model.limits().values(), longest_turn(model, scene)]
-    if is_loaded(scene):
+    if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
     step = min(step, SAFE * min(limits))
     return apply_settings(scene, {"time_step": step})

@@ -268,3 +268,8 @@ class Scene(Inputs):
     def end_time(self) -> float:
         """Engine time to simulate, s."""
         return end_time(self.duration, self.revolutions, self.speed)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether a pulse loads the casing; a rigid one takes none."""
+        return self.engine.casing.kind == "ring" and self.force > 0.0

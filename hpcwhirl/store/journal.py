@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.packing import packed, unpacked
 
 Record = dict[str, Any]
 T = TypeVar("T")
@@ -75,16 +76,8 @@ class Journal:
         _write(self._lines, sealed(record))
 
     def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
-        parts = {n: np.ascontiguousarray(a, dtype="<f8") for n, a in traces.items()}
-        data = b"".join(a.tobytes() for a in parts.values())
-        offset = _write(self._blocks, data)
-        return {
-            "file": self._name,
-            "offset": offset,
-            "bytes": len(data),
-            "crc": zlib.crc32(data),
-            "shapes": {n: list(a.shape) for n, a in parts.items()},
-        }
+        head, data = packed(traces)
+        return {"file": self._name, "offset": _write(self._blocks, data)} | head
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -154,25 +147,27 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-def _lines(folder: Path) -> Iterator[tuple[Path, int, Record]]:
-    for path in sorted((folder / "journal").glob("*.log")):
-        with path.open("rb") as file:
-            start = 0
-            for line in file:
-                record = opened(line)
-                if record is not None:
-                    yield path, start, record
-                start += len(line)
+def _journals(folder: Path) -> list[Path]:
+    return sorted((folder / "journal").glob("*.log"))
+
+
+def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
+    """Yield (byte, record); torn lines are dropped."""
+    with journal.open("rb") as file:
+        start = 0
+        for line in file:
+            record = opened(line)
+            if record is not None:
+                yield start, record
+            start += len(line)
 
 
 def read_journals(folder: Path) -> dict[str, list[Record]]:
     """Return {journal: its whole lines in the order written}, oldest run first."""
-    found = {}
-    for path in sorted((folder / "journal").glob("*.log")):
-        with path.open("rb") as file:
-            lines = [opened(line) for line in file]
-        found[path.stem] = [record for record in lines if record is not None]
-    return found
+    return {
+        path.stem: [record for _, record in _whole_lines(path)]
+        for path in _journals(folder)
+    }
 
 
 def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
@@ -181,17 +176,22 @@ def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
     A record whose traces are not all there is dropped too: the case runs again.
     """
     sizes: dict[str, int] = {}
-    for path, start, record in _lines(folder):
-        block = record.get("traces")
-        if block:
-            name = block["file"]
-            end = block["offset"] + block["bytes"]
-            if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
-                traces = folder / "traces" / name
-                sizes[name] = traces.stat().st_size if traces.is_file() else 0
-            if sizes[name] < end:
-                continue
-        yield path, start, record
+    for path in _journals(folder):
+        for start, record in _whole_lines(path):
+            if _has_traces(folder, record, sizes):
+                yield path, start, record
+
+
+def _has_traces(folder: Path, record: Record, sizes: dict[str, int]) -> bool:
+    """Return whether the file of a record's traces, if any, is long enough for them."""
+    block = record.get("traces")
+    if not block:
+        return True
+    name, end = block["file"], block["offset"] + block["bytes"]
+    if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+        traces = folder / "traces" / name
+        sizes[name] = traces.stat().st_size if traces.is_file() else 0
+    return bool(sizes[name] >= end)
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
@@ -241,19 +241,14 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
     except OSError as failed:
         msg = f"cannot read traces in {path}: {failed.strerror}"
         raise MissingFileError(msg) from None
-    if len(data) != block["bytes"] or zlib.crc32(data) != block["crc"]:
+    traces = unpacked(block, data)
+    if traces is None:
         msg = (
             f"traces in {path} at byte {block['offset']} are damaged; the campaign's "
             "command with --retry failed computes them again"
         )
         raise StoreError(msg)
-    out, start = {}, 0
-    values = np.frombuffer(data, dtype="<f8")
-    for name, shape in block["shapes"].items():
-        count = int(np.prod(shape))
-        out[name] = values[start : start + count].reshape(shape)
-        start += count
-    return out
+    return traces
 
 
 def is_whole(folder: Path, record: Record) -> bool:

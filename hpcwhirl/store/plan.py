@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError
 from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.whole import write_whole
 
 NAME = "campaign.json"
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
@@ -40,26 +38,9 @@ class Plan:
     format: int = FORMAT
 
 
-def write_text(path: Path, text: str) -> None:
-    """Replace a file whole or not at all; several may do so at once."""
-    part = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as failed:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
-        msg = f"cannot write {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
-
-
 def write_plan(folder: Path, plan: Plan) -> None:
     """Store the plan of a campaign directory."""
-    write_text(folder / NAME, json.dumps(asdict(plan), indent=1))
+    write_whole(folder / NAME, json.dumps(asdict(plan), indent=1).encode())
 
 
 def read_plan(folder: Path) -> Plan:

@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Self
 
 from hpcwhirl.errors import MissingFileError
-from hpcwhirl.store.journal import opened, sealed
+from hpcwhirl.store.journal import journal_name, opened, sealed
 
 
 class Running:
@@ -29,7 +29,7 @@ class Running:
     """
 
     def __init__(self, folder: Path, run: int, rank: int) -> None:
-        self._path = folder / "running" / f"{run:04d}-{rank:05d}.log"
+        self._path = folder / "running" / journal_name(run, rank)
         self._who = {"rank": rank, "host": socket.gethostname(), "pid": os.getpid()}
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.store.plan import write_text
+from hpcwhirl.store.whole import write_whole
 
 Share = dict[str, Any]
 
@@ -14,7 +14,8 @@ Share = dict[str, Any]
 def write_run(folder: Path, run: int, shares: list[Share]) -> None:
     """Keep what the ranks of a run did; see `read_runs`."""
     path = folder / "runs" / f"{run:04d}.json"
-    write_text(path, json.dumps({"run": run, "ranks": shares}, indent=1) + "\n")
+    text = json.dumps({"run": run, "ranks": shares}, indent=1) + "\n"
+    write_whole(path, text.encode())
 
 
 def read_runs(folder: Path) -> list[Share]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hpcwhirl.errors import StoreError, unknown
+from hpcwhirl.errors import unknown
 
 FORMAT = 3
 ENUMS = {
@@ -144,11 +144,3 @@ def encode(name: str, variable: Variable, value: float | str) -> float | int | b
             raise unknown(name, str(value), ENUMS[name])
         return ENUMS[name].index(str(value))
     return float(value) if variable.kind == "f8" else int(value)
-
-
-def check_row(row: dict[str, float | int | str]) -> None:
-    """Raise StoreError where a row has not exactly the names of `ROW`."""
-    extra, lacking = row.keys() - ROW.keys(), ROW.keys() - row.keys()
-    if extra or lacking:
-        msg = f"row does not fit: unknown {sorted(extra)}, missing {sorted(lacking)}"
-        raise StoreError(msg)

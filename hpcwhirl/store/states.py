@@ -7,7 +7,6 @@ type and shape of every array. The arrays' bytes follow, little-endian, in that 
 from __future__ import annotations
 
 import math
-import os
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -16,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import StoreError
 from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.whole import write_whole
 
 Arrays = dict[str, NDArray[Any]]
 FORMAT = 1
@@ -47,20 +47,7 @@ def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> N
     head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
     head["arrays"] = {n: [a.dtype.str, list(a.shape)] for n, a in arrays.items()}
     head |= {"bytes": len(data), "crc": zlib.crc32(data)}
-    path = _path(folder, digest)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as file:
-            file.write(sealed(head) + data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as failed:
-        with suppress(OSError):
-            part.unlink()
-        msg = f"cannot write {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+    write_whole(_path(folder, digest), sealed(head) + data)
 
 
 def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
