@@ -104,6 +104,7 @@ def test_named_scenes_are_read_back_the_same(name):
 def test_every_input_is_set_and_written_by_its_dotted_name():
     values = {name: another(name) for name in input_names()}
     values["engine.rotor.mistuning"] = []  # not with a file, and of another length
+    values["engine.casing.families"] = "all"  # of elements
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values

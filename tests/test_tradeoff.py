@@ -35,7 +35,8 @@ def sample(words="damped forward", **numbers):
     return Sample(tuple(words.split()), {"window": 1.0, **numbers}, 1.0)
 
 
-def test_the_error_of_the_reference_is_zero_and_of_a_free_motion_of_second_order(cheap):
+@pytest.mark.usefixtures("cheap")
+def test_the_reference_has_no_error_and_smaller_steps_have_smaller_ones():
     free = scene(gap=1e-2)  # nothing touches
     same = Setting("as given", "as given", FINE)
     found = measure({"free": free}, [same, *COARSE], repeats=2)
@@ -49,7 +50,8 @@ def test_the_error_of_the_reference_is_zero_and_of_a_free_motion_of_second_order
     assert all(row.ledger < 1e-9 for row in (*steps, *touching))
 
 
-def test_a_setting_that_is_refused_is_a_row_that_says_why(cheap):
+@pytest.mark.usefixtures("cheap")
+def test_a_setting_that_is_refused_is_a_row_that_says_why():
     above = Setting("step", "too long", {"time_step": 2e-5})
     (row,) = measure({"any": scene()}, [above], repeats=2).compared
     assert "time_step must be <" in row.refused
@@ -89,8 +91,10 @@ def row(label, cost, score, agree=6, refused=()):
 
 
 def test_nothing_on_the_front_is_beaten_and_everything_else_is():
-    rows = [row("a", 1.0, 0.1), row("b", 2.0, 0.01), row("c", 2.5, 0.05),
-            row("d", 0.5, 0.01, agree=5), row("e", 3.0, 0.02, refused=("no",))]  # fmt: skip
+    rows = [
+        row("a", 1.0, 0.1), row("b", 2.0, 0.01), row("c", 2.5, 0.05),
+        row("d", 0.5, 0.01, agree=5), row("e", 3.0, 0.02, refused=("no",)),
+    ]  # fmt: skip
     assert [r.label for r in front_of(rows)] == ["d", "a", "b"]
 
 
@@ -105,7 +109,8 @@ def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
     assert flatten(kinds["divergent"])["engine.casing.width"] == 0.16
 
 
-def test_the_table_and_its_files(cheap, tmp_path, capsys, monkeypatch):
+@pytest.mark.usefixtures("cheap")
+def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     given = tmp_path / "short.toml"
     given.write_text("[scene]\nduration = 2e-3\n")
     few = [Setting("as given", "as given", {}), *COARSE[:1]]
