@@ -57,7 +57,7 @@ def test_set_counts_over_a_preset_in_any_order(order, capsys):
 def test_unknown_presets_and_swept_inputs_of_one_are_one_line(tmp_path, capsys):
     with pytest.raises(InputError, match="did you mean 'draft'"):
         preset_inputs("drafts")
-    assert main(["run", "--preset", "standart"]) == 2
+    assert main(["run", "--preset", "standaard"]) == 2
     assert "did you mean 'standard'" in capsys.readouterr().err
     path = tmp_path / "swept.toml"
     path.write_text("[sweep]\naccuracy = [1e-2, 1e-3]\n")

@@ -36,7 +36,7 @@ SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 @dataclass(frozen=True)
 class Sample:
-    """One run: its words, its numbers, its seconds of computing."""
+    """One run: its words, its numbers, its seconds of processor time."""
 
     words: tuple[str, str]
     numbers: dict[str, float]
@@ -50,7 +50,7 @@ class Compared:
     Attributes
     ----------
     scene, axis, label : which
-    seconds : of each repeat
+    seconds : processor time of each repeat
     words : "regime whirl" of each repeat
     agree : repeats whose words are the reference's
     errors : {number: relative error of the mean over the repeats}, see `NUMBERS`
@@ -86,9 +86,9 @@ def run_once(scene: Scene, twin: int) -> Sample:
     their peak, unless it keeps them.
     """
     scene = apply_settings(scene, {"force": scene.force * (1.0 + twin * NUDGE)})
-    start = time.perf_counter()
+    start = time.process_time()  # others on the machine count less than by the clock
     result = simulate(scene)
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     if scene.output.traces != "full":
         result = simulate(apply_settings(scene, {"traces": "full"}))
     return _sample(result, seconds)
