@@ -21,10 +21,13 @@ print(*(one.getsockname()[1] for one in sockets))'
 configure() {  # DIR CPUS PORT PORT
   local host
   host=$(hostname -s)
+  # FirstJobId: MPICH names shared memory by job and step, and what a killed job leaves of
+  # it in /dev/shm breaks the next one of that number.
   # cred_expire: a job may start again at once; KillWait: and KILL follows soon on TERM;
   # KillOnBadExit: as many sites have it; config_overrides: more CPUs than there are.
   cat >"$1/slurm.conf" <<EOF
 ClusterName=hpcwhirl
+FirstJobId=$((RANDOM * 1000 + 1))
 SlurmctldHost=$host(127.0.0.1)
 SlurmUser=root
 SlurmdUser=root

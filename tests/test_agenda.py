@@ -52,6 +52,40 @@ if comm.rank == 0:
     print(json.dumps(found))
 """
 
+# Ranks are asked to stop at about the same time, as by a scheduler's signal to each.
+STOPPED = """
+import json, sys, time
+from mpi4py import MPI
+import numpy as np
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.ranks import Tally, map_ranks
+
+comm, found, cases = MPI.COMM_WORLD, [], 60
+chance = np.random.default_rng(1)
+for turn in range(40):
+    at = chance.choice([0.0, 0.002, 0.03, 1e9], comm.size) * chance.random(comm.size)
+    own, told = [], []
+    def evaluate(unit, between):
+        for _ in range(4):
+            time.sleep(1e-3)
+            between()
+        own.append(unit)
+        return ["ok"]
+    units = [(case,) for case in range(cases if comm.rank == 0 else 0)]
+    agenda = Agenda(units, Costs(np.full(cases, 4e-3), np.zeros((cases, 1))), comm.size)
+    comm.Barrier()
+    end = time.monotonic() + at[comm.rank]
+    whole = map_ranks(agenda, evaluate, lambda u, s: told.append(u),
+                      lambda: time.monotonic() >= end, comm, Tally())
+    comm.Barrier()
+    unread = [comm.iprobe() for _ in range(20)]
+    found.append([whole, comm.gather(own), told, comm.gather(any(unread))])
+    comm.Barrier()
+if comm.rank == 0:
+    print(json.dumps(found))
+"""
+
 
 def known(seconds):
     return Costs(np.array(seconds, dtype=float), np.zeros((len(seconds), 1)))
@@ -61,24 +95,40 @@ def handed_out(agenda):
     return [agenda.take() for _ in range(len(agenda))]
 
 
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [1, 2, 4])
-def test_every_unit_is_computed_once_by_any_number_of_ranks(ranks):
-    sizes = [[0, 0.01], [1, 0.01], [3, 0.01], [20, 0.01], [200, 1e-4]]
+def on_ranks(ranks, script, *words):
+    """Return what rank 0 of some ranks that run a script prints as JSON."""
     done = subprocess.run(
-        [*MPIRUN, "-n", str(ranks), sys.executable, "-c", HAND_OUT, json.dumps(sizes)],
+        [*MPIRUN, "-n", str(ranks), sys.executable, "-c", script, *words],
         capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, cwd=ROOT,
         check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    for (cases, _), (whole, of_rank, told_units) in zip(
-        sizes, json.loads(done.stdout), strict=True
-    ):
+    return json.loads(done.stdout)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_every_unit_is_computed_once_by_any_number_of_ranks(ranks):
+    sizes = [[0, 0.01], [1, 0.01], [3, 0.01], [20, 0.01], [200, 1e-4]]
+    found = on_ranks(ranks, HAND_OUT, json.dumps(sizes))
+    for (cases, _), (whole, of_rank, told_units) in zip(sizes, found, strict=True):
         assert whole
         assert sorted(unit for own in of_rank for unit in own) == list(range(cases))
         assert sorted(told_units) == list(range(cases))
         if cases == 20:
             assert all(of_rank)  # rank 0 computes too
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_no_message_is_left_over_whoever_is_asked_to_stop_and_when(ranks):
+    found = on_ranks(ranks, STOPPED)
+    for whole, of_rank, told_units, unread in found:
+        assert not any(unread)
+        done = sorted(unit for own in of_rank for unit in own)
+        assert sorted(told_units) == done
+        assert whole == (done == list(range(60)))
+    assert {whole for whole, *_ in found} == {True, False}
 
 
 def test_the_longest_goes_first_and_equals_are_scattered():

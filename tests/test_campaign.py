@@ -4,10 +4,23 @@ import json
 import math
 import shutil
 import signal
+import subprocess
+import sys
 
 import h5py
 import pytest
-from launch import kill, launch, records, root_variables, start, wait_for
+from launch import (
+    ENVIRONMENT,
+    LIMIT,
+    MPIRUN,
+    ROOT,
+    kill,
+    launch,
+    records,
+    root_variables,
+    start,
+    wait_for,
+)
 
 from hpcwhirl.campaign import evaluate
 from hpcwhirl.campaign.case import simulate
@@ -128,6 +141,27 @@ def test_a_killed_campaign_continues_to_the_same_bits(undisturbed, tmp_path, ran
     after = records(out)
     assert sorted(record["case"] for record in after) == list(range(6))
     assert all(record in after for record in kept)
+
+
+# A launcher tells the other ranks to end as soon as one has exited with a code.
+TERMINATED = """
+import os, signal, sys
+from hpcwhirl.cli import main
+code = main(sys.argv[1:])
+os.kill(os.getpid(), signal.SIGTERM)
+sys.exit(code)
+"""
+
+
+@pytest.mark.mpi
+def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
+    words = ["campaign", inputs(tmp_path, SHORT), "--out", tmp_path / "out"]
+    call = [*MPIRUN, "-n", "2", sys.executable, "-c", TERMINATED, *map(str, words)]
+    done = subprocess.run(
+        call, capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, cwd=ROOT,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.mpi

@@ -1,14 +1,20 @@
 """How far a campaign is: from plan and journals alone, and never more than is known."""
 
 import json
+import os
+import socket
+import subprocess
+import sys
+import time
 
 import pytest
 
 from hpcwhirl.campaign.progress import duration_text, progress_of
 from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
-from hpcwhirl.store.journal import Journal
+from hpcwhirl.store.journal import Journal, sealed
 from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.running import Running
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
@@ -103,6 +109,91 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
     assert f"rate: {3600 * (2 / 80 + 1 / 30):.4g} cases/h" in told
     found = facts("status", str(folder), "--json")
     assert found["rate"] == pytest.approx(3600 * (2 / 80 + 1 / 30))
+
+
+def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, capsys):
+    unstable = record(5, 60.0, 1.0)
+    unstable["row"] = {"regime": "none", "outcome": "unstable"}
+    with Journal(folder, 2, 0) as journal:
+        journal.append(record(3, 50.0, 1.0, "timeout"), {})
+        journal.append(record(4, 55.0, 1.0, "crashed"), {})
+        journal.append(unstable, {})
+    found = progress_of(folder, BEGUN + 90.0)
+    assert found.statuses == {
+        "ok": 2, "failed": 1, "timeout": 1, "crashed": 1, "unstable": 1
+    }  # fmt: skip
+    assert (found.done, found.failed, found.left) == (3, 3, 0)
+    assert main(["status", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "statuses: crashed 1, failed 1, ok 2, timeout 1, unstable 1\n" in told
+
+
+def test_what_ranks_compute_is_told_until_it_has_ended(folder, capsys, facts):
+    before = time.time()
+    with Running(folder, 2, 0) as zero, Running(folder, 2, 3) as three:
+        zero.begin(["d3"])
+        three.begin(["d4", "d5", "of another plan"])
+        now = time.time()
+        first, second = progress_of(folder, now + 50.0).running
+        assert (first.rank, first.cases, first.died) == (0, [3], False)
+        assert (second.rank, second.cases) == (3, [4, 5])
+        assert first.host == socket.gethostname()
+        assert before <= first.since <= second.since <= now
+        assert first.seconds == pytest.approx(now + 50.0 - first.since)
+        ended = record(4, time.time() + 1.0 - BEGUN, 1.0)
+        with Journal(folder, 2, 3) as journal:
+            journal.append(ended, {})
+        found = facts("status", str(folder), "--json")
+        assert [one["cases"] for one in found["running"]] == [[3], [5]]
+        assert main(["status", str(folder)]) == 0
+        told = capsys.readouterr().out
+        assert "running: rank 0 case 3 for 0 s; rank 3 case 5 for 0 s\n" in told
+    assert progress_of(folder).running == []
+
+
+def test_a_case_that_is_tried_again_is_running_although_it_has_a_result(folder):
+    with Running(folder, 2, 0) as running:
+        running.begin(["d1"])
+        assert [one.cases for one in progress_of(folder).running] == [[1]]
+
+
+def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
+    folder, capsys
+):
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        gone.wait()
+    mine = {"host": socket.gethostname(), "digests": ["d3"], "since": BEGUN}
+    theirs = {"host": "elsewhere", "digests": ["d4"], "since": BEGUN + 1.0}
+    (folder / "running").mkdir()
+    for rank, who in enumerate(
+        [
+            mine | {"pid": gone.pid},
+            theirs | {"pid": gone.pid},
+            mine | {"pid": os.getpid()},
+        ]
+    ):
+        note = sealed({"rank": rank, **who})
+        (folder / f"running/0001-{rank:05d}.log").write_bytes(note)
+    (folder / "running/0001-00009.log").write_bytes(note[:-5])  # torn
+    found = {one.rank: one.died for one in progress_of(folder).running}
+    assert found == {0: True, 1: False, 2: False}
+    assert main(["status", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "left by processes that died: rank 0 case 3 for " in told
+
+
+def test_of_many_ranks_those_at_work_for_longest_are_shown(tmp_path, capsys):
+    plan(tmp_path)
+    (tmp_path / "running").mkdir()
+    for rank in range(20):
+        note = {"rank": rank, "host": "elsewhere", "pid": 1, "digests": ["d0"]}
+        note["since"] = time.time() - 10.0 * rank
+        (tmp_path / f"running/0001-{rank:05d}.log").write_bytes(sealed(note))
+    assert main(["status", str(tmp_path)]) == 0
+    told = capsys.readouterr().out.splitlines()
+    (line,) = [line for line in told if line.startswith("running: ")]
+    assert line.startswith("running: rank 19 case 0 for 3 min; rank 18 ")
+    assert line.endswith("rank 12 case 0 for 2 min; 12 more")
 
 
 def finish_one(folder, left):

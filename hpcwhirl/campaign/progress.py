@@ -1,4 +1,4 @@
-"""How far a campaign is, told from its plan and its journals alone."""
+"""How far a campaign is, told from its plan, its journals and what its ranks note."""
 
 from __future__ import annotations
 
@@ -13,9 +13,30 @@ from typing import Any
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, read_journals, read_records
 from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.running import notes
 
 PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone
 LEAST_PATIENCE = 60.0  # s
+
+
+@dataclass(frozen=True)
+class Computing:
+    """What a rank computes now.
+
+    Attributes
+    ----------
+    rank, host : of the process
+    cases : one, or several of a batch or while kernels are compiled
+    since, seconds : when it began, s since 1970, and for how long; None if unknown
+    died : whether it is known to be there no more
+    """
+
+    rank: int
+    host: str
+    cases: list[int]
+    since: float | None
+    seconds: float | None
+    died: bool
 
 
 @dataclass(frozen=True)
@@ -32,6 +53,8 @@ class Progress:
     core_hours, core_hours_left : in the kernel; spent includes cases computed twice
     idle_for : s since a case was last finished; None before the first
     regimes : {word: cases}
+    statuses : {status: cases} of those that have ended; `unstable` apart from `ok`
+    running : what each rank computes now, the longest at it first
     """
 
     cases: int
@@ -46,6 +69,8 @@ class Progress:
     core_hours_left: float | None
     idle_for: float | None
     regimes: dict[str, int]
+    statuses: dict[str, int]
+    running: list[Computing]
 
 
 @dataclass(frozen=True)
@@ -97,6 +122,37 @@ def seconds_of(record: Record) -> float:
     return float(record.get("performance", {}).get("seconds", 0.0))
 
 
+def status_of(record: Record) -> str:
+    """Return the status of an ended case, `unstable` where that is its outcome."""
+    unstable = record.get("row", {}).get("outcome") == "unstable"
+    return "unstable" if unstable else str(record["status"])
+
+
+def computing(
+    folder: Path, plan: Plan, records: Mapping[str, Record], now: float
+) -> list[Computing]:
+    """Return what each rank computes; a case that has ended since is left out."""
+    numbers = {digest: case for case, digest in enumerate(plan.digests)}
+    found = []
+    for note in notes(folder):
+        begun = note.since or 0.0
+        ended = {d for d in note.digests if _ended(records.get(d)) > begun}
+        cases = [numbers[d] for d in note.digests if d in numbers and d not in ended]
+        if cases:
+            seconds = None if note.since is None else now - note.since
+            found.append(
+                Computing(
+                    note.rank, note.host, cases, note.since, seconds, note.left_over
+                )
+            )
+    return sorted(found, key=lambda one: -(one.seconds or 0.0))
+
+
+def _ended(record: Record | None) -> float:
+    """Return when a case ended, s since 1970; -inf where it has not."""
+    return float(record.get("ended", 0.0)) if record else -math.inf
+
+
 def predicted_work(plan: Plan) -> dict[str, float]:
     """Return {digest: steps} of each case; one each where the step is not an input."""
     work = {}
@@ -128,6 +184,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     MissingFileError, StoreError
         where it is no campaign directory, or its plan is damaged
     """
+    now = time.time() if now is None else now
     plan, journals = read_plan(folder), read_journals(folder)
     records = read_records(folder)
     own = [records[d] for d in plan.digests if d in records]
@@ -155,8 +212,10 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         busy=seconds / span if at_work else None,
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
-        idle_for=(time.time() if now is None else now) - last if last else None,
+        idle_for=now - last if last else None,
         regimes=dict(Counter(r["row"]["regime"] for r in done)),
+        statuses=dict(Counter(map(status_of, own))),
+        running=computing(folder, plan, records, now),
     )
 
 

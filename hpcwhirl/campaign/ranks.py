@@ -4,6 +4,10 @@ The first units go out together. From then on messages are point to point: a wor
 asks for its next units when it begins those it has, and tells with the question what it
 has finished, so that it does not wait; rank 0 answers between the slices of its own
 case. With many ranks or short cases an answer is several units, see `Agenda.bundle`.
+
+Every message is received: each question has one answer, and each worker gets one HALT,
+when the campaign is to stop or has ended, and ends no sooner. Under `srun --mpi=pmi2`
+a message that nobody has received hangs its sender in MPI's end.
 """
 
 from __future__ import annotations
@@ -199,6 +203,8 @@ class _Root:
                 time.sleep(IDLE)
             if self.stopping() and not self.halted:
                 self.halt()
+        if not self.halted:
+            self.dismiss()
         return self.left == 0
 
     def done(self, unit: int, statuses: list[str], seconds: float) -> None:
@@ -225,7 +231,11 @@ class _Root:
     def halt(self) -> None:
         self.halted = True
         self.agenda.drop()
-        for rank in self.at_work:
+        self.dismiss()
+
+    def dismiss(self) -> None:
+        """Send each worker its HALT, those that have said BYE included."""
+        for rank in range(1, self.comm.size):
             self.comm.send(None, dest=rank, tag=HALT)
 
     def serve(self) -> bool:
@@ -273,6 +283,9 @@ class _Worker:
         except Stop:
             self.wait()  # the answer to the question asked ahead, always open here
         self.tell(BYE)
+        while not self.halted:
+            time.sleep(IDLE)
+            self.look()
 
     def tell(self, tag: int) -> None:
         """Say what has been finished since the last message, and whether to stop."""

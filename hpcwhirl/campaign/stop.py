@@ -67,6 +67,16 @@ class Stopping:
         del frame
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
 
+    def ignore(self) -> None:
+        """Let nothing but KILL change how this process ends; no signal is given back.
+
+        What is left is the end of the interpreter, which gives up Python's handlers,
+        and then MPI's, which may wait for other ranks.
+        """
+        for name in self._before:
+            signal.signal(name, signal.SIG_IGN)
+        self._before.clear()
+
     def __enter__(self) -> Self:
         """Take the signals over; only a main thread can."""
         if threading.current_thread() is threading.main_thread():

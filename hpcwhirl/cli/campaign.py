@@ -116,7 +116,13 @@ def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on this process or on all ranks."""
     args.began = time.monotonic()
     with Stopping() as stopping:  # to the end: a warning must not kill the gathering
-        return _guarded(args, communicator(), stopping)
+        comm = communicator()
+        code = _guarded(args, comm, stopping)
+        if comm is not None:
+            # Where a rank exits with 75, srun may send TERM to those that have not yet:
+            # they are to end with 75, too.
+            stopping.ignore()
+    return code
 
 
 def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:

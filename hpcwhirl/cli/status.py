@@ -1,4 +1,4 @@
-"""`hpcwhirl status`: how far a campaign is, from its journals alone."""
+"""`hpcwhirl status`: how far a campaign is, from journals and notes of its ranks."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.options import add_json, finite, print_json
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.progress import Progress
+    from hpcwhirl.campaign.progress import Computing, Progress
 
 EVERY = 5.0  # s between looks
 FEWEST = 0.2  # s
+MOST_SHOWN = 8  # ranks
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print done, failed, left, rate, ETA, busy share, core-hours, words so far."""
+    """Print counts, rate, ETA, busy share, core-hours, words, what ranks are at."""
     from hpcwhirl.campaign.progress import progress_of
     from hpcwhirl.errors import InputError
 
@@ -76,9 +78,23 @@ def _look(folder: Path) -> Progress:
 
 def _shown(found: Progress) -> dict[str, str]:
     """Return {name: text} of what is known."""
+    out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
+    if found.statuses.keys() - {"ok"}:
+        out["statuses"] = _counts(found.statuses)
+    out |= _pace(found)
+    out["regimes"] = _counts(found.regimes) or "none yet"
+    for name, died in (("running", False), ("left by processes that died", True)):
+        ranks = [one for one in found.running if one.died == died]
+        if ranks:
+            out[name] = _ranks(ranks)
+    return out
+
+
+def _pace(found: Progress) -> dict[str, str]:
+    """Return {name: text} of rate, times and core-hours."""
     from hpcwhirl.campaign.progress import duration_text
 
-    out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
+    out = {}
     if found.rate is not None and found.left:
         out["ranks"] = str(found.ranks)
         out["rate"] = f"{found.rate:.4g} cases/h"
@@ -91,9 +107,27 @@ def _shown(found: Progress) -> dict[str, str]:
         out["core_hours left"] = f"{found.core_hours_left:.3g}"
     if found.idle_for is not None and found.left:
         out["last case finished"] = f"{duration_text(found.idle_for)} ago"
-    words = (f"{n} {count}" for n, count in sorted(found.regimes.items()))
-    out["regimes"] = ", ".join(words) or "none yet"
     return out
+
+
+def _counts(found: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in sorted(found.items()))
+
+
+def _ranks(found: Sequence[Computing]) -> str:
+    """Return what ranks are at, the longest first; of many, those."""
+    from hpcwhirl.campaign.progress import duration_text
+
+    told = []
+    for one in found[:MOST_SHOWN]:
+        noun = "case" if len(one.cases) == 1 else "cases"
+        text = f"rank {one.rank} {noun} {', '.join(map(str, one.cases))}"
+        if one.seconds is not None:
+            text += f" for {duration_text(max(one.seconds, 0.0))}"
+        told.append(text)
+    if len(found) > MOST_SHOWN:
+        told.append(f"{len(found) - MOST_SHOWN} more")
+    return "; ".join(told)
 
 
 class _Lines:

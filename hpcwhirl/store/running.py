@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from collections import Counter
 from collections.abc import Collection, Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -43,7 +45,7 @@ class Running:
 
         The note is not synced: it is to outlive the process, not the machine.
         """
-        line = sealed(self._who | {"digests": list(digests)})
+        line = sealed(self._who | {"digests": list(digests), "since": time.time()})
         with suppress(OSError):  # a full disk stops the campaign at the next result
             os.pwrite(self._file.fileno(), line, 0)
             self._file.truncate(len(line))
@@ -64,14 +66,52 @@ class Running:
             self._path.unlink()
 
 
-def crashes(folder: Path) -> Counter[str]:
-    """Return how many processes have died computing a case, by its digest."""
-    found: Counter[str] = Counter()
+@dataclass(frozen=True)
+class Note:
+    """What a rank has noted.
+
+    Attributes
+    ----------
+    rank, host, pid : of the process
+    digests : of the cases it computes, several if they are a batch
+    since : s since 1970; None in notes of a version that did not tell
+    """
+
+    rank: int
+    host: str
+    pid: int
+    digests: list[str]
+    since: float | None
+
+    @property
+    def left_over(self) -> bool:
+        """Whether its process has died for certain: only its own host can tell."""
+        if self.host != socket.gethostname():
+            return False
+        try:
+            os.kill(self.pid, 0)
+        except ProcessLookupError:
+            return True
+        except OSError:  # of another user
+            return False
+        return False
+
+
+def notes(folder: Path) -> list[Note]:
+    """Return all whole notes, of processes at work and of those that have died."""
+    found = []
     for path in sorted((folder / "running").glob("*.log")):
         with suppress(OSError):
-            record = opened(path.read_bytes())
-            found.update(record["digests"] if record else [])
+            known = opened(path.read_bytes())
+            if known:
+                who = known["rank"], known["host"], known["pid"]
+                found.append(Note(*who, known["digests"], known.get("since")))
     return found
+
+
+def crashes(folder: Path) -> Counter[str]:
+    """Return how many processes have died computing a case, by its digest."""
+    return Counter(digest for note in notes(folder) for digest in note.digests)
 
 
 def forget_crashes(folder: Path, finished: Collection[str]) -> None:
