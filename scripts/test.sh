@@ -24,7 +24,8 @@ on_wheels() (
   . scripts/environment.sh
   export HPCWHIRL_MPIRUN=$MPIRUN
   scripts/check --no-tests
-  pytest
+  pytest -n 2 -m "not mpi"
+  pytest -m mpi  # alone: ranks need the cores
 )
 
 missing_packages() {

@@ -133,12 +133,6 @@ def survives(place, design, kills, sizes, seed, bound):
 
 
 @pytest.mark.mpi
-def test_a_campaign_whose_ranks_are_killed_ends_with_the_same_bits(tmp_path):
-    design = inputs(tmp_path, speeds=30, duration=0.1)
-    survives(tmp_path, design, kills=3, sizes=(2, 3), seed=1, bound=240)
-
-
-@pytest.mark.mpi
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_twenty_kills_of_all_of_a_worker_and_of_rank_0_cost_no_bit(tmp_path):
