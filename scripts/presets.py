@@ -22,7 +22,7 @@ import hpcwhirl.scene
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
 
-RULES = {"draft": 0.10, "standard": 0.02}  # largest median error
+RULES = {"draft": 0.06, "standard": 0.01}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}
 TOLD = ("orbit_radius", "contact_impulse", "tip_peak")
 

@@ -181,7 +181,8 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
     for name in dict.fromkeys(row.axis for row in rows):
         own = [row for row in rows if row.axis == name]
         costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]
-        axes.plot(costs, scores, "o", ms=5, label=name)
+        star = {"marker": "*", "ms": 12, "c": "black"} if name == "as given" else {}
+        axes.plot(costs, scores, **({"marker": "o", "ms": 5} | star), ls="", label=name)
     front = front_of(rows)
     axes.step([r.cost for r in front], [max(r.score, SMALLEST) for r in front],
               where="post", c="black", lw=0.8, label="front")  # fmt: skip
@@ -191,6 +192,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
     floor = max((value[0] for value in floor_row(facts).values()), default=0.0)
     if floor > 0.0:
         axes.axhline(floor, c="grey", ls=":", lw=1.0, label="twins differ by (median)")
+    axes.margins(x=0.2)
     axes.set(xscale="log", yscale="log",
              xlabel="computing time over that of the scenes as given",
              ylabel="largest relative error, median over the scenes",
