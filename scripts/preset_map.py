@@ -5,8 +5,8 @@
 Two engines, the default and one whose ring lets motion grow, at 25 speeds and 10 gaps
 each, 2.5 s. Runs the campaign with each preset on two ranks (resumable), prints seconds
 of whole commands, the confusion of regimes, how many cells differ where the reference's
-map has no boundary (the same words in all neighbouring cells), and the map: a letter
-for the regime, a capital where any preset gives another one.
+map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
+s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 SPEEDS = [float(s) for s in np.linspace(40.0, 520.0, 25)]
 GAPS = [float(f"{g:.3g}") for g in np.geomspace(0.8e-4, 4e-4, 10)]
 Names = NDArray[np.str_]
+LETTERS = {"damped": "d", "sustained": "s", "divergent": "v", "undecided": "u"}
 
 
 def inputs_of(engine: str) -> dict[str, object]:
@@ -113,9 +114,8 @@ def main() -> int:
               f"{SPEEDS[0]:g} to {SPEEDS[-1]:g} rad/s")  # fmt: skip
         apart = np.any([found[engine][p] != regimes for p in names], axis=0)
         for row, differs in zip(regimes[::-1], apart[::-1], strict=True):
-            letters = (
-                w[0].upper() if d else w[0] for w, d in zip(row, differs, strict=True)
-            )
+            letters = [LETTERS[w].upper() if x else LETTERS[w]
+                       for w, x in zip(row, differs, strict=True)]  # fmt: skip
             print("    " + "".join(letters))
     return 0
 

@@ -65,11 +65,12 @@ def test_unknown_presets_and_swept_inputs_of_one_are_one_line(tmp_path, capsys):
     assert "the campaign sweeps this input" in capsys.readouterr().err
 
 
-def test_results_name_the_preset_and_what_it_loses(tmp_path):
+def test_results_name_the_preset_and_what_it_loses(tmp_path, capsys):
     path = tmp_path / "two.toml"
     path.write_text("[scene]\nduration = 2e-3\n[sweep]\nspeed = [300.0, 400.0]\n")
     out = tmp_path / "out"
     assert main(["campaign", str(path), "--preset", "draft", "--out", str(out)]) == 0
+    assert f"preset draft: {preset_loss('draft')}" in capsys.readouterr().err
     with h5py.File(out / "results.h5") as file:
         assert file.attrs["preset"].decode() == "draft"
         assert file.attrs["preset_loses"].decode() == preset_loss("draft")

@@ -21,6 +21,7 @@ from hpcwhirl.cli.options import (
     add_set,
     print_json,
     print_notes,
+    tell_preset,
 )
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import parse_setting
@@ -183,6 +184,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     design = load_design(args.file, settings)
     policy = _policy(args, design)
     check_folder(args.out)
+    tell_preset(design.base)
     if args.explain:
         _explain(design)
     if args.dry_run:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from hpcwhirl.scene import (
     preset_inputs,
     preset_loss,
     preset_names,
+    preset_of,
 )
 
 
@@ -54,6 +56,13 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="set a scene input by its name, e.g. speed=410 or casing.thickness=0.02",
     )
+
+
+def tell_preset(scene: Scene) -> None:
+    """Say on stderr what the preset of a scene loses, if it has one."""
+    name = preset_of(scene)
+    if name:
+        print(f"hpcwhirl: preset {name}: {preset_loss(name)}", file=sys.stderr)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

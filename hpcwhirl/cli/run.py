@@ -18,6 +18,7 @@ from hpcwhirl.cli.options import (
     print_json,
     print_notes,
     scene_of,
+    tell_preset,
 )
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import to_toml
@@ -49,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(msg)
     _check_writable(args.out, folder=False)
     _check_writable(args.plot, folder=True)
+    tell_preset(scene)
     march = March(scene)
     with _progress(march, quiet=args.quiet) as tick:
         history = march.run(tick)

@@ -181,8 +181,8 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
     for name in dict.fromkeys(row.axis for row in rows):
         own = [row for row in rows if row.axis == name]
         costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]
-        star = {"marker": "*", "ms": 12, "c": "black"} if name == "as given" else {}
-        axes.plot(costs, scores, **({"marker": "o", "ms": 5} | star), ls="", label=name)
+        shape, size = ("*", 12) if name == "as given" else ("o", 5)
+        axes.plot(costs, scores, shape, ms=size, label=name)
     front = front_of(rows)
     axes.step([r.cost for r in front], [max(r.score, SMALLEST) for r in front],
               where="post", c="black", lw=0.8, label="front")  # fmt: skip
