@@ -8,20 +8,27 @@ from scipy import stats
 
 from hpcwhirl.campaign import tradeoff, trials
 from hpcwhirl.campaign.tradeoff import Compared, Sample, difference, floor_of, measure
-from hpcwhirl.campaign.trials import Setting, default_scenes, settings_of
+from hpcwhirl.campaign.trials import (
+    Setting,
+    applied,
+    default_scenes,
+    reference_of,
+    settings_of,
+)
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.tradeoff import Row, front_of, markdown, table_of
 from hpcwhirl.scene import apply_settings, flatten, named_scene
 
 FINE = {"scheme": "modal", "time_step": 2.5e-7}
+REFERENCE = FINE | {"modes_a_blade": 5, "harmonics": 20, "elements": 10}
 COARSE = [Setting("step", f"{s:g}", {"time_step": s}) for s in (8e-6, 4e-6, 2e-6)]
 
 
 @pytest.fixture
 def cheap(monkeypatch):
     """Let the reference be a small model; the tests' scenes have its modes."""
-    table = trials.trials() | {"reference": FINE}
+    table = trials.trials() | {"reference": REFERENCE}
     for module in (tradeoff, trials):
         monkeypatch.setattr(module, "trials", lambda: table)
 
@@ -103,7 +110,7 @@ def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
         settings_of(["stp"])
     base = named_scene("table2")
     for setting in settings_of(trials.axes()):
-        apply_settings(base, setting.inputs)  # a wrong name or value raises
+        applied(base, setting.inputs)  # a wrong name or value raises
     kinds = default_scenes(base)
     assert len(kinds) == 6
     assert flatten(kinds["divergent"])["engine.casing.width"] == 0.16
@@ -146,3 +153,28 @@ def test_a_compared_setting_is_scored_by_its_worst_number():
     found = Compared("s", "a", "l", {}, errors={"orbit_radius": 0.1, "tip_peak": 0.2,
                                                 "growth_rate": 9.0})  # fmt: skip
     assert found.score == 0.2
+
+
+def test_the_reference_is_at_least_as_fine_as_the_scene():
+    fine = apply_settings(
+        named_scene("table2"),
+        {"time_step": 4e-7, "modes": 500, "casing.harmonics": 70, "rotor.elements": 30,
+         "accuracy": 0.1, "truncation": 0.5, "rotor.blades": 40},
+    )  # fmt: skip
+    found = reference_of(fine)
+    assert found.solver.time_step == 1e-7
+    assert found.solver.modes == 500
+    assert found.engine.casing.harmonics == 70
+    assert found.engine.rotor.elements == 30
+    assert found.solver.accuracy == found.solver.truncation == 0.0
+
+
+@pytest.mark.usefixtures("cheap")
+def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch):
+    table = trials.trials() | {"reference": REFERENCE | {"scheme": "exact"}}
+    for module in (tradeoff, trials):
+        monkeypatch.setattr(module, "trials", lambda: table)
+    odd = scene(mistuning=[0.01] * 11 + [-0.01] * 11, duration=1e-3)
+    (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).compared
+    assert row.refused == ""
+    assert row.errors["centre_peak"] < 0.01

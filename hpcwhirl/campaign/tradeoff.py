@@ -12,10 +12,15 @@ import numpy as np
 from scipy.stats import t as student
 
 from hpcwhirl.campaign.case import Result, simulate
-from hpcwhirl.campaign.trials import Setting, Settings, trials
+from hpcwhirl.campaign.trials import (
+    Setting,
+    Settings,
+    applied,
+    reference_of,
+    trials,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.files import resolve
 
 NUDGE = 1e-7  # of the force, from one twin of a case to the next
 CONFIDENCE = 0.95
@@ -113,6 +118,16 @@ def _warm(scene: Scene) -> None:
     simulate(apply_settings(scene, short))
 
 
+def _possible(finest: Scene) -> Scene:
+    """Return the reference, warm: in scheme modal where a scene cannot have exact."""
+    try:
+        _warm(finest)
+    except InputError:
+        finest = apply_settings(finest, {"scheme": "modal"})
+        _warm(finest)
+    return finest
+
+
 def compare(
     name: str, scene: Scene, setting: Setting, reference: list[Sample], repeats: int
 ) -> Compared:
@@ -127,7 +142,7 @@ def compare(
     """
     out = Compared(name, setting.axis, setting.label, setting.inputs)
     try:
-        tried = apply_settings(scene, setting.inputs)
+        tried = applied(scene, setting.inputs)
         _warm(tried)
         samples = [run_once(tried, twin) for twin in range(repeats)]
     except InputError as failed:
@@ -249,13 +264,10 @@ def measure(
     InputError
         where the reference cannot integrate a scene
     """
-    table, out = trials(), Tradeoff([], {}, {}, {}, {})
-    out.reference = {resolve(n): v for n, v in table["reference"].items()}
+    out = Tradeoff([], {}, {}, trials()["reference"], {})
     for name, scene in scenes.items():
-        finest = apply_settings(scene, out.reference)
         tell(f"{name}: reference")
-        _warm(finest)
-        finest = apply_settings(finest, {"traces": "full"})
+        finest = _possible(reference_of(scene))
         reference = [run_once(finest, twin) for twin in range(repeats)]
         out.words[name] = [" ".join(sample.words) for sample in reference]
         out.floors[name] = floor_of(reference, scene.gap)

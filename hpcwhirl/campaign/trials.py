@@ -13,6 +13,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value
 
 Settings = dict[str, Value]
+A_BLADE = "modes_a_blade"  # of a setting: fixed-interface modes over N
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,32 @@ def default_scenes(base: Scene) -> dict[str, Scene]:
         ring = table["rubbing"] if inputs.get("rubbing") else {}
         out[name] = apply_settings(base, ring | own)
     return out
+
+
+def applied(scene: Scene, inputs: Settings) -> Scene:
+    """Return the scene with inputs set; `modes_a_blade` counts for each blade."""
+    given: dict[str, Any] = dict(inputs)
+    if A_BLADE in given:
+        given["modes"] = given.pop(A_BLADE) * scene.engine.rotor.blades
+    return apply_settings(scene, given)
+
+
+def reference_of(scene: Scene) -> Scene:
+    """Return the scene as the reference integrates it, with all tips' samples."""
+    table, engine, solver = trials()["reference"], scene.engine, scene.solver
+    modes = table[A_BLADE] * engine.rotor.blades
+    chosen: Settings = {
+        "scheme": table["scheme"],
+        "time_step": min(table["time_step"], 0.25 * solver.time_step),
+        "accuracy": 0.0,
+        "truncation": 0.0,
+        "modes": max(modes, solver.modes),
+        "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
+        "casing.families": "all",
+        "rotor.elements": max(table["elements"], engine.rotor.elements),
+        "traces": "full",
+    }
+    return apply_settings(scene, chosen)
 
 
 def axes() -> tuple[str, ...]:

@@ -135,12 +135,8 @@ def _machine() -> str:
 def _heading(facts: dict[str, Any]) -> str:
     who = f"{facts['machine']}; hpcwhirl {facts['version']}"
     lines = [f"{who}; {facts['repeats']} repeats; {facts['elapsed']:.0f} s", ""]
-    reference = ", ".join(
-        f"{n.rsplit('.', 1)[-1]} {v:g}" if isinstance(v, float)
-        else f"{n.rsplit('.', 1)[-1]} {v}"
-        for n, v in facts["reference"].items()
-    )  # fmt: skip
-    lines.append(f"Reference: {reference}; words of its twins:")
+    reference = ", ".join(f"{n} {v}" for n, v in facts["reference"].items())
+    lines.append(f"Reference, at least: {reference}; words of its twins:")
     for name, words in facts["words"].items():
         told = ", ".join(dict.fromkeys(words))
         seconds = facts["reference_seconds"][name]
