@@ -3,8 +3,8 @@
     python scripts/planted.py [WORD...]     only bugs whose name has WORD
 
 Each bug goes into a copy of the package, with a cache of its own, and `hpcwhirl run`
-marches Table 2 with it; a broken row of W is that of a blade which touches. Exits 1 where
-a run has another word, 2 where the place of a bug is no longer in the source.
+marches Table 2 with it; a broken row of W is that of a blade which touches. Exits 1
+where a run has another word, 2 where the place of a bug is no longer in the source.
 """
 
 from __future__ import annotations

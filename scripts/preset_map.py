@@ -1,22 +1,25 @@
 """How far a preset's regime map is to be trusted: 500 cases, against `reference`.
 
-    python scripts/preset_map.py [DIR]
+    python scripts/preset_map.py [DIR] [--write]
 
 Two engines, the default and one whose ring lets motion grow, at 25 speeds and 10 gaps
 each, 2.5 s. Runs the campaign with each preset on two ranks (resumable), prints seconds
 of whole commands, the confusion of regimes, how many cells differ where the reference's
 map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
 s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
+With --write, the presets tell their agreement (scripts/presets.py drops it).
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
 import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from collections import Counter
 from pathlib import Path
 
@@ -25,6 +28,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 import hpcwhirl
+import hpcwhirl.scene
 from hpcwhirl.campaign.trials import trials
 from hpcwhirl.scene import preset_names
 from hpcwhirl.scene.files import resolve
@@ -82,41 +86,59 @@ def inside(regimes: Names) -> NDArray[np.bool_]:
     return np.asarray(np.logical_and.reduce(near))
 
 
+def compared(preset: str, maps: dict[str, dict[str, Names]]) -> str:
+    """Print a preset's confusion with the reference; return it in a few words."""
+    pairs: Counter[tuple[str, str]] = Counter()
+    far = 0
+    for found in maps.values():
+        true, got = found["reference"], found[preset]
+        pairs.update(zip(true.ravel(), got.ravel(), strict=True))
+        far += int(((got != true) & inside(true)).sum())
+    same = sum(n for (a, b), n in pairs.items() if a == b)
+    told = f"{same} of {sum(pairs.values())} regimes as reference"
+    print(f"{preset}: {told}; {far} differ away from a boundary of the map")
+    for (a, b), n in sorted(pairs.items(), key=lambda item: -item[1]):
+        print(f"    {n:4d}  {a} -> {b}")
+    return told
+
+
+def show(engine: str, found: dict[str, Names]) -> None:
+    """Print the reference's map, capitals where a preset says something else."""
+    true = found["reference"]
+    print(f"{engine}: gaps {1e3 * GAPS[0]:g} (below) to {1e3 * GAPS[-1]:g} mm over "
+          f"{SPEEDS[0]:g} to {SPEEDS[-1]:g} rad/s")  # fmt: skip
+    apart = np.any([regimes != true for regimes in found.values()], axis=0)
+    for row, differs in zip(true[::-1], apart[::-1], strict=True):
+        letters = [LETTERS[word] for word in row]
+        print("    " + "".join(
+            c.upper() if d else c for c, d in zip(letters, differs, strict=True)
+        ))  # fmt: skip
+
+
 def main() -> int:
-    """Run everything and print."""
+    """Run everything and print; write into the presets' file if asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    names, maps = preset_names(), {}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-presets-") as scratch:
-        folder = Path(sys.argv[1] if len(sys.argv) > 1 else scratch)
+        folder = args.folder or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        names = preset_names()
-        found: dict[str, dict[str, Names]] = {}
-        spent = dict.fromkeys(names, 0.0)
         for engine in ("default", "rubbing"):
-            found[engine] = {}
+            maps[engine] = {}
             for preset in names:
-                found[engine][preset], seconds = mapped(engine, preset, folder)
-                spent[preset] += seconds
-    true = {engine: maps["reference"] for engine, maps in found.items()}
-    for preset in names:
-        pairs: Counter[tuple[str, str]] = Counter()
-        far = 0
-        for engine, regimes in true.items():
-            got = found[engine][preset]
-            pairs.update(zip(regimes.ravel(), got.ravel(), strict=True))
-            far += int(((got != regimes) & inside(regimes)).sum())
-        total = sum(pairs.values())
-        same = sum(n for (a, b), n in pairs.items() if a == b)
-        print(f"{preset}: {spent[preset]:.1f} s; {same} of {total} regimes those of "
-              f"reference; {far} differ away from a boundary of the map")  # fmt: skip
-        for (a, b), n in sorted(pairs.items(), key=lambda item: -item[1]):
-            print(f"    {n:4d}  {a} -> {b}")
-    for engine, regimes in true.items():
-        print(f"{engine}: gaps {1e3 * GAPS[0]:g} (below) to {1e3 * GAPS[-1]:g} mm over "
-              f"{SPEEDS[0]:g} to {SPEEDS[-1]:g} rad/s")  # fmt: skip
-        apart = np.any([found[engine][p] != regimes for p in names], axis=0)
-        for row, differs in zip(regimes[::-1], apart[::-1], strict=True):
-            letters = [LETTERS[w].upper() if x else LETTERS[w]
-                       for w, x in zip(row, differs, strict=True)]  # fmt: skip
-            print("    " + "".join(letters))
+                maps[engine][preset], seconds = mapped(engine, preset, folder)
+                print(f"{engine} engine, {preset}: {seconds:.1f} s")
+    told = {preset: compared(preset, maps) for preset in names}
+    for engine, found in maps.items():
+        show(engine, found)
+    if args.write:
+        path = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
+        head, table = path.read_text().splitlines()[0], tomllib.loads(path.read_text())
+        for preset in names[:-1]:
+            table[preset]["regimes"] = f"{told[preset]} on a map of two engines"
+        path.write_text(f"{head}\n{tomli_w.dumps(table)}")
     return 0
 
 

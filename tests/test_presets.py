@@ -11,6 +11,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import (
     apply_settings,
+    loss_of,
     named_scene,
     preset_inputs,
     preset_loss,
@@ -52,6 +53,24 @@ def test_set_counts_over_a_preset_in_any_order(order, capsys):
     scene = scene_of("table2", [*inputs, "accuracy=1e-3"])
     assert scene.solver.accuracy == 1e-3
     assert scene.solver.truncation == preset_inputs("draft")["solver.truncation"]
+
+
+def test_two_presets_and_what_they_would_overrule_are_one_line(capsys):
+    for words, told in (
+        (["--preset", "draft", "--preset", "standard"], "given twice"),
+        (["--preset", "draft", "--set", "time_step=1e-6"], "add --set accuracy=0"),
+        (["--preset", "draft", "--set", "modes=22"], "add --set truncation=0"),
+    ):
+        assert main(["run", *words]) == 2
+        said = capsys.readouterr().err
+        assert told in said
+        assert said.count("\n") == 1
+
+
+def test_a_preset_says_where_nobody_has_measured_it():
+    odd = {**preset_inputs("draft"), "mistuning": [0.01] * 22}
+    assert "not measured" in loss_of(apply_settings(BASE, odd))
+    assert loss_of(apply_settings(BASE, preset_inputs("draft"))) == preset_loss("draft")
 
 
 def test_unknown_presets_and_swept_inputs_of_one_are_one_line(tmp_path, capsys):

@@ -159,14 +159,13 @@ def test_the_reference_is_at_least_as_fine_as_the_scene():
     fine = apply_settings(
         named_scene("table2"),
         {"time_step": 4e-7, "modes": 500, "casing.harmonics": 70, "rotor.elements": 30,
-         "accuracy": 0.1, "truncation": 0.5, "rotor.blades": 40},
+         "rotor.blades": 40},
     )  # fmt: skip
     found = reference_of(fine)
     assert found.solver.time_step == 1e-7
     assert found.solver.modes == 500
     assert found.engine.casing.harmonics == 70
     assert found.engine.rotor.elements == 30
-    assert found.solver.accuracy == found.solver.truncation == 0.0
 
 
 @pytest.mark.usefixtures("cheap")
@@ -178,3 +177,34 @@ def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch)
     (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).compared
     assert row.refused == ""
     assert row.errors["centre_peak"] < 0.01
+
+
+def test_an_axis_is_tried_though_the_scene_asks_by_errors():
+    asked = apply_settings(named_scene("table2"), {"accuracy": 0.1, "truncation": 0.3})
+    assert applied(asked, {"time_step": 4e-6}).solver.accuracy == 0.0
+    assert applied(asked, {"time_step": 4e-6}).solver.truncation == 0.3
+    fewer = applied(asked, {"modes_a_blade": 2})
+    assert (fewer.solver.modes, fewer.solver.truncation) == (44, 0.0)
+    fine = apply_settings(asked, {"accuracy": 1e-6, "truncation": 1e-3})
+    found = reference_of(fine)
+    assert found.solver.time_step < 1.5e-8
+    assert found.solver.accuracy == found.solver.truncation == 0.0
+    assert reference_of(fine).engine.casing.harmonics >= 80
+
+
+@pytest.mark.usefixtures("cheap")
+def test_a_scene_that_is_refused_as_it_is_ends_the_measurement():
+    given = Setting("as given", "as given", {})
+    with pytest.raises(InputError, match="refused: time_step must be <"):
+        measure({"refused": scene(time_step=1e-5)}, [given], repeats=2)
+
+
+def test_a_number_that_the_reference_has_not_at_all_is_no_small_error():
+    a, b = [sample(contact_impulse=1.0)] * 2, [sample(contact_impulse=0.0)] * 2
+    assert difference("contact_impulse", a, b, 1e-4)[0] == np.inf
+    assert difference("contact_impulse", b, b, 1e-4) is None
+
+
+def test_unstable_runs_are_on_no_front():
+    lost = Row("axis", "lost", 0.1, 0.0, 0, 6, {}, 9.0, 0.0, (), unstable=True)
+    assert [r.label for r in front_of([lost, row("a", 1.0, 0.1)])] == ["a"]

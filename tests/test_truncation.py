@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl import simulate
+from hpcwhirl.cli import main
 from hpcwhirl.dynamics.lanes import group_key
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -121,6 +122,41 @@ def test_cases_of_other_truncation_are_of_no_group():
     assert len(set(widths)) > 1
     for i, j in np.ndindex(4, 4):
         assert (keys[i] == keys[j]) == (widths[i] == widths[j])
+
+
+@pytest.mark.parametrize(
+    "cases",
+    [
+        [{"pulse": 3e-4}, {"pulse": 5e-4}, {"pulse": 7e-4}],
+        [{"speed": 100.0}, {"speed": 6000.0}, {"speed": 8000.0}],
+    ],
+)
+def test_cases_whose_steps_differ_are_of_no_group(cases):
+    # accuracy asks for a step, the pulse and the turn bound it
+    asked = {"accuracy": 0.1, "truncation": 0.3}
+    scenes = [scene(**asked, **case) for case in cases]
+    steps = [March(case).scene.solver.time_step for case in scenes]
+    keys = [group_key(case) for case in scenes]
+    assert len(set(steps)) > 1
+    for i, j in np.ndindex(3, 3):
+        assert steps[i] == steps[j] or keys[i] != keys[j]
+
+
+@pytest.mark.parametrize("pulse", [1e-2, 1.0])
+def test_a_long_pulse_does_not_make_a_contact_long(pulse):
+    long, usual = (truncation_error(scene(modes=22, pulse=p)) for p in (pulse, 1e-3))
+    assert long == usual
+
+
+def test_what_is_explained_is_so_of_any_scene(capsys):
+    many = ["--preset", "draft", "--set", "nodal_diameter=20"]
+    rigid = ["--set", "kind=rigid", "--set", "truncation=0.3"]
+    few = ["--set", "blades=2", "--set", "rotor.elements=2", "--set", "truncation=1"]
+    for words in (rigid, few, many):
+        assert main(["model", *words, "--explain"]) == 0
+        told = capsys.readouterr().out
+        assert "modal amplitudes are left" in told
+        assert ("harmonics of the ring" in told) == ("kind=rigid" not in words)
 
 
 def drawn(chance):

@@ -149,7 +149,7 @@ def design_of(
     swept = tuple(dict.fromkeys(name for row in rows for name in row))
     clash = set(swept) & {resolve(name) for name in settings or {}}
     if clash:
-        msg = f"--set {sorted(clash)[0]}: the campaign sweeps this input"
+        msg = f"--set or --preset {sorted(clash)[0]}: the campaign sweeps this input"
         raise InputError(msg)
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"

@@ -43,7 +43,7 @@ from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.reduction.plan import folds_of
-from hpcwhirl.scene import digest, preset_inputs, preset_loss, preset_of, to_toml
+from hpcwhirl.scene import digest, loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import Journal, claim_run, read_records
 from hpcwhirl.store.running import Running
@@ -346,7 +346,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}
-    return {"preset": name, "preset_loses": preset_loss(name)}
+    return {"preset": name, "preset_loses": loss_of(design.base)}
 
 
 def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:

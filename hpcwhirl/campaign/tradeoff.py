@@ -30,7 +30,7 @@ WARM = 200  # steps that compile a kernel before the clock runs
 NUMBERS = {
     "orbit_radius": "radius",
     "contact_impulse": "itself",
-    "centre_peak": "itself",
+    "centre_peak": "radius",
     "tip_peak": "itself",
     "line_frequency": "itself",
     "growth_rate": "window",
@@ -85,12 +85,14 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin of a scene: its force is larger by `twin` times `NUDGE`.
+    """Integrate a twin: its force, or gap if unloaded, is larger by `twin` `NUDGE`s.
 
     Timed with the samples that the scene keeps; then again with those of all tips, for
     their peak, unless it keeps them.
     """
-    scene = apply_settings(scene, {"force": scene.force * (1.0 + twin * NUDGE)})
+    nudged = "force" if scene.is_loaded else "gap"
+    larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
+    scene = apply_settings(scene, {nudged: larger})
     start = time.process_time()  # others on the machine count less than by the clock
     result = simulate(scene)
     seconds = time.process_time() - start
@@ -191,7 +193,7 @@ def difference(
     if NUMBERS[number] == "window":
         scale = 1.0 / max(s.numbers["window"] for s in reference)
     if scale == 0.0:
-        return None
+        return (math.inf, math.inf) if a.any() else None
     return abs(float(a.mean() - b.mean())) / scale, _margin(a, b) / scale
 
 
@@ -262,7 +264,7 @@ def measure(
     Raises
     ------
     InputError
-        where the reference cannot integrate a scene
+        where a scene cannot be integrated as it is, or by the reference
     """
     out = Tradeoff([], {}, {}, trials()["reference"], {})
     for name, scene in scenes.items():
@@ -274,5 +276,9 @@ def measure(
         out.reference_seconds[name] = float(np.median([s.seconds for s in reference]))
         for setting in settings:
             tell(f"{name}: {setting.label}")
-            out.compared.append(compare(name, scene, setting, reference, repeats))
+            row = compare(name, scene, setting, reference, repeats)
+            if row.refused and not setting.inputs:
+                msg = f"{name}: {row.refused}"
+                raise InputError(msg)
+            out.compared.append(row)
     return out

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import unknown
+from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value
+from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]
 A_BLADE = "modes_a_blade"  # of a setting: fixed-interface modes over N
@@ -43,7 +46,11 @@ def default_scenes(base: Scene) -> dict[str, Scene]:
 
 def applied(scene: Scene, inputs: Settings) -> Scene:
     """Return the scene with inputs set; `modes_a_blade` counts for each blade."""
-    given: dict[str, Any] = dict(inputs)
+    given: dict[str, Any] = {"until": "end", **inputs}
+    if "time_step" in inputs:  # else an accuracy would set it again
+        given["accuracy"] = 0.0
+    if inputs.keys() & {A_BLADE, "modes", "casing.harmonics", "casing.families"}:
+        given["truncation"] = 0.0
     if A_BLADE in given:
         given["modes"] = given.pop(A_BLADE) * scene.engine.rotor.blades
     return apply_settings(scene, given)
@@ -51,8 +58,10 @@ def applied(scene: Scene, inputs: Settings) -> Scene:
 
 def reference_of(scene: Scene) -> Scene:
     """Return the scene as the reference integrates it, with all tips' samples."""
+    scene = with_step(scene, model_of(scene))  # what it asks for by errors
     table, engine, solver = trials()["reference"], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
+    most = MOST_DOF // (3 * engine.rotor.blades) - 1
     chosen: Settings = {
         "scheme": table["scheme"],
         "time_step": min(table["time_step"], 0.25 * solver.time_step),
@@ -61,7 +70,8 @@ def reference_of(scene: Scene) -> Scene:
         "modes": max(modes, solver.modes),
         "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
         "casing.families": "all",
-        "rotor.elements": max(table["elements"], engine.rotor.elements),
+        "rotor.elements": max(min(table["elements"], most), engine.rotor.elements),
+        "until": "end",
         "traces": "full",
     }
     return apply_settings(scene, chosen)

@@ -19,12 +19,12 @@ from hpcwhirl.cli.options import (
     add_explain,
     add_json,
     add_set,
+    parsed,
     print_json,
     print_notes,
     tell_preset,
 )
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene import parse_setting
 
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 
@@ -178,7 +178,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         put_aside,
     )
 
-    settings = dict(parse_setting(text) for text in args.settings)
+    settings = parsed(args.settings)
     if args.regimes_only:
         settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)

@@ -10,11 +10,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import (
     NAMED,
     Scene,
     apply_settings,
     load_scene,
+    loss_of,
     named_scene,
     parse_setting,
     preset_inputs,
@@ -22,6 +24,15 @@ from hpcwhirl.scene import (
     preset_names,
     preset_of,
 )
+
+SETS = {
+    "solver.accuracy": ("solver.time_step",),
+    "solver.truncation": (
+        "solver.modes",
+        "engine.casing.harmonics",
+        "engine.casing.families",
+    ),
+}
 
 
 class _Preset(argparse.Action):
@@ -31,7 +42,10 @@ class _Preset(argparse.Action):
         self, parser: Any, namespace: Any, name: Any, option: Any = None
     ) -> None:
         """Take the name of a preset."""
-        del parser, option
+        del option
+        if getattr(namespace, "preset", None):
+            parser.error("--preset is given twice")
+        namespace.preset = name
         inputs = [f"{n}={value}" for n, value in preset_inputs(name).items()]
         setattr(namespace, self.dest, inputs + getattr(namespace, self.dest))
 
@@ -62,7 +76,7 @@ def tell_preset(scene: Scene) -> None:
     """Say on stderr what the preset of a scene loses, if it has one."""
     name = preset_of(scene)
     if name:
-        print(f"hpcwhirl: preset {name}: {preset_loss(name)}", file=sys.stderr)
+        print(f"hpcwhirl: preset {name}: {loss_of(scene)}", file=sys.stderr)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -110,7 +124,27 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
     base = named_scene(name) if bare else load_scene(path)
-    return apply_settings(base, dict(parse_setting(text) for text in settings))
+    return apply_settings(base, parsed(settings))
+
+
+def parsed(settings: Sequence[str]) -> dict[str, Any]:
+    """Return {dotted name: value} of ``--set`` and ``--preset``.
+
+    Raises
+    ------
+    InputError
+        also where one of them would be set again by another: nothing is lost unsaid
+    """
+    found = dict(parse_setting(text) for text in settings)
+    for cause, effects in SETS.items():
+        lost = [name for name in effects if name in found]
+        if lost and found.get(cause):
+            msg = (
+                f"--set {lost[0]}: {cause} = {found[cause]:g} sets it; add --set "
+                f"{cause.rpartition('.')[2]}=0"
+            )
+            raise InputError(msg)
+    return found
 
 
 def print_json(facts: Mapping[str, Any]) -> None:

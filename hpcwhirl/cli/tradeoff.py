@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 import sys
 import time
@@ -11,9 +12,16 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl import __version__
-from hpcwhirl.cli.options import add_json, add_set, finite, print_json, scene_of
+from hpcwhirl.cli.options import (
+    add_json,
+    add_set,
+    finite,
+    parsed,
+    print_json,
+    scene_of,
+)
 from hpcwhirl.errors import InputError, MissingFileError
-from hpcwhirl.scene import NAMED, Scene
+from hpcwhirl.scene import NAMED, Scene, apply_settings, named_scene
 
 NOT_OFFERED = (
     "single precision is not offered, and contact has no tolerance: "
@@ -88,7 +96,9 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
     from hpcwhirl.campaign.trials import default_scenes
 
     if not args.scenes:
-        return default_scenes(scene_of("table2", args.settings))
+        kinds = default_scenes(named_scene("table2"))
+        given = parsed(args.settings)
+        return {name: apply_settings(scene, given) for name, scene in kinds.items()}
     found = {name: scene_of(name, args.settings) for name in args.scenes}
     if len(found) < len(args.scenes):
         msg = f"a scene is named twice: {' '.join(args.scenes)}"
@@ -102,6 +112,9 @@ def _make(folder: Path) -> None:
     except OSError as failed:
         msg = f"cannot make {folder}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
+    if not os.access(folder, os.W_OK):
+        msg = f"cannot write into {folder}"
+        raise MissingFileError(msg)
 
 
 def _teller(scenes: int, start: float) -> Any:

@@ -15,9 +15,9 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.dynamics.timestep import with_step
+from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.plan import plan_of
-from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -40,8 +40,9 @@ def can_ride(scene: Scene, model: Model) -> bool:
 
 
 def group_key(scene: Scene) -> tuple[Any, ...]:
-    """Return what cases must share to be lanes of one group."""
-    scene = with_truncation(scene)
+    """Return what cases must share to be lanes of one group: modes and step, too."""
+    if scene.solver.accuracy > 0.0 or scene.solver.truncation > 0.0:
+        scene = with_step(scene, model_of(scene))
     solver = scene.solver.model_copy(update={"amplitude_limit": 1.0})
     return scene.engine, scene.gap, solver
 

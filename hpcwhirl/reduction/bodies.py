@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the support
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
     """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
     model = _undivided(rotor, eta)

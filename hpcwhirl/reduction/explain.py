@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.plan import Plan, lean_case, plan_of
 from hpcwhirl.reduction.truncation import (
-    can_estimate,
     truncation_error,
     with_truncation,
 )
-from hpcwhirl.scene import Scene, apply_settings, flatten
-
-MODES = ("solver.modes", "engine.casing.harmonics", "engine.casing.families")
-DEFAULT_MODES = {name: flatten(Scene())[name] for name in MODES}
+from hpcwhirl.scene import Scene, apply_settings
 
 
 @dataclass(frozen=True)
@@ -32,21 +29,32 @@ def amplitudes(model: Model) -> int:
     return sum(len(body.omega) for body in bodies)
 
 
-def _truncation(scene: Scene, model: Model) -> Note:
+def _truncation(given: Scene, model: Model) -> Note:
+    scene = with_truncation(given)
     casing, solver = scene.engine.casing, scene.solver
-    whole = apply_settings(scene, {"truncation": 0.0, **DEFAULT_MODES})
-    few, many = amplitudes(model), amplitudes(model_of(whole))
-    stretch = ", and what stretches the ring" if casing.families == "bending" else ""
-    limit, usual = (min(m.limits().values()) for m in (model, model_of(whole)))
+    ring = ""
+    if casing.kind == "ring":
+        stretch = " and what stretches it" if casing.families == "bending" else ""
+        ring = f", harmonics of the ring above {casing.harmonics}{stretch}"
+    error, asked = truncation_error(scene), solver.truncation
     return Note(
-        f"fixed-interface modes above {solver.modes}, harmonics of the ring above "
-        f"{casing.harmonics}{stretch}",
-        "what they would add to the response to a contact, up to the pulse's length, "
-        f"lets motions be wrong by some {truncation_error(scene):.2g}, of "
-        f"{solver.truncation:g} asked: an estimate, not a bound",
-        f"{few} of {many} modal amplitudes, and steps up to {limit:.3g} s instead of "
-        f"{usual:.3g} s",
+        f"fixed-interface modes above {solver.modes}{ring}",
+        "what they would add to the response to a contact lets motions be wrong by "
+        f"some {error:.2g}, of {asked:g} asked: an estimate, not a bound",
+        _spared(given, model),
     )
+
+
+def _spared(given: Scene, model: Model) -> str:
+    """Return what a truncated model saves against the modes that a scene names."""
+    few, limit = amplitudes(model), min(model.limits().values())
+    kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"
+    try:
+        whole = model_of(apply_settings(given, {"truncation": 0.0}))
+    except InputError:  # the modes it names are not there
+        return kept
+    many, usual = amplitudes(whole), min(whole.limits().values())
+    return f"{kept}; with the inputs as they are, {many} and {usual:.3g} s"
 
 
 def _folding(scene: Scene, whole: Model, folds: int) -> Note:
@@ -88,8 +96,8 @@ def notes_of(scene: Scene, model: Model) -> list[Note]:
     model : the whole
     """
     plan, notes = plan_of(scene, model), []
-    if scene.solver.truncation > 0.0 and can_estimate(scene):
-        notes.append(_truncation(with_truncation(scene), model))
+    if scene.solver.truncation > 0.0 and scene.has_families:
+        notes.append(_truncation(scene, model))
     if plan.folds > 1:
         notes.append(_folding(scene, model, plan.folds))
     elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:
@@ -128,6 +136,6 @@ def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
         "centre": plan.folds == 1 and scene.engine.rotor.centre == "free",
         "settles": plan.settles,
         "settling_time": plan.settling,
-        "truncation_error": truncation_error(scene) if can_estimate(scene) else None,
+        "truncation_error": truncation_error(scene) if scene.has_families else None,
         "left_out": [asdict(note) for note in notes_of(scene, model)],
     }

@@ -2,7 +2,7 @@
 
 From h = 1 on one of the two bends the ring (at h = 1: moves it on its support), the
 other stretches it, at c / R sqrt(1 + h^2) and above. The latter give way to a contact
-by a thousandth of what the former do, and set the limit of the step.
+by some thousandths of what the former do, and set the limit of the step.
 """
 
 from __future__ import annotations

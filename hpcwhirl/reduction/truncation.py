@@ -8,10 +8,10 @@ C(t) = sum_m g_m (1 - sin(w_m t) / (w_m t)) / w_m^2,
 g_m the radial shape squared of each mode of both bodies. Slow modes have not moved yet,
 fast ones have settled to their static share. Likewise a tip gives way to friction, g_m
 the tangential shape squared. What a truncated body makes of C up to the duration of the
-pulse is compared with what all of its modes make of it: of the rotor `FINEST_FAMILIES`
-fixed-interface modes a blade, of the ring `FINEST` harmonics. The estimate of the error
-is `SAFETY` times the sum of what both bodies miss; tests hold it against the motion of
-random engines in their first contacts.
+pulse, at most `LONGEST`, is compared with what all of its modes make of it: of the
+rotor `FINEST_FAMILIES` fixed-interface modes a blade, of the ring `FINEST` harmonics.
+The estimate of the error is `SAFETY` times the sum of what both bodies miss; tests hold it
+against the motion of random engines in their first contacts.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.reduction.bodies import casing_model, rotor_model, tip_rows
-from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings
 from hpcwhirl.scene.files import Value
 from hpcwhirl.structure import FourierOperator, bladed_disk
@@ -30,18 +29,20 @@ from hpcwhirl.structure import FourierOperator, bladed_disk
 Floats = NDArray[np.float64]
 FINEST = 160  # harmonics that stand for all
 FINEST_FAMILIES = 8
+LONGEST = 1e-3  # s: a contact lasts no longer than some such time, whatever the pulse
 TIMES = 64  # at which responses are compared
 SAFETY = 5.0  # error of motions in first contact over what is missed, in 19 of 20 cases
 HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
 
 
-def opening(body: ModalModel, weights: Floats, times: Floats) -> Floats:
-    """Return C (n,), m/N, of modes with weights g (m,) at times (n,), s."""
-    omega = np.maximum(body.omega, 1e-3 / times[-1])  # free: the limit w to 0
+def opening(omega: Floats, weights: Floats, times: Floats) -> Floats:
+    """Return C (n,), m/N, of modes w, g (m,), rad/s and 1/kg, at times (n,), s."""
+    omega = np.maximum(omega, 1e-3 / times[-1])  # free: the limit w to 0
     settled = 1.0 - np.sinc(np.outer(times, omega) / np.pi)
     return np.asarray(settled / omega**2 @ weights)
 
 
+@lru_cache(maxsize=64)
 def _most_modes(rotor: Rotor) -> int:
     """Return the fixed-interface modes there are, at most `FINEST_FAMILIES` a blade."""
     inner = len(bladed_disk(rotor).mass) - 2 * rotor.blades
@@ -50,38 +51,27 @@ def _most_modes(rotor: Rotor) -> int:
 
 
 @lru_cache(maxsize=256)
-def _of_rotor(rotor: Rotor, modes: int, pulse: float) -> tuple[Floats, Floats]:
-    """Return C of a tip, radial and tangential, each (`TIMES`,)."""
+def _rotor_weights(rotor: Rotor, modes: int) -> tuple[Floats, Floats, Floats]:
+    """Return frequencies and weights of a tip, radial and tangential, each (m,)."""
     body = rotor_model(rotor, modes)
-    radial, tangential = (
-        opening(body, (rows**2).mean(axis=0), _times(pulse))
-        for rows in tip_rows(body, rotor.blades)
-    )
-    return radial, tangential
+    radial, tangential = tip_rows(body, rotor.blades)
+    return body.omega, (radial**2).mean(axis=0), (tangential**2).mean(axis=0)
 
 
-@lru_cache(maxsize=256)
-def _of_ring(casing: Casing, radius: float, pulse: float) -> Floats:
-    """Return C of the ring, (`TIMES`,)."""
+@lru_cache(maxsize=1024)
+def _ring_weights(casing: Casing, radius: float) -> tuple[Floats, Floats]:
+    """Return frequencies and weights of the ring, each (m,); none of a rigid casing."""
     if casing.kind == "rigid":
-        return np.zeros(TIMES)
+        return np.zeros(0), np.zeros(0)
     body, operator = casing_model(casing, radius)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
     waves = body.shapes[operator.radial]
-    weights = waves[0] ** 2 + 0.5 * (waves[1:] ** 2).sum(axis=0)
-    return opening(body, weights, _times(pulse))
+    return body.omega, waves[0] ** 2 + 0.5 * (waves[1:] ** 2).sum(axis=0)
 
 
 def _times(pulse: float) -> Floats:
-    return pulse * np.arange(1, TIMES + 1) / TIMES
-
-
-def can_estimate(scene: Scene) -> bool:
-    """Return whether both bodies' modes come in families and harmonics."""
-    casing, engine = scene.engine.casing, scene.engine
-    known = casing.kind == "rigid" or casing.discretization == "fourier"
-    return known and not engine.file and not engine.rotor.mistuning
+    return min(pulse, LONGEST) * np.arange(1, TIMES + 1) / TIMES
 
 
 def truncation_error(scene: Scene) -> float:
@@ -89,7 +79,7 @@ def truncation_error(scene: Scene) -> float:
 
     Parameters
     ----------
-    scene : where `can_estimate`
+    scene : where `Scene.has_families`
     """
     return SAFETY * sum(left_out(scene))
 
@@ -99,7 +89,7 @@ def left_out(scene: Scene) -> tuple[float, float]:
 
     Parameters
     ----------
-    scene : where `can_estimate`
+    scene : where `Scene.has_families`
 
     Returns
     -------
@@ -111,19 +101,25 @@ def left_out(scene: Scene) -> tuple[float, float]:
     return _missed(*case, solver.modes)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=4096)
 def _missed(
     rotor: Rotor, casing: Casing, gap: float, pulse: float, modes: int
 ) -> tuple[float, float]:
     finest = max(FINEST, casing.harmonics)
     finer = casing.model_copy(update={"harmonics": finest, "families": "all"})
-    radius = rotor.radius + gap
-    kept, whole = (_of_rotor(rotor, m, pulse) for m in (modes, _most_modes(rotor)))
-    ring, all_ring = (_of_ring(c, radius, pulse) for c in (casing, finer))
-    total = whole[0][-1] + all_ring[-1]
-    opened = np.abs(kept[0] - whole[0]).max() / total
-    dragged = np.abs(kept[1] - whole[1]).max() / whole[1][-1]
-    return float(max(opened, dragged)), float(np.abs(ring - all_ring).max() / total)
+    radius, times = rotor.radius + gap, _times(pulse)
+    opened, dragged = [], []
+    for count in (modes, _most_modes(rotor)):
+        omega, radial, tangential = _rotor_weights(rotor, count)
+        opened.append(opening(omega, radial, times))
+        dragged.append(opening(omega, tangential, times))
+    rings = [opening(*_ring_weights(c, radius), times) for c in (casing, finer)]
+    total = opened[1][-1] + rings[1][-1]
+    of_rotor = max(
+        np.abs(opened[0] - opened[1]).max() / total,
+        np.abs(dragged[0] - dragged[1]).max() / dragged[1][-1],
+    )
+    return float(of_rotor), float(np.abs(rings[0] - rings[1]).max() / total)
 
 
 def with_truncation(scene: Scene) -> Scene:
@@ -134,7 +130,7 @@ def with_truncation(scene: Scene) -> Scene:
     it each; where none is enough, the finest.
     """
     share, engine = 0.5 * scene.solver.truncation / SAFETY, scene.engine
-    if share == 0.0 or not can_estimate(scene):
+    if share == 0.0 or not scene.has_families:
         return scene
     rest, lobes = (scene.gap, scene.pulse), scene.nodal_diameter
     modes, casing = _chosen(engine.rotor, engine.casing, *rest, lobes, share)
@@ -146,7 +142,7 @@ def with_truncation(scene: Scene) -> Scene:
     return apply_settings(scene, chosen)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=4096)
 def _chosen(
     rotor: Rotor, casing: Casing, gap: float, pulse: float, lobes: int, share: float
 ) -> tuple[int, Casing]:

@@ -37,7 +37,8 @@ class Row:
     errors : {number: (median over the scenes, largest)}, relative
     score : median over the scenes of the largest error of a scene
     ledger : largest |ledger_error|
-    refused : scenes that did not take the setting, and why
+    refused : why scenes did not take the setting
+    unstable : whether a run was
     front : nothing measured is both sooner and closer with as many right words
     """
 
@@ -51,6 +52,7 @@ class Row:
     score: float
     ledger: float
     refused: tuple[str, ...]
+    unstable: bool = False
     front: bool = False
 
 
@@ -97,12 +99,17 @@ def _row(
         float(np.median([row["score"] for row in done])),
         max(row["ledger"] for row in done),
         refused,
+        any(word.startswith("unstable") for row in done for word in row["words"]),
     )
 
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
     """Return the rows that no other beats in cost, words and score; cheapest first."""
-    whole = [row for row in rows if not row.refused and row.axis != "duration"]
+    whole = [
+        row
+        for row in rows
+        if not (row.refused or row.unstable) and row.axis != "duration"
+    ]
 
     def beaten(row: Row) -> bool:
         mine = (row.cost, row.runs - row.agree, row.score)
@@ -159,6 +166,7 @@ def markdown(facts: Facts) -> str:
         label = f"**{row.label}**" if row.front else row.label
         cost = f"{row.cost:.3g} (± {50 * row.spread:.0f} %)"
         words = f"{row.agree} of {row.runs}"
+        words += f" (elsewhere refused: {row.refused[0]})" if row.refused else ""
         lines.append(
             "| " + " | ".join([label, cost, words, *_cells(row.errors)]) + " |"
         )

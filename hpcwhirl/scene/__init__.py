@@ -22,6 +22,7 @@ from hpcwhirl.scene.inputs import (
 )
 from hpcwhirl.scene.named import NAMED, named_scene
 from hpcwhirl.scene.presets import (
+    loss_of,
     preset_inputs,
     preset_loss,
     preset_names,
@@ -43,6 +44,7 @@ __all__ = [
     "input_names",
     "load_document",
     "load_scene",
+    "loss_of",
     "named_scene",
     "parse_setting",
     "preset_inputs",

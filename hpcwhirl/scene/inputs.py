@@ -270,6 +270,15 @@ class Scene(Inputs):
         return end_time(self.duration, self.revolutions, self.speed)
 
     @property
+    def has_families(self) -> bool:
+        """Whether both bodies' modes come in families and harmonics."""
+        engine = self.engine
+        known = (
+            engine.casing.kind == "rigid" or engine.casing.discretization == "fourier"
+        )
+        return known and not engine.file and not engine.rotor.mistuning
+
+    @property
     def is_loaded(self) -> bool:
         """Whether a pulse loads the casing; a rigid one takes none."""
         return self.engine.casing.kind == "ring" and self.force > 0.0

@@ -38,7 +38,15 @@ def preset_inputs(name: str) -> dict[str, Value]:
 
 def preset_loss(name: str) -> str:
     """Return what a preset costs and loses, as measured, in one sentence."""
-    return str(_table()[name]["loses"])
+    found = _table()[name]
+    return "; ".join(str(found[key]) for key in ("loses", "regimes") if key in found)
+
+
+def loss_of(scene: Scene) -> str:
+    """Return what the preset of a scene loses, or that nobody has measured it there."""
+    if not scene.has_families or scene.engine.casing.kind == "rigid":
+        return "not measured but for equal blades in a ring of harmonics: this is other"
+    return preset_loss(preset_of(scene))
 
 
 def preset_of(scene: Scene) -> str:
