@@ -10,8 +10,8 @@ fast ones have settled to their static share. Likewise a tip gives way to fricti
 the tangential shape squared. What a truncated body makes of C up to the duration of the
 pulse, at most `LONGEST`, is compared with what all of its modes make of it: of the
 rotor `FINEST_FAMILIES` fixed-interface modes a blade, of the ring `FINEST` harmonics.
-The estimate of the error is `SAFETY` times the sum of what both bodies miss; tests hold it
-against the motion of random engines in their first contacts.
+The estimate of the error is `SAFETY` times the sum of what both bodies miss; tests hold
+it against the motion of random engines in their first contacts.
 """
 
 from __future__ import annotations
