@@ -26,8 +26,8 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
-from hpcwhirl.report.figures import save
 from hpcwhirl.report.maps import REGIMES
+from hpcwhirl.report.saving import save
 from hpcwhirl.store.cases import Cases
 
 

@@ -26,9 +26,9 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
+from presets import PATH, write
 
 import hpcwhirl
-import hpcwhirl.scene
 from hpcwhirl.campaign.trials import trials
 from hpcwhirl.scene import preset_names
 from hpcwhirl.scene.files import resolve
@@ -134,11 +134,10 @@ def main() -> int:
     for engine, found in maps.items():
         show(engine, found)
     if args.write:
-        path = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
-        head, table = path.read_text().splitlines()[0], tomllib.loads(path.read_text())
+        table = tomllib.loads(PATH.read_text())
         for preset in names[:-1]:
             table[preset]["regimes"] = f"{told[preset]} on a map of two engines"
-        path.write_text(f"{head}\n{tomli_w.dumps(table)}")
+        write(table)
     return 0
 
 

@@ -24,6 +24,7 @@ from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
 
 RULES = {"draft": 0.06, "standard": 0.01}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}
+PATH = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
 TOLD = ("orbit_radius", "contact_impulse", "tip_peak")
 
 
@@ -61,6 +62,12 @@ def loss(row: Row, facts: dict[str, Any]) -> str:
     )
 
 
+def write(table: dict[str, Any]) -> None:
+    """Replace the presets of the package."""
+    head = "# Written by scripts/presets.py from a measured trade-off.\n"
+    PATH.write_text(head + tomli_w.dumps(table))
+
+
 def main() -> int:
     """Choose, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -73,10 +80,8 @@ def main() -> int:
         print(f"{name}: {row.label}: {loss(row, facts)}")
         table[name] = {"inputs": {**inputs, **FIXED}, "loses": loss(row, facts)}
     if args.write:
-        head = "# Written by scripts/presets.py from a measured trade-off.\n"
-        path = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
-        path.write_text(head + tomli_w.dumps(table))
-        print(path)
+        write(table)
+        print(PATH)
     return 0
 
 

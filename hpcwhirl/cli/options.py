@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import (
     NAMED,
     Scene,
@@ -145,6 +146,24 @@ def parsed(settings: Sequence[str]) -> dict[str, Any]:
             )
             raise InputError(msg)
     return found
+
+
+def check_writable(path: Path | None, *, folder: bool) -> None:
+    """Raise one clear line, before any work, where the output cannot be written."""
+    if path is None:
+        return
+    if path.exists() and path.is_dir() != folder:
+        kind = "directory" if folder else "file"
+        msg = f"cannot write {path}: it is not a {kind}"
+        raise MissingFileError(msg)
+    place = path.resolve()
+    while not place.exists():
+        place = place.parent
+    if not os.access(place, os.W_OK) or (
+        place != path.resolve() and not place.is_dir()
+    ):
+        msg = f"cannot write {path}: {place} is not a writable directory"
+        raise MissingFileError(msg)
 
 
 def print_json(facts: Mapping[str, Any]) -> None:

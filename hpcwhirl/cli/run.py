@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -15,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.options import (
     add_explain,
     add_scene,
+    check_writable,
     print_json,
     print_notes,
     scene_of,
     tell_preset,
 )
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import to_toml
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def run(args: argparse.Namespace) -> int:
     if scene.output.traces == "summary" and (args.out or args.plot):
         msg = "traces is summary: --out and --plot need traces = orbit or full"
         raise InputError(msg)
-    _check_writable(args.out, folder=False)
-    _check_writable(args.plot, folder=True)
+    check_writable(args.out, folder=False)
+    check_writable(args.plot, folder=True)
     tell_preset(scene)
     march = March(scene)
     with _progress(march, quiet=args.quiet) as tick:
@@ -91,24 +91,6 @@ def summary(row: dict[str, Any]) -> dict[str, Any]:
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}
     terms.pop("error", None)
     return facts | {"ledger": terms}
-
-
-def _check_writable(path: Path | None, *, folder: bool) -> None:
-    """Raise one clear line, before any work, where the output cannot be written."""
-    if path is None:
-        return
-    if path.exists() and path.is_dir() != folder:
-        kind = "directory" if folder else "file"
-        msg = f"cannot write {path}: it is not a {kind}"
-        raise MissingFileError(msg)
-    place = path.resolve()
-    while not place.exists():
-        place = place.parent
-    if not os.access(place, os.W_OK) or (
-        place != path.resolve() and not place.is_dir()
-    ):
-        msg = f"cannot write {path}: {place} is not a writable directory"
-        raise MissingFileError(msg)
 
 
 @contextmanager

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
 import sys
 import time
 from pathlib import Path
@@ -15,12 +13,13 @@ from hpcwhirl import __version__
 from hpcwhirl.cli.options import (
     add_json,
     add_set,
+    check_writable,
     finite,
     parsed,
     print_json,
     scene_of,
 )
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import NAMED, Scene, apply_settings, named_scene
 
 NOT_OFFERED = (
@@ -58,6 +57,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measure, then print the table; files are written whole at the end."""
+    from hpcwhirl.campaign.doctor.facts import machine_facts
     from hpcwhirl.campaign.tradeoff import measure
     from hpcwhirl.campaign.trials import settings_of
     from hpcwhirl.report.tradeoff import draw_tradeoff, markdown
@@ -68,11 +68,11 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(msg)
     settings, scenes = settings_of(args.axes), _scenes(args)
     folder = args.out or Path()
-    _make(folder)
-    start = time.monotonic()
+    check_writable(folder, folder=True)
+    start, machine = time.monotonic(), machine_facts()
     facts = measure(scenes, settings, args.repeats, _teller(len(scenes), start)).facts()
     facts |= {
-        "machine": _machine(),
+        "machine": f"{machine['host']}, {machine['cpu']}",
         "version": __version__,
         "repeats": args.repeats,
         "elapsed": time.monotonic() - start,
@@ -106,17 +106,6 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
     return found
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as failed:
-        msg = f"cannot make {folder}: {failed.strerror or failed}"
-        raise MissingFileError(msg) from None
-    if not os.access(folder, os.W_OK):
-        msg = f"cannot write into {folder}"
-        raise MissingFileError(msg)
-
-
 def _teller(scenes: int, start: float) -> Any:
     """Return what says on stderr, every few seconds, which setting is tried."""
     last = 0.0
@@ -130,19 +119,6 @@ def _teller(scenes: int, start: float) -> Any:
             print(f"tradeoff: {spent}, {line} (of {scenes} scenes)", file=sys.stderr)
 
     return tell
-
-
-def _machine() -> str:
-    """Return what computes: node and processor."""
-    model = platform.processor() or platform.machine()
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                model = line.partition(":")[2].strip()
-                break
-    except OSError:  # not Linux: the architecture has to do
-        pass
-    return f"{platform.node()}, {model}"
 
 
 def _heading(facts: dict[str, Any]) -> str:

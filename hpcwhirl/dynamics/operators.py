@@ -13,7 +13,6 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
-from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
@@ -131,7 +130,7 @@ def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
     if model.casing is not None and not model.casing.has_matrices:
         msg = (
             "scheme paper marches coordinates: families must be 'all', got "
-            f"'{with_truncation(scene).engine.casing.families}'"
+            f"'{scene.engine.casing.families}'"
         )
         raise InputError(msg)
     step = scene.solver.time_step

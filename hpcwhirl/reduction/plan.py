@@ -43,16 +43,12 @@ class Plan:
 
 def folds_of(scene: Scene) -> int:
     """Return g, the sectors that move alike: gcd(k, N), or 1 where all are marched."""
-    engine, solver = scene.engine, scene.solver
-    round_casing = (
-        engine.casing.kind == "rigid" or engine.casing.discretization == "fourier"
-    )
-    equal = not engine.file and not engine.rotor.mistuning
+    solver = scene.solver
     if solver.plan == "everything" or solver.scheme not in FOLDING:
         return 1
-    if not (equal and round_casing):
+    if not scene.has_families:
         return 1
-    return math.gcd(scene.nodal_diameter, engine.rotor.blades)
+    return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
 
 
 def settling_time(scene: Scene, model: Model) -> float:

@@ -146,19 +146,15 @@ def with_truncation(scene: Scene) -> Scene:
 def _chosen(
     rotor: Rotor, casing: Casing, gap: float, pulse: float, lobes: int, share: float
 ) -> tuple[int, Casing]:
-    most = _most_modes(rotor)
-    for modes in [*range(0, most, rotor.blades), most]:
-        if _missed(rotor, casing, gap, pulse, modes)[0] <= share:
-            break
-    tried = casing
+    body, most = (rotor, casing, gap, pulse), _most_modes(rotor)
+    counts = range(0, most, rotor.blades)
+    modes = next((n for n in counts if _missed(*body, n)[0] <= share), most)
     if casing.kind == "rigid":
         return modes, casing
-    # the ring must carry the load
-    for harmonics in [h for h in HARMONICS if h >= lobes] or [lobes]:
-        for families in ("bending", "all"):
-            tried = casing.model_copy(
-                update={"harmonics": harmonics, "families": families}
-            )
-            if _missed(rotor, tried, gap, pulse, most)[1] <= share:
-                return modes, tried
-    return modes, tried
+    rings = [
+        casing.model_copy(update={"harmonics": harmonics, "families": families})
+        for harmonics in [h for h in HARMONICS if h >= lobes] or [lobes]
+        for families in ("bending", "all")
+    ]  # the load must be carried
+    fine = (r for r in rings if _missed(rotor, r, gap, pulse, most)[1] <= share)
+    return modes, next(fine, rings[-1])

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, unknown
+from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report import growth, motions, sweeps
+from hpcwhirl.report.saving import save
 from hpcwhirl.store.cases import Cases
 
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
@@ -63,17 +64,6 @@ KINDS = {
         sweep=False,
     ),
 }  # fmt: skip
-
-
-def save(figure: Any, path: Path) -> Path:
-    """Write a figure and return its path."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=130)
-    except OSError as failed:
-        msg = f"cannot write {path}: {failed.strerror or failed}"
-        raise MissingFileError(msg) from None
-    return path
 
 
 def draw_figures(

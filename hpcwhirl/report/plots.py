@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.report.saving import save
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 20_000
@@ -28,17 +28,7 @@ def draw_case(
     row : numbers and words of the case
     """
     figures = {"orbit": draw_orbit(traces, row), "traces": draw_traces(traces, row)}
-    paths = []
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=130)
-        except OSError as failed:
-            msg = f"cannot write {path}: {failed.strerror or failed}"
-            raise MissingFileError(msg) from None
-        paths.append(path)
-    return paths
+    return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
 def _title(row: Mapping[str, Any]) -> str:

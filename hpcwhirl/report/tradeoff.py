@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.report.saving import save
 
 Facts = Mapping[str, Any]
 COLUMNS = {
@@ -70,7 +70,7 @@ def table_of(facts: Facts) -> list[Row]:
             for row in next(iter(found.values()))}  # fmt: skip
     rows = [_row(axis, label, group, base) for (axis, label), group in found.items()]
     marked = {id(row) for row in front_of(rows)}
-    return [Row(**(vars(row) | {"front": id(row) in marked})) for row in rows]
+    return [replace(row, front=id(row) in marked) for row in rows]
 
 
 def _row(
@@ -191,7 +191,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
         costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]
         shape, size = ("*", 12) if name == "as given" else ("o", 5)
         axes.plot(costs, scores, shape, ms=size, label=name)
-    front = front_of(rows)
+    front = sorted((row for row in rows if row.front), key=lambda row: row.cost)
     axes.step([r.cost for r in front], [max(r.score, SMALLEST) for r in front],
               where="post", c="black", lw=0.8, label="front")  # fmt: skip
     for row in front:
@@ -206,10 +206,4 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
              ylabel="largest relative error, median over the scenes",
              title=f"Speed against accuracy, {facts.get('machine', '')}")  # fmt: skip
     axes.legend(fontsize=8)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=130)
-    except OSError as failed:
-        msg = f"cannot write {path}: {failed.strerror or failed}"
-        raise MissingFileError(msg) from None
-    return path
+    return save(figure, path)

@@ -271,7 +271,10 @@ class Scene(Inputs):
 
     @property
     def has_families(self) -> bool:
-        """Whether both bodies' modes come in families and harmonics."""
+        """Whether the blades are equal and the casing is round: no elements.
+
+        Both bodies' modes come in families and harmonics then.
+        """
         engine = self.engine
         known = (
             engine.casing.kind == "rigid" or engine.casing.discretization == "fourier"
