@@ -159,6 +159,17 @@ def test_what_is_explained_is_so_of_any_scene(capsys):
         assert ("harmonics of the ring" in told) == ("kind=rigid" not in words)
 
 
+@pytest.mark.parametrize("command", [["model"], ["run", "--quiet"]])
+def test_what_is_saved_is_told_against_the_inputs_as_they_are(command, capsys):
+    words = [*command, "--preset", "draft", "--set", "duration=1e-3", "--explain"]
+    assert main(words) == 0
+    few, many = (len(m.rotor.omega) + len(m.casing.omega) for m in (
+        model_of(scene(truncation=0.3)), model_of(scene())))  # fmt: skip
+    told = capsys.readouterr().out
+    assert f"{few} modal amplitudes are left" in told
+    assert f"as they are, {many} and" in told
+
+
 def drawn(chance):
     """Return a random engine that is touched within 2 ms."""
     return scene(

@@ -21,7 +21,7 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import to_toml
+from hpcwhirl.scene import Scene, to_toml
 
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     result = result_of(march.scene, history)
     facts = summary(result.row | result.performance)
     if args.explain:
-        facts |= _explained(march)
+        facts |= _explained(scene, march)
     if args.json:
         print_json(facts)
     else:
@@ -74,11 +74,11 @@ def run(args: argparse.Namespace) -> int:
     return 1 if result.row["outcome"] == "unstable" else 0
 
 
-def _explained(march: March) -> dict[str, Any]:
+def _explained(scene: Scene, march: March) -> dict[str, Any]:
     """Return what the plan left out, and the share of amplitudes and steps marched."""
     from hpcwhirl.reduction.explain import amplitudes, notes_of
 
-    notes = [asdict(note) for note in notes_of(march.scene, march.model)]
+    notes = [asdict(note) for note in notes_of(scene, march.model)]
     few, many = amplitudes(march.lean.model), amplitudes(march.model)
     share = few * march.marched / (many * march.total)
     return {"left_out": notes, "marched": march.marched, "work_share": share}

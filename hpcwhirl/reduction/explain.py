@@ -115,7 +115,7 @@ def notes_of(scene: Scene, model: Model) -> list[Note]:
 
 def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
     """Return the facts that `model --json` gives under `plan`."""
-    scene = with_truncation(scene)
+    notes, scene = notes_of(scene, model), with_truncation(scene)
     plan, lean = plan_of(scene, model), lean_case(scene, model).model
     coordinates = {"rotor": len(model.rotor.omega)}
     marched = {"rotor": len(lean.rotor.omega)}
@@ -137,5 +137,5 @@ def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
         "settles": plan.settles,
         "settling_time": plan.settling,
         "truncation_error": truncation_error(scene) if scene.has_families else None,
-        "left_out": [asdict(note) for note in notes_of(scene, model)],
+        "left_out": [asdict(note) for note in notes],
     }
