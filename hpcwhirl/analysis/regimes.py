@@ -36,7 +36,8 @@ class Thresholds:
     drift : change of ln(amplitude) over the window that `sustained` may show
     unclear : the same where it is not significant, as of motions that wander
     rise : change of ln(amplitude) over the window that `divergent` must show
-    onward : share of that rate that the last half of the window must go on with
+    onward : share of that rate that the last quarter of the window must go on with
+    above : least `summit` of a motion that is `divergent`
     replaced : fed over lost from which a steady motion counts as `sustained`
     turnover : times that its energy must have been lost in the window for that
     direction : least |P+ - P-|/(P+ + P-) that names a whirl
@@ -50,6 +51,7 @@ class Thresholds:
     unclear: float = 0.3
     rise: float = 0.4
     onward: float = 0.5
+    above: float = 0.02
     replaced: float = 0.8
     turnover: float = 2.0
     direction: float = 1.0 / 3.0
@@ -132,7 +134,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     -------
     growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
     growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
-    suspension), growth_last (1/s, of the last half of the window), summit (-, see
+    suspension), growth_last (1/s, of its last quarter), summit (-, see
     `summit`), orbit_radius (m, rms), end_time, window (s), whirl_ratio (-), orbit_area
     (m^2/s), line_frequency (rad/s), late_fed, late_friction, late_rotation (its two
     parts), late_lost, late_energy (J), late_contacts (1 if the window has contact),
@@ -176,7 +178,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
 
 def _rates(time: Floats, judged: Evidence, late: NDArray[np.bool_]) -> dict[str, float]:
     """Return the growth of the whole and of its parts, 1/s; `time` of the window."""
-    energy, half = judged.energy[late], len(time) // 2
+    energy, last = judged.energy[late], 3 * len(time) // 4
     rate, error = growth(time, energy)
     orbit = (judged.centre[late] ** 2).sum(axis=1)
     return {
@@ -185,7 +187,7 @@ def _rates(time: Floats, judged: Evidence, late: NDArray[np.bool_]) -> dict[str,
         "growth_rotor": growth(time, judged.rotor[late])[0],
         "growth_casing": growth(time, judged.casing[late])[0],
         "growth_centre": growth(time, orbit)[0],
-        "growth_last": growth(time[half:], energy[half:])[0],
+        "growth_last": growth(time[last:], energy[last:])[0],
     }
 
 
@@ -229,8 +231,8 @@ def name_regime(
     - `damped`: a certificate that no contact can recur; or no contact in the window
       and the energy, significantly, and every part falling; or at rest.
     - `divergent`: contact in the window, beyond the amplitude limit or grown by `rise`
-      over the window, significantly, no less than before in its last half, the rotor
-      too, to the highest of the run; and fed by rotation and friction meanwhile.
+      over the window, significantly, still so in its last quarter, the rotor too, to
+      the highest of the run; and fed by rotation and friction meanwhile.
     - `sustained`: contact that replaces at least `replaced` of what is lost, the
       energy turned over `turnover` times, and no change of the energy, the rotor or the
       centre beyond `drift`, or `unclear` where it is not significant.
@@ -287,7 +289,7 @@ def _diverges(value: Mapping[str, float], limits: Thresholds) -> bool:
     window, rate = value["window"], value["growth_rate"]
     rising = min(rate, value["growth_rotor"]) * window > limits.rise
     onward = value["growth_last"] >= limits.onward * rate
-    return rising and onward and value["summit"] >= 0.0
+    return rising and onward and value["summit"] > limits.above
 
 
 def _is_kept_up(value: Mapping[str, float], limits: Thresholds, most: float) -> bool:

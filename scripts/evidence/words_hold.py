@@ -1,4 +1,4 @@
-"""How often words hold: random motions judged early and late, and however they are kept.
+"""How often words hold: motions judged early and late, and however they are kept.
 
     python scripts/evidence/words_hold.py [DIR] [--runs 300] [--seed 11] [--write]
 
@@ -99,10 +99,10 @@ def mapped(cases: list[dict[str, Any]], kept: str, folder: Path) -> Any:
 def differing(results: list[Any]) -> dict[str, int]:
     """Return {variable: cases in which it depends on what was kept}."""
     first, *others = results
+    aside = {*PERFORMANCE, "sample_interval"}
     names = [
-        name for name in first.data_vars
-        if first[name].dims == ("case",) and name not in {*PERFORMANCE, "sample_interval"}
-    ]  # fmt: skip
+        n for n in first.data_vars if first[n].dims == ("case",) and n not in aside
+    ]
     out = {}
     for name in names:
         values = first[name].values
