@@ -14,7 +14,7 @@ TIME = np.arange(1, 10001) * 2e-4
 
 
 def judged(energy, wave, *, fed, lost, casing=None, rubbed=0.25):
-    """Evidence of energies (n,), an orbit (n,), ROTATING frame, and works, J a second."""
+    """Evidence of energies (n,), an orbit (n,), ROTATING frame, and works, J/s."""
     casing = 0.1 * energy if casing is None else casing
     centre = np.column_stack([wave.real, wave.imag])
     works = (rate * TIME[: len(energy)] for rate in (fed, rubbed * fed, lost))
@@ -315,7 +315,7 @@ def test_a_motion_that_wanders_is_neither_damped_nor_divergent():
 
 
 def test_what_cannot_be_told_from_a_fall_is_not_sustained():
-    rough = np.exp(-1.3 * TIME + 0.9 * np.sign(np.sin(2 * np.pi * 7.3 * TIME)))
+    rough = np.exp(-1.3 * TIME + 0.9 * np.sign(np.sin(2 * np.pi * 7.5 * TIME)))
     found = evidence(Scene(), motion(rough, **KEPT_UP))
     assert abs(found["growth_rate"]) < 3 * found["growth_error"]
     assert words(motion(rough, **KEPT_UP))[1] == "undecided"

@@ -38,7 +38,8 @@ class Thresholds:
     rise : change of ln(amplitude) over the window that `divergent` must show
     onward : share of that rate that the last quarter of the window must go on with
     above : least `summit` of a motion that is `divergent`
-    replaced : fed over lost from which a steady motion counts as `sustained`
+    replaced : fed over lost, or lost over fed, from which a steady motion counts as
+        `sustained`
     turnover : times that its energy must have been lost in the window for that
     direction : least |P+ - P-|/(P+ + P-) that names a whirl
     whirl_floor : orbit radius over gap below which there is no whirl
@@ -233,9 +234,9 @@ def name_regime(
     - `divergent`: contact in the window, beyond the amplitude limit or grown by `rise`
       over the window, significantly, still so in its last quarter, the rotor too, to
       the highest of the run; and fed by rotation and friction meanwhile.
-    - `sustained`: contact that replaces at least `replaced` of what is lost, the
-      energy turned over `turnover` times, and no change of the energy, the rotor or the
-      centre beyond `drift`, or `unclear` where it is not significant.
+    - `sustained`: fed by contact what is lost, to `replaced` of it, the energy turned
+      over `turnover` times, and no change of the energy, the rotor or the centre beyond
+      `drift`, or `unclear` where it is not significant.
     - `undecided`: anything else, such as falling while still touching; and whatever
       is loaded by the pulse within the window.
 
@@ -299,7 +300,8 @@ def _is_kept_up(value: Mapping[str, float], limits: Thresholds, most: float) -> 
     change = max(abs(rate) for rate in rates) * value["window"]
     lost = value["late_lost"]
     turned_over = lost >= limits.turnover * value["late_energy"]
-    kept_up = value["late_fed"] >= limits.replaced * lost
+    fed = value["late_fed"]
+    kept_up = min(fed, lost) >= limits.replaced * max(fed, lost)
     return change <= most and turned_over and kept_up
 
 
