@@ -30,10 +30,16 @@ from hpcwhirl.campaign.case import result_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
+BLADES = (12, 16, 18, 22, 24, 30, 36)
 LOW = (20.0, 0.0, 1e-4, 0.0, 0.008, 20e3, 0.0)
 HIGH = (520.0, 5.0, 1e-3, 0.2, 0.026, 150e3, 5.0)
+# place in BLADES, log10 of the damping of casing and rotor, share on a support
+ENGINE_LOW, ENGINE_HIGH = (0.0, -2.5, -3.0, 0.0), (len(BLADES), -0.7, -1.5, 1.0)
 KEPT = ("regime", "whirl", "outcome", "stop", "folds", "certificate", "contacts")
-NUMBERS = ("contact_impulse", "centre_peak", "orbit_radius", "ledger_damping")
+FLOORS = {  # of each number compared: below it, it is round-off of what has been
+    "contact_impulse": 1e-9, "centre_peak": 1e-10, "orbit_radius": 1e-10,
+    "ledger_damping": 1e-9, "last_contact": 1e-9,
+}  # fmt: skip
 WHOLE = {"plan": "everything"}
 CERTAIN = {"until": "certain", "traces": "summary"}
 KINDS: dict[str, dict[str, Any]] = {
@@ -52,24 +58,40 @@ KINDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-def drawn(count: int, seed: int) -> list[dict[str, Any]]:
+def drawn(count: int, seed: int, *, engines: bool = True) -> list[dict[str, Any]]:
     """Return the inputs of random scenes, a scrambled Sobol sequence."""
     bits = max(1, (count - 1).bit_length())
-    points = qmc.scale(qmc.Sobol(7, rng=seed).random_base2(bits), LOW, HIGH)[:count]
-    return [
-        {"speed": float(v), "nodal_diameter": int(k), "gap": float(g),
-         "friction": float(m) if m > 0.04 else 0.0, "thickness": float(h),
-         "force": float(f), "centre": "clamped" if c < 1.0 else "free"}
-        for v, k, g, m, h, f, c in points
-    ]  # fmt: skip
+    low, high = (LOW + ENGINE_LOW, HIGH + ENGINE_HIGH) if engines else (LOW, HIGH)
+    points = qmc.Sobol(len(low), rng=seed).random_base2(bits)
+    points = qmc.scale(points, low, high)[:count]
+    return [_scene(*map(float, p[:7])) | _engine(*map(float, p[7:])) for p in points]
+
+
+def _scene(
+    speed: float, k: float, gap: float, mu: float, ring: float, push: float, held: float
+) -> dict[str, Any]:
+    return {
+        "speed": speed, "nodal_diameter": int(k), "gap": gap,
+        "friction": mu if mu > 0.04 else 0.0, "thickness": ring, "force": push,
+        "centre": "clamped" if held < 1.0 else "free",
+    }  # fmt: skip
+
+
+def _engine(*drawn: float) -> dict[str, Any]:
+    if not drawn:
+        return {}
+    place, casing, rotor, support = drawn
+    own = {"support_damping": -1.0} if support < 0.5 else {}
+    damping = {"casing.damping": 10.0**casing, "rotor.damping": 10.0**rotor}
+    return {"blades": BLADES[int(place)]} | damping | own
 
 
 def outcome(scene: Scene) -> dict[str, Any]:
     """Return words, numbers and seconds of a scene."""
     march = March(scene)
     row = result_of(march.scene, march.run()).row
-    found = {name: row[name] for name in (*KEPT, *NUMBERS)}
-    return found | {"seconds": march.seconds, "word": row["regime"]}
+    found = {name: row[name] for name in (*KEPT, *FLOORS, "growth_rate")}
+    return found | {"seconds": march.seconds, "blades": march.model.blades}
 
 
 def kind(case: dict[str, Any], lean: dict[str, Any]) -> str:
@@ -79,15 +101,13 @@ def kind(case: dict[str, Any], lean: dict[str, Any]) -> str:
     return f"k = {case['nodal_diameter']}: " + (", ".join(ways) or "as the whole")
 
 
-def apart(lean: dict[str, Any], whole: dict[str, Any]) -> float:
-    """Return the largest relative difference of the numbers that are no round-off."""
-    worst = 0.0
-    for name in NUMBERS:
+def apart(lean: dict[str, Any], whole: dict[str, Any]) -> dict[str, float]:
+    """Return the relative difference of each number that is no round-off."""
+    out = {}
+    for name, floor in FLOORS.items():
         scale = max(abs(lean[name]), abs(whole[name]))
-        floor = 1e-10 if name in {"centre_peak", "orbit_radius"} else 1e-9
-        if scale > floor:
-            worst = max(worst, abs(lean[name] - whole[name]) / scale)
-    return worst
+        out[name] = abs(lean[name] - whole[name]) / scale if scale > floor else 0.0
+    return out
 
 
 def words(args: argparse.Namespace) -> int:

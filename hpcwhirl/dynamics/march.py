@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.timestep import (
     check_loading,
     check_step,
     check_turn,
+    check_wall,
     step_counts,
     with_step,
 )
@@ -73,6 +74,7 @@ class March:
         check_step(self.model, scene.solver.time_step)
         check_loading(scene)
         check_turn(self.model, scene)
+        check_wall(scene)
         self.total, self.stride = step_counts(scene)
         self.seconds = 0.0
         self.fold()
