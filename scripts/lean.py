@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
@@ -63,24 +64,26 @@ def drawn(count: int, seed: int, *, engines: bool = True) -> list[dict[str, Any]
     bits = max(1, (count - 1).bit_length())
     low, high = (LOW + ENGINE_LOW, HIGH + ENGINE_HIGH) if engines else (LOW, HIGH)
     points = qmc.Sobol(len(low), rng=seed).random_base2(bits)
-    points = qmc.scale(points, low, high)[:count]
-    return [_scene(*map(float, p[:7])) | _engine(*map(float, p[7:])) for p in points]
+    return [
+        _scene(p[:7]) | _engine(p[7:]) for p in qmc.scale(points, low, high)[:count]
+    ]
 
 
-def _scene(
-    speed: float, k: float, gap: float, mu: float, ring: float, push: float, held: float
-) -> dict[str, Any]:
+def _scene(point: Sequence[float]) -> dict[str, Any]:
+    """Return the operating point that 7 numbers stand for."""
+    speed, k, gap, friction, thickness, force, centre = map(float, point)
     return {
         "speed": speed, "nodal_diameter": int(k), "gap": gap,
-        "friction": mu if mu > 0.04 else 0.0, "thickness": ring, "force": push,
-        "centre": "clamped" if held < 1.0 else "free",
+        "friction": friction if friction > 0.04 else 0.0, "thickness": thickness,
+        "force": force, "centre": "clamped" if centre < 1.0 else "free",
     }  # fmt: skip
 
 
-def _engine(*drawn: float) -> dict[str, Any]:
-    if not drawn:
+def _engine(point: Sequence[float]) -> dict[str, Any]:
+    """Return the engine that 4 numbers stand for; the default one for none."""
+    if not len(point):
         return {}
-    place, casing, rotor, support = drawn
+    place, casing, rotor, support = map(float, point)
     own = {"support_damping": -1.0} if support < 0.5 else {}
     damping = {"casing.damping": 10.0**casing, "rotor.damping": 10.0**rotor}
     return {"blades": BLADES[int(place)]} | damping | own
