@@ -8,6 +8,8 @@
              --repeats 5 (time: the least of so many)
              --damping 0.005 (words: of the casing, light: symmetries break)
              --own (words: on the default engine alone)
+             --blades 12 22 (words: of the engines drawn, those with so many; every N
+             that folds has a kernel of its own, half a minute to compile)
 
 `words` draws speed 20 ... 520 rad/s, k = 0 ... 4, gap 0.1 ... 1 mm, friction 0 (one
 case in five) or up to 0.2, ring 8 ... 26 mm thick, force 20 ... 150 kN, every fifth
@@ -134,6 +136,8 @@ def words(args: argparse.Namespace) -> int:
         {"duration": args.duration, "time_step": args.time_step},
     )
     cases = drawn(args.cases, args.seed, engines=not args.own)
+    if args.blades and not args.own:
+        cases = [case for case in cases if case["blades"] in args.blades]
     if args.damping:
         cases = [case | {"engine.casing.damping": args.damping} for case in cases]
     short = CERTAIN if args.what == "certain" else {}
@@ -263,6 +267,7 @@ def main() -> int:
     parser.add_argument("--damping", type=float, default=0.0)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--own", action="store_true")
+    parser.add_argument("--blades", type=int, nargs="+", choices=BLADES)
     parser.add_argument("--repeats", type=int, default=5)
     args = parser.parse_args()
     ways = {"words": words, "certain": words, "time": clock, "symmetry": symmetry}
