@@ -20,13 +20,19 @@ def _hear(number: int, frame: object) -> None:
 
 
 def listen() -> None:
-    """Note signals from now on; only a main thread can, elsewhere nothing changes."""
+    """Note signals from now on; only a main thread can, elsewhere nothing changes.
+
+    A launcher that blocks them (``env --block-signal``) has them wait for this, so that
+    not even the start of Python is deaf to them.
+    """
     heard.clear()
     try:
         for name in SIGNALS:
             _before[name] = signal.signal(name, _hear)
     except ValueError:  # not the main thread
         _before.clear()
+        return
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
 
 def leave(*, program: bool) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import traceback
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,14 @@ from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
+from hpcwhirl.cli.command import (
+    COMPLETE,
+    FAILED,
+    STOPPED,
+    WRONG_INPUT,
+    tell_error,
+    tell_failure,
+)
 from hpcwhirl.cli.options import (
     add_explain,
     add_json,
@@ -25,8 +32,6 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import WhirlError
-
-COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -133,11 +138,10 @@ def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     try:
         return _run(args, comm, stopping)
     except WhirlError as failed:
-        print(f"hpcwhirl: error: {failed}", file=sys.stderr)
+        tell_error(failed)
         code = WRONG_INPUT
-    except Exception:  # noqa: BLE001 - told, then ended below
-        traceback.print_exc()
-        code = INTERNAL
+    except Exception as failed:  # noqa: BLE001 - told, then ended below
+        code = tell_failure(failed)
     sys.stderr.flush()
     comm.Abort(code)  # one rank's error must not hang the others
     return code
@@ -158,7 +162,7 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
         design, policy, failure = comm.bcast((design, policy, failure), root=0)
     if failure:
         if root:
-            print(f"hpcwhirl: error: {failure}", file=sys.stderr)
+            tell_error(failure)
         return WRONG_INPUT
     if args.dry_run or design is None or policy is None:
         return COMPLETE
