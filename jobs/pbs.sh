@@ -48,7 +48,7 @@ if [ "$told" = no ]; then
     [ "$caught" = yes ] || break
   done
 fi
-# Told to stop before Python could hear it, the ranks have died of that: nothing is lost.
+# Told to stop before Python could hear it, ranks die of that: nothing is lost.
 if [ "$told" = yes ]; then
   case $code in 0 | 1 | 2 | 70) ;; *) code=75 ;; esac
 fi

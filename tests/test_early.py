@@ -107,7 +107,7 @@ def test_what_was_heard_early_counts_once():
 # Job scripts cover what Python cannot: its own start.
 
 
-def scripted(place, **options):
+def scripted(**options):
     return job_script(Request("slurm", file="c.toml", **options))
 
 
@@ -119,7 +119,7 @@ def test_ranks_that_die_of_the_warning_come_again(tools, name):  # noqa: F811
     (tools / "bin/hpcwhirl").write_text(rank)
     launcher = '#!/bin/bash\nwhile [ "$1" != hpcwhirl ]; do shift; done\nexec "$@"\n'
     (tools / "bin/mpirun").write_text(launcher)
-    script = scripted(tools).replace("exec mpirun", "mpirun")
+    script = scripted().replace("exec mpirun", "mpirun")
     process = run_bash(script, tools, SLURM_JOB_ID="7")
     _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 75, err
@@ -128,7 +128,7 @@ def test_ranks_that_die_of_the_warning_come_again(tools, name):  # noqa: F811
 
 
 def test_a_job_told_before_it_launches_does_not_begin(tools):  # noqa: F811
-    script = scripted(tools, modules=("slow",))
+    script = scripted(modules=("slow",))
     script = script.replace("module load slow", "kill -USR1 $$", 1)
     process = run_bash(script, tools, SLURM_JOB_ID="7")
     _, err = process.communicate(timeout=LIMIT)
