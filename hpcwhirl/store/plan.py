@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.regular import read_regular
 from hpcwhirl.store.schema import FORMAT
 from hpcwhirl.store.whole import write_whole
 
@@ -47,7 +48,7 @@ def read_plan(folder: Path) -> Plan:
     """Return the plan of a campaign directory, or raise one clear line."""
     path = folder / NAME
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_regular(path))
     except OSError as failed:
         msg = f"{folder} is no campaign directory: {path.name}: {failed.strerror}"
         raise MissingFileError(msg) from None
