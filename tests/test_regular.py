@@ -44,7 +44,7 @@ def odd(request):
 
 @pytest.mark.parametrize("mode", ["rb", "ab", "wb", "rb+"])
 def test_what_is_not_a_regular_file_is_not_opened(odd, tmp_path, mode):
-    with pytest.raises(OSError, match="regular|directory"):
+    with pytest.raises(OSError, match=r"regular|directory"):
         open_regular(odd(tmp_path / "odd"), mode)
 
 
@@ -58,7 +58,7 @@ def test_a_regular_file_is_opened_as_open_does(tmp_path):
     (tmp_path / "link").symlink_to(path)
     assert read_regular(tmp_path / "link") == b"ab"
     for name in ("none", "a\0b"):
-        with pytest.raises(OSError, match="No such|null"):
+        with pytest.raises(OSError, match=r"No such|null"):
             read_regular(tmp_path / name)
 
 
