@@ -18,6 +18,8 @@ from typing import Any
 
 import h5py
 
+from hpcwhirl.errors import MissingFileError, unwritable
+
 
 class _Patient(io.FileIO):
     """A file that takes everything, and remembers what the disk did not take."""
@@ -68,9 +70,17 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
                 raise disk.failed
 
 
-def reason(failed: Exception) -> str:
-    """Return in a few words why a file could not be written; HDF5 tells many lines."""
-    text = str(failed)
-    found = re.search(r"errno = (\d+)", text)
-    number = getattr(failed, "errno", None) or (int(found[1]) if found else 0)
-    return os.strerror(number) if number else text.splitlines()[0]
+def refusal(path: Path, failed: Exception) -> MissingFileError:
+    """Return in a line why a file could not be written; HDF5 tells many lines."""
+    chain: list[BaseException] = [failed]
+    while (before := chain[-1].__cause__ or chain[-1].__context__) is not None:
+        chain.append(before)
+    number = next(filter(None, map(_number, chain)), 0)
+    why = os.strerror(number) if number else str(failed).splitlines()[0]
+    return unwritable(f"cannot write {path}: {why}", number)
+
+
+def _number(failed: BaseException) -> int:
+    """Return the system's number of an error, 0 for none; HDF5 tells it in words."""
+    found = re.search(r"errno = (\d+)", str(failed))
+    return getattr(failed, "errno", None) or (int(found[1]) if found else 0)

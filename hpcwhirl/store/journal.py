@@ -26,7 +26,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, unwritable
 from hpcwhirl.regular import open_regular
 from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
@@ -78,7 +78,7 @@ class Journal:
                 self._both = both.pop_all()
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
         self._lines, self._blocks = lines, blocks
         self.folder, self._name = folder, f"{name}.bin"
 
@@ -124,7 +124,7 @@ def _write(file: FileIO, data: bytes) -> int:
         with suppress(OSError):
             file.truncate(offset)
         msg = f"cannot write {file.name!s}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
     return offset
 
 
@@ -156,7 +156,7 @@ def claim_run(folder: Path) -> int:
                 return run
     except OSError as failed:
         msg = f"cannot write in {folder}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
 
 
 def journal_name(run: int, rank: int) -> str:

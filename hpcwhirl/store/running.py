@@ -17,7 +17,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, unwritable
 from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.store.journal import Record, journal_name, opened, sealed
 from hpcwhirl.store.listing import listed
@@ -43,7 +43,7 @@ class Running:
             self._file = open_regular(self._path, "wb", 0)
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
 
     def begin(self, digests: Iterable[str]) -> None:
         """Note the cases that are computed from now on, in place of those before.
