@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import traceback
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -17,6 +16,14 @@ from hpcwhirl.campaign.policy import PATIENCE, Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
+from hpcwhirl.cli.command import (
+    COMPLETE,
+    FAILED,
+    STOPPED,
+    WRONG_INPUT,
+    tell_error,
+    tell_failure,
+)
 from hpcwhirl.cli.options import (
     add_explain,
     add_json,
@@ -26,9 +33,7 @@ from hpcwhirl.cli.options import (
     print_notes,
     tell_preset,
 )
-from hpcwhirl.errors import WhirlError
-
-COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
+from hpcwhirl.errors import NoRoomError, WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -141,18 +146,19 @@ def run(args: argparse.Namespace) -> int:
 
 def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     """Run; where one of several ranks fails, end all of them."""
-    if comm is None:
-        return _run(args, None, stopping)
     try:
         return _run(args, comm, stopping)
+    except NoRoomError as full:
+        _tell_stopped(args, str(full))
+        code = STOPPED
     except WhirlError as failed:
-        print(f"hpcwhirl: error: {failed}", file=sys.stderr)
+        tell_error(failed)
         code = WRONG_INPUT
-    except Exception:  # noqa: BLE001 - told, then ended below
-        traceback.print_exc()
-        code = INTERNAL
-    sys.stderr.flush()
-    comm.Abort(code)  # one rank's error must not hang the others
+    except Exception as failed:  # noqa: BLE001 - told, then ended below
+        code = tell_failure(failed)
+    if comm is not None:
+        sys.stderr.flush()
+        comm.Abort(code)  # one rank's error must not hang the others
     return code
 
 
@@ -190,11 +196,11 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
     """Say on rank 0 why nothing is computed; return the exit code."""
     from hpcwhirl.store.owner import BrokenOffError
 
-    stopped = isinstance(failure, BrokenOffError)
+    stopped = isinstance(failure, BrokenOffError | NoRoomError)
     if root and stopped:
         _tell_stopped(args, str(failure))
     elif root:
-        print(f"hpcwhirl: error: {failure}", file=sys.stderr)
+        tell_error(failure)
     return STOPPED if stopped else WRONG_INPUT
 
 
@@ -307,6 +313,9 @@ def _size(count: int) -> str:
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
     from hpcwhirl.report.maps import draw_map
 
+    if ending.lasting:
+        tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
+        return WRONG_INPUT
     if not ending.complete:
         _tell_stopped(args, ending.reason)
         return FAILED if ending.gave_up else STOPPED

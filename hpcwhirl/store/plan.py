@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError, WhirlError
+from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -74,7 +75,7 @@ def read_plan(folder: Path) -> Plan:
     """
     path = folder / NAME
     try:
-        text = path.read_bytes()
+        text = read_regular(path)
     except OSError as failed:
         msg = f"{folder} is no campaign directory: {path.name}: {failed.strerror}"
         raise MissingFileError(msg) from None
@@ -90,7 +91,7 @@ def read_plan(folder: Path) -> Plan:
 
 def is_sealed(folder: Path) -> bool:
     """Return whether a plan has a seal; older ones have none."""
-    with (folder / NAME).open("rb") as file:
+    with open_regular(folder / NAME) as file:
         return SEAL.match(file.read(len(SEALED % _sha256(b"")))) is not None
 
 
