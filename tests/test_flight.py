@@ -10,7 +10,6 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import central_differences, exact_flow
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 NEVER = np.iinfo(np.int64).max

@@ -37,9 +37,17 @@ def preset_inputs(name: str) -> dict[str, Value]:
 
 
 def preset_loss(name: str) -> str:
-    """Return what a preset costs and loses, as measured, in one sentence."""
-    found = _table()[name]
-    return "; ".join(str(found[key]) for key in ("loses", "regimes") if key in found)
+    """Return what a preset costs and loses, as measured, in one sentence.
+
+    On engines at random first, then on the default one.
+    """
+    found, told = _table()[name], ("engines", "loses", "regimes")
+    return "; ".join(str(found[key]) for key in told if key in found)
+
+
+def preset_bounds(name: str) -> dict[str, float]:
+    """Return {number: relative error that nine engines in ten stay below}."""
+    return dict(_table()[name].get("nine_in_ten", {}))
 
 
 def loss_of(scene: Scene) -> str:
