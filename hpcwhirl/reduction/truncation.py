@@ -1,15 +1,15 @@
 """What a reduced model leaves out of a contact: an estimate, and a choice by it.
 
-A blade's tip is struck: a short half-sine push of unit impulse and duration `STRIKE`
-between it and the ring below. The tip's radial motion after it, undamped or damped,
+A blade's tip and the ring below it are struck by unit impulses. The tip's radial motion
+then is
 
-r(t) = sum_m g_m S(w_m) e^{-xi_m w_m t} sin(w_d t) / w_d,
+r(t) = sum_m g_m e^{-xi_m w_m t} sin(w_d t) / w_d,
 
-g_m the radial shape squared of each mode, S the spectrum of the push; its tangential
-motion s(t) alike, pulled by friction mu times as hard; and the ring's c(t). What of
-them a truncated body misses, over the `WINDOW` of first contacts, is compared with what
-all modes make: of the rotor `FINEST_FAMILIES` fixed-interface modes a blade, of the
-ring `FINEST` harmonics. With |.| the norm over the window and d what is missed,
+g_m the radial shape squared of each mode; its tangential motion s(t) alike, pulled by
+friction mu times as hard; and the ring's c(t). What of them a truncated body misses,
+over the `WINDOW` of first contacts, is compared with what all modes make: of the rotor
+`FINEST_FAMILIES` fixed-interface modes a blade, of the ring `FINEST` harmonics. With
+|.| the norm over the window and d what is missed,
 
 of the rotor |(dr, f ds)| / |(r, f s)|: of that motion itself, f = c mu. Without
 friction blades do no more than stretch, and what is left out of that is left out of all
@@ -47,7 +47,6 @@ from hpcwhirl.structure import FourierOperator, bladed_disk
 Floats = NDArray[np.float64]
 FINEST = 160  # harmonics that stand for all
 FINEST_FAMILIES = 8
-STRIKE = 2e-5  # s
 WINDOW = 2e-3  # s
 TIMES = 200  # at which motions are compared
 ADDED_UP = 2.0  # how much more strikes add up in bending than in stretching
@@ -66,7 +65,7 @@ class Missed(NamedTuple):
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return motions (n, TIMES) after a unit strike, by modes, m s/kg.
+    """Return motions (n, TIMES), m, after a unit impulse, by modes.
 
     Parameters
     ----------
@@ -77,12 +76,9 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
     omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free: the limit w to 0
     ratio = np.minimum(body.ratios[chosen], OVERDAMPED)
-    turned = omega * STRIKE / np.pi
-    spectrum = np.sinc(0.5 * (1.0 - turned)) + np.sinc(0.5 * (1.0 + turned))
     swing = omega * np.sqrt(1.0 - ratio**2)
     shapes = np.exp(-np.outer(ratio * omega, times)) * np.sin(np.outer(swing, times))
-    scaled = weights[:, chosen] * (0.25 * np.pi * spectrum / swing)
-    return np.asarray(scaled @ shapes)
+    return np.asarray((weights[:, chosen] / swing) @ shapes)
 
 
 @lru_cache(maxsize=64)
