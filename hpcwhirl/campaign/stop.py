@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -27,10 +27,16 @@ class Stopping:
     """Whether this process is to end; asked between slices.
 
     As a context it takes over TERM, USR1 and INT, and gives them back.
+
+    Attributes
+    ----------
+    reason : why it is to end; empty: it is not
+    settled : whether all is computed: what is left to do is not ended by force
     """
 
     def __init__(self) -> None:
         self.reason = ""
+        self.settled = False
         self._file: Path | None = None
         self._deadline: float | None = None
         self._looked = 0.0
@@ -59,8 +65,9 @@ class Stopping:
             self.ask("the wall-time is nearly over")
         elif self._file is not None and now - self._looked >= LOOK_EVERY:
             self._looked = now
-            if self._file.exists():
-                self.ask(f"{self._file} is there")
+            with suppress(OSError):  # a file server that does not answer: later
+                if self._file.exists():
+                    self.ask(f"{self._file} is there")
         return bool(self.reason)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:

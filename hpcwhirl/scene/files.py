@@ -234,24 +234,35 @@ def content_digest(file: str) -> str:
         return ""
     try:
         state = Path(file).stat()
-        return _sha256(file, state.st_mtime_ns, state.st_size)
+        return _sha256(file, (state.st_ino, state.st_ctime_ns, state.st_mtime_ns))
     except OSError as failed:
         msg = f"cannot read {FILE} {file}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 
 
 @lru_cache(maxsize=64)
-def _sha256(file: str, changed: int, size: int) -> str:
-    del changed, size  # a campaign asks once a case: read again only what changed
+def _sha256(file: str, state: tuple[int, ...]) -> str:
+    del state  # a campaign asks twice a case: read again only what changed
     with Path(file).open("rb") as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
-def digest(scene: Scene) -> str:
+def digest(scene: Scene, content: str | None = None) -> str:
     """Return the SHA-256 of the resolved inputs and the physics version.
 
     The content of an engine's file is one of the inputs, beside its path.
+
+    Parameters
+    ----------
+    scene : of the case
+    content : `content_digest` of the file as it was planned; None: as it is now
     """
-    content = content_digest(scene.engine.file)
-    text = json.dumps([PHYSICS_VERSION, flatten(scene), content], sort_keys=True)
+    if content is None:
+        content = content_digest(scene.engine.file)
+    return digest_of(flatten(scene), content)
+
+
+def digest_of(values: Mapping[str, Value], content: str) -> str:
+    """Return the `digest` of a scene whose inputs `flatten` has told."""
+    text = json.dumps([PHYSICS_VERSION, values, content], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
