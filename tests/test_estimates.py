@@ -6,7 +6,8 @@ import pytest
 from evidence import estimates
 from evidence.estimates_drawn import of_accuracy, touched_engine
 
-from hpcwhirl.scene import preset_loss, preset_names
+from hpcwhirl.scene import preset_bounds, preset_loss, preset_names
+from hpcwhirl.scene.presets import ELSEWHERE
 
 SEED = 23
 
@@ -92,3 +93,5 @@ def test_a_preset_tells_of_which_engines_its_numbers_are(name):
     told = preset_loss(name)
     assert "on the default engine words as" in told
     assert "of it: orbit radius" in told
+    assert ("engines at random" in told) == bool(preset_bounds(name))
+    assert (ELSEWHERE in told) != bool(preset_bounds(name))

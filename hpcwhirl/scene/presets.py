@@ -11,6 +11,8 @@ from hpcwhirl.errors import unknown
 from hpcwhirl.scene.files import Value, flatten, resolve
 from hpcwhirl.scene.inputs import Scene
 
+ELSEWHERE = "what it loses on other engines is not measured"
+
 
 @cache
 def _table() -> dict[str, dict[str, Any]]:
@@ -41,8 +43,9 @@ def preset_loss(name: str) -> str:
 
     On engines at random first, then on the default one.
     """
-    found, told = _table()[name], ("engines", "loses", "regimes")
-    return "; ".join(str(found[key]) for key in told if key in found)
+    found = {"engines": ELSEWHERE, **_table()[name]}
+    told = (str(found[key]) for key in ("engines", "loses", "regimes") if key in found)
+    return "; ".join(told)
 
 
 def preset_bounds(name: str) -> dict[str, float]:
