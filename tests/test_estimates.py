@@ -1,12 +1,16 @@
 """What estimates state holds on engines at random; what is measured is kept."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
-from evidence import estimates
+from evidence import estimates, estimates_drawn
 from evidence.estimates_drawn import of_accuracy, touched_engine
 
-from hpcwhirl.scene import preset_bounds, preset_loss, preset_names
+from hpcwhirl.dynamics.timestep import with_step
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.truncation import with_truncation
+from hpcwhirl.scene import preset_bounds, preset_inputs, preset_loss, preset_names
 from hpcwhirl.scene.presets import ELSEWHERE
 
 SEED = 23
@@ -66,6 +70,35 @@ def test_what_was_measured_is_not_measured_again(tmp_path, monkeypatch):
     assert sorted(asked) == [(SEED, i) for i in range(4)]
     estimates.measured("accuracy", 4, SEED + 1, tmp_path, (0, 1))
     assert len(asked) == 8
+
+
+def test_presets_are_held_against_a_run_finer_than_all_of_them(monkeypatch):
+    ran = []
+
+    def simulate(scene):
+        ran.append(scene)
+        solver = scene.solver
+        row = {"outcome": "completed", "regime": "damped", "whirl": "forward"}
+        row |= {"orbit_radius": 1e-4 * (1.0 + solver.accuracy), "contact_impulse": 2.0}
+        return SimpleNamespace(row=row)
+
+    monkeypatch.setattr(estimates_drawn, "simulate", simulate)
+    found = estimates_drawn.of_presets(SEED, 0)
+    finer = next(scene for scene in ran if scene.solver.scheme == "exact")
+    for scene in ran:
+        step = with_step(scene, model_of(scene)).solver.time_step
+        assert finer.solver.time_step <= step
+        assert finer.engine.casing.harmonics >= with_truncation(
+            scene
+        ).engine.casing.harmonics  # fmt: skip
+    (twin,) = (s.force for s in ran if s.force != finer.force)
+    assert twin == pytest.approx(finer.force, rel=1e-6)
+    assert set(found["words"].values()) == {"completed damped forward"}
+    for name in preset_names():
+        asked = preset_inputs(name)["solver.accuracy"]
+        assert found["errors"][name]["orbit_radius"] == pytest.approx(asked)
+        assert found["errors"][name]["contact_impulse"] == 0.0
+    assert found["errors"]["twins"] == {"orbit_radius": 0.0, "contact_impulse": 0.0}
 
 
 def test_what_presets_lose_is_the_median_and_what_nine_in_ten_stay_below():

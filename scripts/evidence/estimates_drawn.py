@@ -171,7 +171,7 @@ def of_presets(seed: int, index: int) -> Record:
     finer = apply_settings(last, {
         "scheme": "exact", "accuracy": 0.0, "truncation": 0.0,
         "modes": FAMILIES * scene.engine.rotor.blades, "casing.families": "all",
-        "casing.harmonics": FINEST,
+        "casing.harmonics": max(FINEST, last.engine.casing.harmonics),
     })  # fmt: skip
     middle = asked["standard"]
     twin = apply_settings(middle, {"force": middle.force * (1.0 + TWIN)})
