@@ -24,9 +24,9 @@ motion, `BENT` times where it is little of it, or where the shaft's centre (k = 
 all of the ring at once (k = 0) moves slowly with it.
 
 Equal blades and a load on k lobes move alike after a turn by 1/g, g = gcd(k, N): only
-nodal diameters and harmonics that are multiples of g are struck. The factors are the
-95 % quantiles of motions' errors over what is missed, over drawn engines: see
-scripts/evidence/estimates.py.
+nodal diameters and harmonics that are multiples of g are struck. The factors are at or
+above the 95 % quantiles of motions' errors over what is missed, over 230 drawn engines;
+others, drawn since, are counted by scripts/evidence/estimates.py.
 """
 
 from __future__ import annotations
