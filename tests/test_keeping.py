@@ -9,14 +9,23 @@ SIZES = ("12 blades", "22 blades")
 
 
 class Beside(IndexDataCacheFile):
-    """A process in which another one saves just as it writes its code."""
+    """A process in which another one saves just as it writes its code.
+
+    The other has read the index before.
+    """
 
     other = None
+    early = False
+
+    def _load_index(self):
+        return {} if self.early else super()._load_index()
 
     def _save_data(self, name, data):
         if self.other is not None:
             other, self.other = self.other, None
+            other.early = True
             other.save("12 blades", "code of 12 blades")
+            other.early = False
         super()._save_data(name, data)
 
 

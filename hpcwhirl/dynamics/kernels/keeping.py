@@ -28,4 +28,4 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
 
 def keep_apart() -> None:
     """Let numba save all that is compiled from now on by `save_apart`."""
-    IndexDataCacheFile.save = save_apart
+    IndexDataCacheFile.save = save_apart  # type: ignore[method-assign]
