@@ -1,11 +1,11 @@
 """Everything that may happen to a campaign, again and again, with a seed.
 
-    python scripts/evidence/attack.py                       all families, in full
-    python scripts/evidence/attack.py --minutes 10          as much of each as fits
-    python scripts/evidence/attack.py --only kills,toml     some families
-    python scripts/evidence/attack.py --only toml --try 17  one try, its files kept
-    python scripts/evidence/attack.py --share 0.01          a hundredth of each
-    python scripts/evidence/attack.py --write               and scripts/evidence/attack.md
+    python scripts/evidence/attack.py           all families, in full
+        --minutes 10                            as much of each as fits
+        --only kills,toml                       some families
+        --only toml --try 17                    one try, its files kept
+        --share 0.01                            a hundredth of each
+        --write                                 and scripts/evidence/attack.md
 
 Prints attack | tries | survived | failed, and a line for each failure that does it
 again. Every try has a random generator of its own, made of seed, family and number.
@@ -19,7 +19,6 @@ import json
 import math
 import multiprocessing
 import os
-import random
 import shutil
 import sys
 import tempfile
@@ -31,7 +30,7 @@ from pathlib import Path
 from typing import Any
 
 from attacks import apart
-from attacks.family import Family, Verdict
+from attacks.family import Chance, Family, Verdict
 from attacks.table import FAMILIES
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -105,7 +104,8 @@ def _work(family: Family, seed: int, numbers: Sequence[int], send: Any) -> None:
 def _attempt(
     family: Family, shared: Any, seed: int, number: int, place: Path
 ) -> Verdict:
-    chance = random.Random(f"{seed}/{family.name}/{number}")
+    chance = Chance(f"{seed}/{family.name}/{number}")
+    chance.number = number
     try:
         return family.attempt(shared, chance, place)
     except Exception as failed:  # noqa: BLE001 - a broken attack is a failure, too
@@ -184,8 +184,8 @@ def _table(tallies: Sequence[Tally]) -> list[str]:
 
 def _page(tallies: Sequence[Tally], seed: int) -> str:
     """Return the page: the table, what was not tried, what failed."""
-    out = ["# Attacks", "", "Written by `python scripts/evidence/attack.py --write`, "
-           f"seed {seed}; do not edit.", "", *_table(tallies), ""]  # fmt: skip
+    by = f"Written by `python scripts/evidence/attack.py --write`, seed {seed}"
+    out = ["# Attacks", "", f"{by}; do not edit.", "", *_table(tallies), ""]
     out += ["Of these:", ""]
     for tally in tallies:
         kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(tally.kinds.items()))

@@ -93,7 +93,8 @@ def _delete(path: Path, *_: Any) -> None:
 
 
 def _double(path: Path, chance: random.Random, _: list[Path]) -> None:
-    names = [f"copy-of-{path.name}", f"{path.name}.1", path.name.replace("0001", "0007"),
+    names = [f"copy-of-{path.name}", f"{path.name}.1",
+             path.name.replace("0001", "0007"),
              path.name.replace("0001", "9" * 12), path.name.replace("0001", "-1"),
              "²-00000.log", "x.log", f"{path.stem}-9{path.suffix}", "10000-00000.log",
              "é\udcff" + path.suffix, "0001.json", "a" * 64 + ".state"]  # fmt: skip

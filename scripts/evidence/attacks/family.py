@@ -33,6 +33,12 @@ class Verdict:
     weight: int = 1
 
 
+class Chance(random.Random):
+    """The random generator of one try, which also knows the try's number."""
+
+    number = 0
+
+
 Attempt = Callable[[Any, random.Random, Path], Verdict]
 
 

@@ -14,9 +14,11 @@ NUMBERS = (
 )  # fmt: skip
 WORDS = (
     '""', '" "', "''", '"\\u0000"', '"a\\u0000b"', '"\\u001b[31mred\\u001b[0m"',
-    '"a\\nb\\nhpcwhirl: error: forged"', '"\\u202egnp.exe"', '"\U0001f6e9\u0301"', '"%s%n{}"',
+    '"a\\nb\\nhpcwhirl: error: forged"',
+    '"\\u202egnp.exe"', '"\U0001f6e9\u0301"', '"%s%n{}"',
     '"../../../../etc/passwd"', '"/dev/zero"', '"/dev/full"', '"/"', '"."', '"$(id)"',
-    '"modal"', '"squeeze"', '"nan"', '"1e-6"', '"\\r"', '"\\u0085\\u2028"', '"\\u009b31m"',
+    '"modal"', '"squeeze"', '"nan"', '"1e-6"', '"\\r"',
+    '"\\u0085\\u2028"', '"\\u009b31m"',
     '"/proc/self/mem"',
 )  # fmt: skip
 KINDS = (
@@ -28,10 +30,12 @@ BROKEN = ("", "=", "[", "}", '"', "'''", "\\", "1 2", "0x", "1__0", "01", "+", "
 RANGES = (
     "start = 1, stop = 2, step = 0", "start = 1, stop = 2, step = -1",
     "start = 1, stop = 2, step = 1e-300", "start = 0, stop = 1, num = 0",
-    "start = 300, stop = 500, num = 1000000000000000000", "start = nan, stop = 1, num = 3",
+    "start = 300, stop = 500, num = 1000000000000000000",
+    "start = nan, stop = 1, num = 3",
     "start = -1e308, stop = 1e308, step = 1", "start = 300, stop = 500, num = -3",
     "start = 300, stop = 500, num = 2.5", "start = 300, stop = 500",
-    "start = 300, stop = 500, num = 3, step = 10", "start = inf, stop = inf, step = inf",
+    "start = 300, stop = 500, num = 3, step = 10",
+    "start = inf, stop = inf, step = inf",
     "start = '300', stop = 500, num = 3", "start = 300, stop = 300, num = 1",
     "start = 300, stop = 400, step = 5e-324", "start = 1e308, stop = 1e309, num = 3",
 )  # fmt: skip
@@ -95,7 +99,8 @@ def key(chance: random.Random, known: list[str]) -> str:
     near[chance.randrange(len(near))] = chance.choice(string.printable[:62])
     return chance.choice([
         chance.choice(known), chance.choice(known), "".join(near),
-        '"' + "k" * LONG + '"', "k" * LONG, '"\\u0000"', '""', '"a\\nb"', '"\\u001b[2J"',
+        '"' + "k" * LONG + '"', "k" * LONG,
+        '"\\u0000"', '""', '"a\\nb"', '"\\u001b[2J"',
         "a.b.c.d", '"__class__"', "constructor", "model_fields", ".".join("a" * 1500),
     ])  # fmt: skip
 

@@ -116,12 +116,13 @@ def without_maps() -> None:
     maps.draw_map = lambda *_, **__: []
 
 
-def undisturbed(mode: Mode, place: Path) -> Specimen:
+def undisturbed(mode: Mode, place: Path, *, maps: bool = False) -> Specimen:
     """Compute a campaign in this process, so that forks find all compiled."""
     place.mkdir(parents=True, exist_ok=True)
     file, out = place / "campaign.toml", place / "out"
     file.write_text(mode.text())
-    without_maps()
+    if not maps:
+        without_maps()
     for words in Mode.calls(mode, file, out):
         code = quietly(words, place)
         if code:
@@ -158,7 +159,7 @@ def read_apart(folder: Path, place: Path) -> Table | str:
     ended = fork(action, place, "table").wait()
     if ended.code:
         return f"results.h5 cannot be read: {ended.last}"
-    return dict(pickle.loads(answer.read_bytes()))  # noqa: S301 - written just above
+    return dict(pickle.loads(answer.read_bytes()))
 
 
 def differs(folder: Path, truth: Table, place: Path) -> str:
