@@ -25,6 +25,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,9 @@ class Tally:
         }
 
 
-def _work(family: Family, seed: int, numbers: Sequence[int], send: Any) -> None:
+def _work(
+    family: Family, seed: int, numbers: Sequence[int], send: Any, enough: Any
+) -> None:
     """Make tries of a family in this process, and send what became of each."""
     os.environ.update(family.env)
     sys.path.insert(0, str(apart.ROOT))
@@ -87,18 +90,25 @@ def _work(family: Family, seed: int, numbers: Sequence[int], send: Any) -> None:
         try:
             shared = family.prepare(place / "shared")
         except Exception as failed:  # noqa: BLE001 - told as a failure of the family
-            send.send((-1, Verdict("preparing", f"{type(failed).__name__}: {failed}")))
+            _tell(send, -1, Verdict("preparing", f"{type(failed).__name__}: {failed}"))
             return
         for number in numbers:
+            if enough.is_set():
+                return
             own = place / f"try-{number}"
             own.mkdir()
-            send.send((number, _attempt(family, shared, seed, number, own)))
+            _tell(send, number, _attempt(family, shared, seed, number, own))
             if len(numbers) == 1:
                 kept = Path(tempfile.mkdtemp(prefix="attack-kept-"))
                 shutil.copytree(place, kept, symlinks=True, dirs_exist_ok=True,
                                 ignore=_no_pipes)  # fmt: skip
                 print(f"kept in {kept}", file=sys.stderr)
             _remove(own)
+
+
+def _tell(send: Any, number: int, verdict: Verdict) -> None:
+    with suppress(BrokenPipeError):  # there are enough, and nobody listens
+        send.send((number, verdict))
 
 
 def _attempt(
@@ -126,10 +136,10 @@ def _verdicts(
 ) -> Iterator[tuple[int, Verdict]]:
     """Yield (number, verdict), from as many processes as there are jobs."""
     context, whole = multiprocessing.get_context("fork"), list(numbers)
-    ends, workers = [], []
+    ends, workers, enough = [], [], context.Event()
     for job in range(min(jobs, len(whole))):
         mine, its = context.Pipe(duplex=False)
-        call = (family, seed, whole[job::jobs], its)
+        call = (family, seed, whole[job::jobs], its, enough)
         worker = context.Process(target=_work, args=call)
         worker.start()
         its.close()
@@ -138,8 +148,10 @@ def _verdicts(
     try:
         yield from _received(ends)
     finally:
+        enough.set()
+        for end in ends:
+            end.close()
         for worker in workers:
-            worker.terminate()
             worker.join()
 
 
@@ -157,7 +169,7 @@ def _received(ends: list[Any]) -> Iterator[tuple[int, Verdict]]:
 def attack(family: Family, args: argparse.Namespace, seconds: float) -> Tally:
     """Make the tries of a family until there are enough, or its time is over."""
     tally, end = Tally(family, args.seed), time.monotonic() + seconds
-    wanted = max(math.ceil(family.count * args.share), 1)
+    wanted = args.count or max(math.ceil(family.count * args.share), 1)
     numbers = [args.number] if args.number is not None else range(wanted)
     verdicts = _verdicts(family, args.seed, iter(numbers), args.jobs)
     for number, verdict in verdicts:
@@ -202,6 +214,7 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--only", default="", help="families, by commas")
     parser.add_argument("--try", dest="number", type=int, help="one try, by number")
     parser.add_argument("--share", type=float, default=1.0, help="of the full counts")
+    parser.add_argument("--count", type=int, help="tries of each family instead")
     parser.add_argument("--jobs", type=int, default=1, help="processes at once")
     parser.add_argument("--limit", type=float, default=apart.LIMIT,
                         help="s until a command counts as hung")  # fmt: skip

@@ -47,7 +47,7 @@ class Engines:
     file, other : two rotors
     facts : what `model --json` prints of the first
     toml : of a campaign with a copy of the first, told where it lies
-    truth : of that campaign
+    truths : of that campaign, with one and with the other
     seconds : that it took
     """
 
@@ -55,7 +55,7 @@ class Engines:
     other: Path
     facts: str
     text: str
-    truth: Table
+    truths: tuple[Table, Table]
     seconds: float
 
 
@@ -68,16 +68,24 @@ def prepare(place: Path) -> Engines:
         if quietly(["export-model", str(file), *sets], place):
             raise RuntimeError(place)
     facts = run(asked(files[0]), place).out
-    without_maps()
-    toml, out = place / "campaign.toml", place / "out"
-    text = CAMPAIGN.format(file="{file}", duration=4e-3)
-    toml.write_text(text.replace("{file}", str(files[0])))
-    words = ["campaign", str(toml), "--out", str(out)]
-    if quietly(words, place) or not facts:
+    if not facts:
         raise RuntimeError(place)
+    without_maps()
+    text = CAMPAIGN.format(file="{file}", duration=4e-3)
+    truths = _truth(text, files[0], place), _truth(text, files[1], place)
     begun = time.monotonic()
+    toml = files[0].with_suffix(".toml")
     run(["campaign", toml, "--out", place / "timed"], place)
-    return Engines(*files, facts, text, table(out), time.monotonic() - begun)
+    return Engines(*files, facts, text, truths, time.monotonic() - begun)
+
+
+def _truth(text: str, file: Path, place: Path) -> Table:
+    """Return what a campaign with an engine's file gives, undisturbed."""
+    toml, out = file.with_suffix(".toml"), file.with_suffix(".out")
+    toml.write_text(text.replace("{file}", str(file)))
+    if quietly(["campaign", str(toml), "--out", str(out)], place):
+        raise RuntimeError(place)
+    return table(out)
 
 
 def asked(file: Path, command_name: str = "model") -> list[str]:
@@ -189,7 +197,7 @@ def _indefinite(group: Any, chance: random.Random, _: Path) -> None:
 
 
 def _shape(group: Any, chance: random.Random, _: Path) -> None:
-    name = _pick(group, chance)
+    name = chance.choice([*MATRICES, "tip_radial", "tip_tangential"])
     data = group[name][()]
     shapes = [data[:-1], data.ravel()[:0], data[None], data.reshape(-1)[0]]
     new = chance.choice(shapes)
@@ -421,8 +429,8 @@ def _replace(file: Path, other: Path, chance: random.Random) -> None:
 
 def _one_of(out: Path, shared: Engines, place: Path) -> str:
     """Return what differs: the campaign is the first file's alone, or the second's."""
-    wrong = differs(out, shared.truth, place)
-    return f"exit 0, but {wrong}" if wrong else ""
+    one, other = (differs(out, truth, place) for truth in shared.truths)
+    return f"exit 0, but {one}" if one and other else ""
 
 
 def _completed(words: list[str], out: Path, shared: Engines, place: Path) -> str:
@@ -433,4 +441,4 @@ def _completed(words: list[str], out: Path, shared: Engines, place: Path) -> str
         return f"with the file put back: {wrong}"
     if ended.code == 2:  # begun with the other file: said so
         return "" if "content" in ended.err else f"with the file put back: {ended.last}"
-    return differs(out, shared.truth, place)
+    return differs(out, shared.truths[0], place)

@@ -88,8 +88,7 @@ def other_user(shared: Specimen, place: Path) -> str:
     place.chmod(0o755)
     place.parent.chmod(0o755)
     out = _copy(shared, place)
-    if subprocess.run([*NOBODY, *PROGRAM, "--version"], capture_output=True,
-                      env={**os.environ, "HOME": NOWHERE}, check=False).returncode:  # fmt: skip
+    if _program(["--version"], place, NOBODY, {"HOME": NOWHERE}).code:
         raise Skip("another user cannot read the program")
     for words, codes in (
         (["status", out], (0,)),
