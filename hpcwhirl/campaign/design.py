@@ -15,7 +15,7 @@ from typing import Any, overload
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.errors import CaseError, InputError, unknown
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -78,6 +78,7 @@ class Design:
     settings : {dotted input: value} of each case
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
+    contents : {engine file: SHA-256} as first read; what a case is known by
     """
 
     base: Scene
@@ -85,20 +86,45 @@ class Design:
     settings: tuple[Settings, ...]
     swept: tuple[str, ...]
     rules: dict[str, Any] = field(default_factory=dict)
+    contents: dict[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
-        return _sent, (self.base, self.settings, self.swept)
+        return _sent, (self.base, self.settings, self.swept, self.contents)
 
     @cached_property
     def digests(self) -> tuple[str, ...]:
-        """Digest of each case; a rank that does a few of them asks their scenes."""
-        return tuple(digest(scene) for scene in self.cases)
+        """Digest of each case; a rank that does a few of them asks `digest`."""
+        return tuple(digest(s, self.content(s.engine.file)) for s in self.cases)
+
+    def digest(self, case: int) -> str:
+        """Return the digest of a case, that of the plan on every rank at any time."""
+        scene = self.cases[case]
+        return digest(scene, self.content(scene.engine.file))
+
+    def content(self, file: str) -> str:
+        """Return the SHA-256 that an engine's file had when it was first asked for."""
+        if file not in self.contents:
+            self.contents[file] = content_digest(file)
+        return self.contents[file]
+
+    def check_engine(self, case: int) -> None:
+        """Raise where the engine's file of a case is not what was planned.
+
+        Raises
+        ------
+        CaseError, MissingFileError
+            naming the file
+        """
+        file = self.cases[case].engine.file
+        if file and content_digest(file) != self.content(file):
+            msg = f"{FILE} {file} has changed since the campaign was begun: put it "
+            raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
-        content: dict[str, Value] = {CONTENT: content_digest(file)} if file else {}
+        content: dict[str, Value] = {CONTENT: self.content(file)} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
         return Plan(
             engine=self.base.engine.name,
@@ -111,9 +137,13 @@ class Design:
 
 
 def _sent(
-    base: Scene, settings: tuple[Settings, ...], swept: tuple[str, ...]
+    base: Scene,
+    settings: tuple[Settings, ...],
+    swept: tuple[str, ...],
+    contents: dict[str, str],
 ) -> Design:
-    return Design(base, Scenes(base, settings), settings, swept)
+    scenes = Scenes(base, settings)
+    return Design(base, scenes, settings, swept, contents=contents)
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:

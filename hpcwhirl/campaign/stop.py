@@ -12,11 +12,12 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+from hpcwhirl import early
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.errors import InputError
 
+SIGNALS = early.SIGNALS
 FILE = "STOP"  # in the campaign's directory
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
 LOOK_EVERY = 1.0  # s between looks for the file
 BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
@@ -26,7 +27,8 @@ END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 class Stopping:
     """Whether this process is to end; asked between slices.
 
-    As a context it takes over TERM, USR1 and INT, and gives them back.
+    As a context it takes over TERM, USR1 and INT, those that came while the program
+    was being imported included, and gives them back.
     """
 
     def __init__(self) -> None:
@@ -82,6 +84,9 @@ class Stopping:
         if threading.current_thread() is threading.main_thread():
             for name in SIGNALS:
                 self._before[name] = signal.signal(name, self._hear)
+            for number in early.heard:
+                self._hear(number, None)
+            early.heard.clear()
         return self
 
     def __exit__(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -21,8 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
+from hpcwhirl.store.schema import ENUMS
 
+ENDS = frozenset(ENUMS["status"]) - {"missing"}  # how a case may have ended
 Record = dict[str, Any]
 T = TypeVar("T")
 
@@ -38,7 +42,11 @@ def opened(line: bytes) -> Record | None:
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None
-    return dict(json.loads(body))
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):  # sealed by something else than this program
+        return None
+    return record if isinstance(record, dict) else None
 
 
 class Journal:
@@ -112,8 +120,7 @@ def _write(file: FileIO, data: bytes) -> int:
 
 def next_run(folder: Path) -> int:
     """Return a run number that no journal of the campaign has."""
-    names = [p.name.split("-")[0] for p in (folder / "journal").glob("*.log")]
-    return 1 + max((int(n) for n in names if n.isdigit()), default=0)
+    return 1 + max(map(run_of, _journals(folder)), default=0)
 
 
 def claim_run(folder: Path) -> int:
@@ -148,18 +155,35 @@ def journal_name(run: int, rank: int) -> str:
 
 
 def _journals(folder: Path) -> list[Path]:
-    return sorted((folder / "journal").glob("*.log"))
+    return listed(folder / "journal", ".log")
 
 
 def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
-    """Yield (byte, record); torn lines are dropped."""
-    with journal.open("rb") as file:
-        start = 0
-        for line in file:
-            record = opened(line)
-            if record is not None:
-                yield start, record
-            start += len(line)
+    """Yield (byte, record); torn lines, and those that are of no case, are dropped.
+
+    Raises
+    ------
+    MissingFileError
+        where a journal that is there cannot be read: its cases are not to be lost
+    """
+    try:
+        with journal.open("rb") as file:
+            start = 0
+            for line in file:
+                record = opened(line)
+                if record is not None and _is_of_a_case(record):
+                    yield start, record
+                start += len(line)
+    except OSError as failed:
+        raise unreadable(journal, failed) from None
+
+
+def _is_of_a_case(record: Record) -> bool:
+    """Return whether a record tells a case and how it ended."""
+    name, status = record.get("digest"), record.get("status")
+    if not isinstance(name, str) or not isinstance(status, str) or status not in ENDS:
+        return False
+    return status != "ok" or isinstance(record.get("row"), dict)
 
 
 def read_journals(folder: Path) -> dict[str, list[Record]]:
@@ -187,11 +211,25 @@ def _has_traces(folder: Path, record: Record, sizes: dict[str, int]) -> bool:
     block = record.get("traces")
     if not block:
         return True
-    name, end = block["file"], block["offset"] + block["bytes"]
-    if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
-        traces = folder / "traces" / name
-        sizes[name] = traces.stat().st_size if traces.is_file() else 0
-    return bool(sizes[name] >= end)
+    try:
+        name, end = Path(block["file"]).name, block["offset"] + block["bytes"]
+        _ = block["crc"], block["shapes"]["time"][0]
+        if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+            sizes[name] = _size(folder / "traces" / name)
+        return bool(sizes[name] >= end)
+    except (KeyError, TypeError):  # no block of this program
+        return False
+
+
+def _size(traces: Path) -> int:
+    """Return the bytes of a trace file, 0 where there is none."""
+    try:
+        state = traces.stat()
+        return state.st_size if stat.S_ISREG(state.st_mode) else 0
+    except FileNotFoundError:
+        return 0
+    except OSError as failed:
+        raise unreadable(traces, failed) from None
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
@@ -226,8 +264,7 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
                     raise StoreError(msg)
                 out.append(record)
     except OSError as failed:
-        msg = f"cannot read {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unreadable(path, failed) from None
     return out
 
 

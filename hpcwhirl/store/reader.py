@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.schema import ENUMS, FORMAT
 
 if TYPE_CHECKING:
     import xarray
@@ -29,6 +29,14 @@ def check_file(path: Path) -> None:
     if found != FORMAT:
         msg = f"{path} has format {found!r}, this program reads {FORMAT}"
         raise StoreError(msg)
+
+
+def count_statuses(path: Path) -> dict[str, int]:
+    """Return {status: cases}, `missing` among them, of a results file."""
+    check_file(path)
+    with h5py.File(path, "r") as file:
+        found = np.bincount(file["status"][:], minlength=len(ENUMS["status"]))
+    return {name: int(n) for name, n in zip(ENUMS["status"], found, strict=True) if n}
 
 
 def open_results(path: Path | str) -> xarray.Dataset:

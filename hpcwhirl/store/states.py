@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.listing import listed
 from hpcwhirl.store.whole import write_whole
 
 Arrays = dict[str, NDArray[Any]]
@@ -102,4 +103,4 @@ def drop_state(folder: Path, digest: str) -> None:
 
 def stored_states(folder: Path) -> set[str]:
     """Return the digests of the cases that a state is kept of."""
-    return {path.stem for path in (folder / "states").glob("*.state")}
+    return {path.stem for path in listed(folder / "states", ".state")}
