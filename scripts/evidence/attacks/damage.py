@@ -40,7 +40,14 @@ class Ground:
 
 
 def prepare(place: Path) -> tuple[Ground, ...]:
-    """Return campaigns that are done, and others that were killed on their way."""
+    """Return campaigns that are done, and others that were killed on their way.
+
+    A claim that is damaged may be one of another machine, and is waited for: a second
+    here instead of two minutes.
+    """
+    from hpcwhirl.store import owner
+
+    owner.STALE, owner.GRACE, owner.SOON = 1.0, 0.5, 0.2
     plain = replace(specimens.PLAIN, speeds=3)
     states = replace(specimens.STATES, speeds=2, duration=1e-2)
     return tuple(_ground(mode, place / mode.name) for mode in (plain, states))

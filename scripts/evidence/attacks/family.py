@@ -63,11 +63,11 @@ class Family:
     env: Mapping[str, str] = field(default_factory=dict)
 
 
-def fault(ended: Ended, allowed: tuple[int, ...]) -> str:
+def fault(ended: Ended, allowed: tuple[int, ...], most: int = LONGEST) -> str:
     """Return what is wrong with how a command ended, "" where nothing is.
 
-    It must end by itself with an allowed code, without a traceback, in lines that a
-    person can read, and without taking the machine's memory.
+    It must end by itself with an allowed code, without a traceback, in lines of at most
+    `most` characters that a person can read, and without taking the machine's memory.
     """
     told = f": {ended.last}" if ended.last else ""
     lines = ended.err.split("\n")
@@ -78,7 +78,7 @@ def fault(ended: Ended, allowed: tuple[int, ...]) -> str:
         ("Traceback" in ended.err, f"traceback, exit {ended.code}{told}"),
         (ended.code < 0, f"died of signal {-ended.code}{told}"),
         (ended.code not in allowed, f"exit {ended.code}{told}"),
-        (longest > LONGEST, f"a line of {longest} characters"),
+        (longest > most, f"a line of {longest} characters"),
         (len(lines) > LINES, f"{len(lines)} lines on stderr"),
         (bool(odd), f"control characters {odd!r} on stderr"),
         (ended.peak > HUGE, f"took {ended.peak / 1e9:.2g} GB"),
@@ -86,9 +86,11 @@ def fault(ended: Ended, allowed: tuple[int, ...]) -> str:
     return next((text for broken, text in found if broken), "")
 
 
-def refusal(ended: Ended, allowed: tuple[int, ...] = (0, 2)) -> str:
+def refusal(
+    ended: Ended, allowed: tuple[int, ...] = (0, 2), most: int = LONGEST
+) -> str:
     """Return `fault`, or that a refusal is not the one line that it should be."""
-    wrong = fault(ended, allowed)
+    wrong = fault(ended, allowed, most)
     lines = [t for t in ended.err.split("\n") if t and "preset" not in t]
     if not wrong and ended.code == 2 and len(lines) != 1:
         wrong = f"{len(lines)} lines on stderr for one mistake"

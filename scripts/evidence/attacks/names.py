@@ -15,6 +15,7 @@ from attacks.apart import run
 from attacks.family import Verdict, fault, refusal
 from attacks.specimens import Specimen, differs, undisturbed
 
+MOST = 2100  # characters of a line that may tell a path of 5,000
 PLAIN_NAMES = (
     "out", "with space", "quote'\"", "$(id)", "`id`", "a;b", "*", "?", "%s%n",
     "{0}", "é", "\U0001f6e9", "-", "--help", "-v", "#", "~",
@@ -80,9 +81,9 @@ def _out(shared: Specimen, name: str, place: Path) -> str:
     words = ["campaign", str(shared.file), "--out", name]
     inside = place / "in"
     ended = run(words, place, setup=lambda: os.chdir(inside))
-    wrong = fault(ended, (0, 2))
+    wrong = fault(ended, (0, 2), MOST)
     if not wrong and ended.code == 2:
-        wrong = refusal(ended)
+        wrong = refusal(ended, most=MOST)
     out = inside / name
     if not wrong and ended.code == 0 and name:
         wrong = differs(out, shared.truth, place) or _again(words, inside, place)
@@ -93,7 +94,7 @@ def _again(words: list[str], inside: Path, place: Path) -> str:
     for name in ("status", "gather", "campaign"):
         told = words if name == "campaign" else [name, "--", words[-1]]
         ended = run(told, place, setup=lambda: os.chdir(inside))
-        wrong = fault(ended, (0,))
+        wrong = fault(ended, (0,), MOST)
         if wrong:
             return f"then {name}: {wrong}"
     return ""
@@ -105,14 +106,14 @@ def _file(shared: Specimen, name: str, place: Path) -> str:
         if "/in/" in name and not os.path.lexists(name):
             shutil.copyfile(shared.file, name)
     words = ["campaign", "--dry-run", "--out", str(place / "out"), "--", name]
-    return refusal(run(words, place))
+    return refusal(run(words, place), most=MOST)
 
 
 def _results(shared: Specimen, name: str, place: Path) -> str:
     """Ask after a directory of that name."""
     del shared
     for command in ("status", "gather", "classify", "figures"):
-        wrong = refusal(run([command, "--", name], place), (2,))
+        wrong = refusal(run([command, "--", name], place), (2,), MOST)
         if wrong:
             return f"{command}: {wrong}"
     return ""
@@ -121,12 +122,12 @@ def _results(shared: Specimen, name: str, place: Path) -> str:
 def _engine(shared: Specimen, name: str, place: Path) -> str:
     """Take an engine from a file of that name."""
     del shared
-    wrong = refusal(run(["model", "--set", f"file={name}"], place), (0, 2))
+    wrong = refusal(run(["model", "--set", f"file={name}"], place), (0, 2), MOST)
     toml = place / "engine.toml"
     text = "".join(f"\\U{ord(c):08x}" for c in name if not 0xD800 <= ord(c) < 0xE000)
     for odd in ("", "\\u0000"):
         toml.write_text(f'[engine]\nfile = "{text}{odd}"\n')
-        wrong = wrong or refusal(run(["model", toml], place), (0, 2))
+        wrong = wrong or refusal(run(["model", toml], place), (0, 2), MOST)
     return wrong
 
 
@@ -137,7 +138,7 @@ def _single(shared: Specimen, name: str, place: Path) -> str:
     if name.startswith(("/dev", "/proc", "/sys", "-")):
         return ""
     for words in (["run", *short, f"--out={name}"], ["export-model", "--", name]):
-        wrong = refusal(run(words, place))
+        wrong = refusal(run(words, place), most=MOST)
         if wrong:
             return f"{words[0]}: {wrong}"
     return ""

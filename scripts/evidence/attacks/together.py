@@ -103,7 +103,7 @@ def _campaigns(shared: Pair, chance: random.Random, out: Path) -> Verdict:
         wrong = f"none is complete: {both[0].last}; {both[1].last}"
     wrong = wrong or next(
         (f"not told whose it is: {one.last}" for one in both
-         if one.code and "pid" not in one.err), "")  # fmt: skip
+         if one.code and "process" not in one.err), "")  # fmt: skip
     wrong = wrong or differs(out, shared.specimen.truth, out.parent) or _parts(out)
     return Verdict("campaign + campaign", wrong or _once(shared, out))
 
