@@ -48,17 +48,16 @@ class CaseError(WhirlError, RuntimeError):
     """One case of a campaign failed; the others go on."""
 
 
-def cannot_write(what: object, failed: OSError, why: str = "") -> MissingFileError:
-    """Return the error of a file or directory that cannot be written.
+def unwritable(told: str, failed: OSError | int) -> MissingFileError:
+    """Return the error of what cannot be written; its class tells if it may pass.
 
     Parameters
     ----------
-    what : its path
-    failed : what the system said
-    why : other words for it
+    told : the message
+    failed : what the system said, or its number
     """
-    kind = NoRoomError if failed.errno in PASSING else MissingFileError
-    return kind(f"cannot write {what}: {why or failed.strerror or failed}")
+    number = failed if isinstance(failed, int) else failed.errno
+    return NoRoomError(told) if number in PASSING else MissingFileError(told)
 
 
 def one_line(text: str, most: int = LONGEST) -> str:

@@ -9,46 +9,35 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any
 
 NOT_REGULAR = "not a regular file"
-FLAGS = {
-    "rb": os.O_RDONLY,
-    "rb+": os.O_RDWR,
-    "ab": os.O_WRONLY | os.O_APPEND | os.O_CREAT,
-    "wb": os.O_WRONLY | os.O_CREAT,  # emptied once it is known to be regular
-}
 
 
-def open_regular(path: Path | str, mode: str = "rb") -> BinaryIO:
-    """Return an open regular file, unbuffered where it is to be written.
-
-    Parameters
-    ----------
-    path : of the file; a link to one is followed
-    mode : one of `FLAGS`, as of `open`
+def open_regular(path: Path | str, mode: str = "rb", buffering: int = -1) -> Any:
+    """Return an open regular file, as `open` does; a link to one is followed.
 
     Raises
     ------
     OSError
         as `open`; and where it is a FIFO, a socket, a device or a directory
     """
-    try:
+    with suppress(FileNotFoundError):
         check_regular(path)  # opening a device may do something
-    except FileNotFoundError:
-        if mode.startswith("r"):
-            raise
-    flags = FLAGS[mode] | os.O_NONBLOCK | os.O_CLOEXEC  # never wait for a FIFO's end
-    handle = os.open(path, flags, 0o666)
+    return open(path, mode, buffering, opener=_opener)
+
+
+def _opener(path: str, flags: int) -> int:
+    """Open without waiting for a FIFO's other end; refuse what is not regular."""
+    handle = os.open(path, flags | os.O_NONBLOCK, 0o666)
     try:
         _refuse(os.fstat(handle), path)
-        if mode == "wb":
-            os.ftruncate(handle, 0)
-        return os.fdopen(handle, mode, buffering=-1 if mode == "rb" else 0)
     except BaseException:
         os.close(handle)
         raise
+    return handle
 
 
 def check_regular(path: Path | str) -> int:
@@ -64,7 +53,8 @@ def check_regular(path: Path | str) -> int:
 def read_regular(path: Path | str) -> bytes:
     """Return what a regular file holds."""
     with open_regular(path) as file:
-        return file.read()
+        data: bytes = file.read()
+        return data
 
 
 def _refuse(state: os.stat_result, path: Path | str) -> None:

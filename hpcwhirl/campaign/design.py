@@ -33,10 +33,9 @@ from hpcwhirl.scene.files import (
     takes_list,
 )
 from hpcwhirl.scene.inputs import anchored
-from hpcwhirl.store.plan import PHYSICS, Plan
+from hpcwhirl.store.plan import CONTENT, PHYSICS, Plan
 
 Settings = dict[str, Value]
-CONTENT = f"{FILE} (SHA-256)"  # in the plan: a changed file is a changed input
 TABLES = ("sweep", "zip", "cases", "campaign")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000

@@ -8,7 +8,7 @@ import shlex
 import socket
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +21,7 @@ from hpcwhirl.campaign.owning import asking_of
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.shards import Shard, share
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
@@ -46,6 +46,7 @@ class Ending:
     reason : why it stopped early
     gave_up : whether it was for too many failures
     left : cases of other shards that have no result yet
+    lasting : whether the same command would end for the same reason
     """
 
     complete: bool
@@ -56,6 +57,7 @@ class Ending:
     gave_up: bool = False
     left: int = 0
     missing: int = 0
+    lasting: bool = False
 
 
 def conclude(
@@ -79,10 +81,10 @@ def conclude(
     try:
         facts, asking = facts_of(design, comm), asking_of(stopping)
         results = gather(folder, facts, comm, asking=asking)
-    except BrokenOffError as error:
+    except (BrokenOffError, NoRoomError) as error:  # the same on every rank
         return _stopped(cases, error)
-    except MissingFileError as error:  # the same on every rank
-        return _stopped(cases, error)
+    except (MissingFileError, StoreError) as error:
+        return replace(_stopped(cases, error), lasting=True)
     # of the file: what was published is what is told
     ended = count_statuses(results) if comm is None or comm.rank == 0 else {}
     failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
@@ -123,6 +125,11 @@ def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
     return share([predicted_steps(scene) for scene in design.cases], shard)
 
 
+def _as_text(given: str) -> str:
+    """Return what may hold bytes of a path that are no UTF-8, as a file keeps it."""
+    return given.encode("utf-8", "backslashreplace").decode()
+
+
 def _git_state() -> str:
     folder = Path(__file__).parent
     call = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
@@ -156,7 +163,7 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
     return {
         "version": hpcwhirl.__version__,
         "git": _git_state(),
-        "command": shlex.join(sys.argv),
+        "command": _as_text(shlex.join(sys.argv)),
         "scene": to_toml(design.base),
         **_preset_facts(design),
         "hosts": " ".join(hosts),

@@ -32,7 +32,7 @@ from hpcwhirl.cli.options import (
     print_notes,
     tell_preset,
 )
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.errors import NoRoomError, WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -139,17 +139,19 @@ def run(args: argparse.Namespace) -> int:
 
 def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     """Run; where one of several ranks fails, end all of them."""
-    if comm is None:
-        return _run(args, None, stopping)
     try:
         return _run(args, comm, stopping)
+    except NoRoomError as full:
+        _tell_stopped(args, str(full))
+        code = STOPPED
     except WhirlError as failed:
         tell_error(failed)
         code = WRONG_INPUT
     except Exception as failed:  # noqa: BLE001 - told, then ended below
         code = tell_failure(failed)
-    sys.stderr.flush()
-    comm.Abort(code)  # one rank's error must not hang the others
+    if comm is not None:
+        sys.stderr.flush()
+        comm.Abort(code)  # one rank's error must not hang the others
     return code
 
 
@@ -184,7 +186,7 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
     """Say on rank 0 why nothing is computed; return the exit code."""
     from hpcwhirl.store.owner import BrokenOffError
 
-    stopped = isinstance(failure, BrokenOffError)
+    stopped = isinstance(failure, BrokenOffError | NoRoomError)
     if root and stopped:
         _tell_stopped(args, str(failure))
     elif root:
@@ -301,6 +303,9 @@ def _size(count: int) -> str:
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
     from hpcwhirl.report.maps import draw_map
 
+    if ending.lasting:
+        tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
+        return WRONG_INPUT
     if not ending.complete:
         _tell_stopped(args, ending.reason)
         return FAILED if ending.gave_up else STOPPED

@@ -80,7 +80,7 @@ def tell_failure(failed: Exception) -> int:
         words in said for words in NO_MEMORY
     )
     if lacking or isinstance(failed, MemoryError):
-        tell_error(f"not enough memory{_limit()}: {failed or 'an array has no room'}")
+        tell_error(f"not enough memory{_limit()}: {str(failed) or 'an array'}")
         return WRONG_INPUT
     if isinstance(failed, OSError) and failed.filename is not None:
         tell_error(f"{os.fsdecode(failed.filename)}: {failed.strerror}")

@@ -37,7 +37,7 @@ def stand_in() -> None:
         sys.stdout = os.fdopen(1, "w", closefd=False)
     words = sys.stderr.encoding if sys.stderr is not None else "utf-8"
     sys.stderr = io.TextIOWrapper(
-        _Deaf(2, "wb", closefd=False),  # type: ignore[type-var]
+        _Deaf(2, "wb", closefd=False),
         words, "backslashreplace", line_buffering=True, write_through=True,
     )  # fmt: skip
 

@@ -189,9 +189,10 @@ def _check_kind(given: Given, name: str, data: Any) -> None:
     dimensions, indices = DATASETS[name]
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
     shape = getattr(data, "shape", None)
-    kind = data.dtype if shape is not None else "no array"
-    if shape is None or kind.kind not in kinds[0] or kind.itemsize > WIDEST:
-        raise given.wrong(name, f"hold {kinds[1]}", kind)
+    if shape is None:
+        raise given.wrong(name, f"hold {kinds[1]}", "no array")
+    if data.dtype.kind not in kinds[0] or data.dtype.itemsize > WIDEST:
+        raise given.wrong(name, f"hold {kinds[1]}", data.dtype)
     if len(shape) != dimensions:
         raise given.wrong(name, f"have {dimensions} dimensions", len(shape))
     if max(shape) > LARGEST:
@@ -223,4 +224,4 @@ def _checked(given: Given, name: str) -> Array:
     array, indices = given.arrays[name], DATASETS[name][1]
     if not np.isfinite(array).all():
         raise given.wrong(name, "be finite", array[~np.isfinite(array)][0])
-    return array.astype(np.int64 if indices else np.float64)
+    return np.asarray(array, dtype=np.int64 if indices else np.float64)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError, MissingFileError, unknown
+from hpcwhirl.errors import InputError, unknown, unwritable
 from hpcwhirl.store.reader import open_results, words
 
 if TYPE_CHECKING:
@@ -171,9 +171,12 @@ def _save(figure: Any, out: Path, stem: str) -> list[Path]:
         out.mkdir(parents=True, exist_ok=True)
         for path in paths:  # whole or not at all: two shards may draw at once
             part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
-            figure.savefig(part, dpi=140)
-            part.replace(path)
+            try:
+                figure.savefig(part, dpi=140)
+                part.replace(path)
+            finally:
+                part.unlink(missing_ok=True)
     except OSError as failed:
         msg = f"cannot write figures in {out}: {failed.strerror or failed}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
     return paths

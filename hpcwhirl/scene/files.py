@@ -327,5 +327,10 @@ def digest(scene: Scene, content: str | None = None) -> str:
     """
     if content is None:
         content = content_digest(scene.engine.file)
-    text = json.dumps([PHYSICS_VERSION, flatten(scene), content], sort_keys=True)
+    return digest_of(flatten(scene), content)
+
+
+def digest_of(values: Mapping[str, Value], content: str) -> str:
+    """Return the `digest` of a scene whose inputs `flatten` has told."""
+    text = json.dumps([PHYSICS_VERSION, values, content], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -19,10 +19,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError, WhirlError
+from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.owner import RESULTS as OWNER_OF_RESULTS
 from hpcwhirl.store.owner import Asking, Claim, claimed
@@ -115,7 +115,7 @@ def _agreed(action: Callable[[], Any] | None, final: Path, comm: Any) -> Any:
     except WhirlError as failed:
         error = failed
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        error = MissingFileError(f"cannot write {final}: {reason(failed)}")
+        error = refusal(final, failed)
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
         error.__cause__ = failed
@@ -185,5 +185,5 @@ def _fitting(folder: Path, say: Callable[[str], None]) -> Contents:
         need, have = contents.size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
         msg = f"cannot write {folder / RESULTS}: {why}"
-        raise MissingFileError(msg)
+        raise NoRoomError(msg)
     return contents

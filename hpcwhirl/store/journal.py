@@ -3,6 +3,11 @@
 A line is the CRC-32 of the rest in hexadecimal, a space, and a JSON object. Lines are
 written whole, flushed and synced; what does not match its checksum is dropped, so a
 torn tail costs the one case that was being written.
+
+The CRC is for accidents: a torn write, a flipped bit, a copy that was cut short. It is
+no signature. Who may write in a campaign's directory can write rows that were never
+computed, with the right CRC, and they are gathered as results; rights of the file
+system keep others out, and nothing else does.
 """
 
 from __future__ import annotations
@@ -12,7 +17,7 @@ import os
 import stat
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -21,7 +26,8 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, unwritable
+from hpcwhirl.regular import open_regular
 from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
 from hpcwhirl.store.schema import ENUMS
@@ -64,11 +70,16 @@ class Journal:
         try:
             for part in ("journal", "traces"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
-            self._lines = (folder / "journal" / f"{name}.log").open("ab", buffering=0)
-            self._blocks = (folder / "traces" / f"{name}.bin").open("ab", buffering=0)
+            with ExitStack() as both:
+                log = folder / "journal" / f"{name}.log"
+                lines = both.enter_context(open_regular(log, "ab", 0))
+                bin_ = folder / "traces" / f"{name}.bin"
+                blocks = both.enter_context(open_regular(bin_, "ab", 0))
+                self._both = both.pop_all()
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
+        self._lines, self._blocks = lines, blocks
         self.folder, self._name = folder, f"{name}.bin"
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
@@ -98,8 +109,7 @@ class Journal:
         trace: TracebackType | None,
     ) -> None:
         """Close both files."""
-        self._lines.close()
-        self._blocks.close()
+        self._both.close()
 
 
 def _write(file: FileIO, data: bytes) -> int:
@@ -114,7 +124,7 @@ def _write(file: FileIO, data: bytes) -> int:
         with suppress(OSError):
             file.truncate(offset)
         msg = f"cannot write {file.name!s}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
     return offset
 
 
@@ -146,7 +156,7 @@ def claim_run(folder: Path) -> int:
                 return run
     except OSError as failed:
         msg = f"cannot write in {folder}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
 
 
 def journal_name(run: int, rank: int) -> str:
@@ -167,7 +177,7 @@ def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
         where a journal that is there cannot be read: its cases are not to be lost
     """
     try:
-        with journal.open("rb") as file:
+        with open_regular(journal) as file:
             start = 0
             for line in file:
                 record = opened(line)
@@ -255,7 +265,7 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
     """
     out: list[Record] = []
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             for start in starts:
                 file.seek(start)
                 record = opened(file.readline())
@@ -272,7 +282,7 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
     """Return the arrays of a trace block, or raise where it is damaged."""
     path = folder / "traces" / Path(block["file"]).name
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(block["offset"])
             data = file.read(block["bytes"])
     except OSError as failed:

@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, unwritable
 from hpcwhirl.store.process import begun, is_alive, machine
 from hpcwhirl.store.whole import NEW
 
@@ -123,7 +123,7 @@ class Claim:
             handle = self._make()
         except OSError as failed:
             msg = f"cannot write in {self.folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
         try:
             with suppress(OSError):  # on a full disk it stands without its words
                 os.write(handle, _words())

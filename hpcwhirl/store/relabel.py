@@ -10,8 +10,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError, WhirlError
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.owner import RESULTS, claimed
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
@@ -48,8 +48,7 @@ def relabel(
         msg = f"{path} is not a campaign's results: {failed.args[0]}"
         raise StoreError(msg) from None
     except (OSError, RuntimeError) as failed:
-        msg = f"cannot write {path}: {reason(failed)}"
-        raise MissingFileError(msg) from None
+        raise refusal(path, failed) from None
     return changes
 
 

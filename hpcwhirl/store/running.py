@@ -17,7 +17,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, unwritable
+from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.store.journal import Record, journal_name, opened, sealed
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.process import begun, is_alive
@@ -39,10 +40,10 @@ class Running:
         self._who["ticks"] = begun(pid)
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._path.open("wb", buffering=0)
+            self._file = open_regular(self._path, "wb", 0)
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
 
     def begin(self, digests: Iterable[str]) -> None:
         """Note the cases that are computed from now on, in place of those before.
@@ -99,7 +100,7 @@ class Note:
 def _note(path: Path) -> Note | None:
     """Return a whole note of this program; None for anything else."""
     try:
-        known = opened(path.read_bytes()) or {}
+        known = opened(read_regular(path)) or {}
         rank, pid, host = known["rank"], known["pid"], known["host"]
         since, ticks = known.get("since"), known.get("ticks")
         digests = [str(name) for name in known["digests"]]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import MissingFileError
+from hpcwhirl.regular import read_regular
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.whole import write_whole
 
@@ -42,7 +43,7 @@ def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Sh
         paths, told = [], [str(failed)]
     for path in paths:
         try:
-            found += _shares(json.loads(path.read_text(encoding="utf-8")))
+            found += _shares(json.loads(read_regular(path)))
         except (ValueError, TypeError, RecursionError):
             told.append(f"{path} is damaged")
         except OSError as failed:

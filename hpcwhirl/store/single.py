@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.whole import replacing
 
 Arrays = Mapping[str, tuple[NDArray[Any], str, str]]
@@ -34,8 +33,7 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
             for name, value in facts.items():
                 file.attrs[name] = value
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        msg = f"cannot write {path}: {reason(failed)}"
-        raise MissingFileError(msg) from None
+        raise refusal(path, failed) from None
 
 
 def write_case(

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.regular import open_regular
 from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.whole import write_whole
@@ -61,7 +62,7 @@ def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
     """
     path = _path(folder, digest)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head, data = opened(file.readline()), file.read()
     except FileNotFoundError:
         return None

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import unwritable
 
 NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 LONGEST = 200  # bytes of a file's name that its temporary one repeats
@@ -61,7 +61,7 @@ def write_whole(path: Path, data: bytes) -> None:
             part.write_bytes(data)
     except OSError as failed:
         msg = f"cannot write {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
 
 
 def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
