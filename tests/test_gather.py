@@ -28,6 +28,7 @@ from hpcwhirl.store.runs import write_run
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]
+INCOMPLETE = "2 of 5 cases have no result: 1 failed, 1 missing"
 NETCDF4 = """
 import json, sys, netCDF4
 with netCDF4.Dataset(sys.argv[1]) as root:
@@ -49,7 +50,8 @@ def write(writer, folder):
         pytest.skip("h5py was built without MPI-IO")
     if writer == "mpi-io":
         done = launch("gather", folder, ranks=3)
-        return done.returncode, done.err
+        written = done.returncode == 1 and INCOMPLETE in done.err
+        return (0, "") if written else (done.returncode, done.err)
     try:
         gather(folder, {"version": hpcwhirl.__version__})
     except (MissingFileError, StoreError) as failed:
@@ -271,7 +273,7 @@ def test_compressed_traces_are_the_same_traces(tmp_path, one_interval):
     plain = root_variables(tmp_path)
     for ranks in (0, 3) if has_mpi_io() else (0,):
         done = launch("gather", tmp_path, "--compress", 4, ranks=ranks)
-        assert done.returncode == 0, done.err
+        assert (done.returncode, INCOMPLETE in done.err) == (1, True), done.err
         assert root_variables(tmp_path) == plain
         with h5py.File(tmp_path / "results.h5") as file:
             assert file["tips"].compression == "gzip"
@@ -287,7 +289,7 @@ def test_ranks_without_a_case_take_part_in_every_write(tmp_path, ranks):
     write("serial", tmp_path)
     plain = root_variables(tmp_path)
     done = launch("gather", tmp_path, "--compress", 1, ranks=ranks)
-    assert done.returncode == 0, done.err
+    assert (done.returncode, INCOMPLETE in done.err) == (1, True), done.err
     assert root_variables(tmp_path) == plain
 
 

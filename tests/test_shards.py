@@ -126,7 +126,7 @@ def test_a_shard_computes_its_share_once_and_leaves_the_rest(tmp_path):
     assert not (tmp_path / "out/results.h5").exists()
     assert launch(*words, "--shard", "1/2").returncode == 0
     assert len(records(tmp_path / "out")) == 3
-    assert launch("gather", tmp_path / "out").returncode == 0
+    assert launch("gather", tmp_path / "out").returncode == 1
     with h5py.File(tmp_path / "out/results.h5") as file:
         assert [i for i, word in enumerate(file["status"][:]) if word == 0] == [0, 2, 4]
     assert launch(*words).returncode == 0

@@ -84,6 +84,7 @@ def run_campaign(
         with _desk(folder, work, comm, policy, stopping) as desk:
             agenda = _agenda(work, costs, comm)
             complete, gave_up = _compute(design, work, desk, comm, node, agenda)
+        stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, policy, stopping)
         reasons = [stopping.reason]

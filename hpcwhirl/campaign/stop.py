@@ -29,10 +29,16 @@ class Stopping:
 
     As a context it takes over TERM, USR1 and INT, those that came while the program
     was being imported included, and gives them back.
+
+    Attributes
+    ----------
+    reason : why it is to end; empty: it is not
+    settled : whether all is computed: what is left to do is not ended by force
     """
 
     def __init__(self) -> None:
         self.reason = ""
+        self.settled = False
         self._file: Path | None = None
         self._deadline: float | None = None
         self._looked = 0.0

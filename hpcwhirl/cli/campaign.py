@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
-from hpcwhirl.campaign.policy import Policy, retries, with_rules
+from hpcwhirl.campaign.patience import Patience
+from hpcwhirl.campaign.policy import PATIENCE, Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
@@ -92,6 +93,11 @@ def _add_ends(parser: argparse.ArgumentParser) -> None:
         help="stop, resumable, shortly before this call has taken so long",
     )  # fmt: skip
     parser.add_argument(
+        "--patience", type=float, metavar="SECONDS",
+        help="time for all ranks to stop once asked to (default 30); then the job ends "
+        "with exit code 75 without those that hang, and all that was finished is kept",
+    )  # fmt: skip
+    parser.add_argument(
         "--case-limit", type=float, metavar="SECONDS",
         help="computing time after which a case is given up, status timeout",
     )  # fmt: skip
@@ -119,7 +125,7 @@ def _policy(args: argparse.Namespace, design: Design) -> Policy:
         seconds=time_left(walltime),
         shard=parse_shard(args.shard) if args.shard is not None else None,
     )
-    names = ("case_limit", "max_fails", "isolate")
+    names = ("case_limit", "max_fails", "isolate", "patience")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
     return with_rules(with_rules(policy, design.rules), given)
 
@@ -129,7 +135,8 @@ def run(args: argparse.Namespace) -> int:
     args.began = time.monotonic()
     with Stopping() as stopping:  # to the end: a warning must not kill the gathering
         comm = communicator()
-        code = _guarded(args, comm, stopping)
+        with Patience(stopping, PATIENCE, comm) as args.patience_of:
+            code = _guarded(args, comm, stopping)
         if comm is not None:
             # Where a rank exits with 75, srun may send TERM to those that have not yet:
             # they are to end with 75, too.
@@ -174,6 +181,9 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
             return _refused(args, failure, root=root)
         if args.dry_run or design is None or policy is None:
             return COMPLETE
+        args.patience_of.seconds = policy.patience
+        if own is not None:
+            args.patience_of.last = own.release
         if policy.seconds is not None:  # the wall-time began with the command
             spent = time.monotonic() - args.began
             policy = replace(policy, seconds=policy.seconds - spent)

@@ -52,17 +52,22 @@ def attempt(shared: Specimen, chance: random.Random, place: Path) -> Verdict:
     ended = child.wait()
     what = f"{number.name}{' to mpirun' if ranks else ''}: "
     what += f"after {1e3 * after:.0f} ms"
-    if early and ended.code in _deaths(number):
+    if early and _died(ended.code, number, ranks):
         return Verdict(f"{what} (interpreter starting)", _nothing(place / "out"))
     wrong = fault(ended, (0, 75))
     wrong = wrong or (_again(words, shared, place) if chance.random() < 0.2 else "")
     return Verdict(what, wrong)
 
 
-def _deaths(number: int) -> tuple[int, ...]:
-    """Return the codes of a process, or launcher, that died of a signal."""
-    codes = [-number, 128 + number]
-    return (*codes, 1) if number == signal.SIGINT else tuple(codes)
+def _died(code: int, number: int, ranks: int) -> bool:
+    """Return whether a code is that of a process, or launcher, that died of a signal.
+
+    Launchers have codes of their own for ranks that died; job scripts take all but
+    these four for 75 once they have passed a signal on.
+    """
+    if ranks:
+        return code not in (0, 1, 2, 70)
+    return code in (-number, 128 + number)
 
 
 def _halted(child: Child) -> bool:
