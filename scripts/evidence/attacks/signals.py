@@ -67,7 +67,8 @@ def _died(code: int, number: int, ranks: int) -> bool:
     """
     if ranks:
         return code not in (0, 1, 2, 70)
-    return code in (-number, 128 + number)
+    own = [1] if number == signal.SIGINT else []  # KeyboardInterrupt, in site.py
+    return code in (-number, 128 + number, *own)
 
 
 def _halted(child: Child) -> bool:
