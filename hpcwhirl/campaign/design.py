@@ -15,7 +15,7 @@ from typing import Any, overload
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.errors import CaseError, InputError, unknown
+from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -192,7 +192,7 @@ def design_of(
 def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
     content = document.get("campaign", {})
     if not isinstance(content, Mapping):
-        msg = f"[campaign] must be a table, got {content!r}"
+        msg = f"[campaign] must be a table, got {shown(content)}"
         raise InputError(msg)
     return dict(content)
 
@@ -200,7 +200,7 @@ def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
 def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
     content = document.get(table, {})
     if not isinstance(content, Mapping):
-        msg = f"[{table}] must be a table, got {content!r}"
+        msg = f"[{table}] must be a table, got {shown(content)}"
         raise InputError(msg)
     flat = _flat(content, "")
     full = _resolved(flat, f"[{table}]")
@@ -237,7 +237,7 @@ def _values(table: str, name: str, given: Any) -> list[Value]:
     if isinstance(given, list) and given and all(isinstance(v, kinds) for v in given):
         return list(given)
     msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
-    raise InputError(msg + f"got {given!r}")
+    raise InputError(msg + f"got {shown(given)}")
 
 
 def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
@@ -246,17 +246,19 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
             raise unknown(f"key of range {name}", key, RANGE_KEYS)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or not abs(value) < LARGEST:
-            msg = f"range {name}: {key} must be a finite number, got {value!r}"
+            msg = f"range {name}: {key} must be a finite number, got {shown(value)}"
             raise InputError(msg)
     if not {"start", "stop"} <= given.keys() or len(given) != 3:
-        msg = f"range {name} takes start, stop and either step or num, got {given!r}"
+        msg = (
+            f"range {name} takes start, stop and either step or num, got {shown(given)}"
+        )
         raise InputError(msg)
     start, stop = given["start"], given["stop"]
     if "num" in given:
         return _spaced(name, start, stop, given["num"])
     step = given["step"]
     if step == 0 or (stop - start) / step < 0 or (stop - start) / step > MOST_CASES:
-        msg = f"range {name}: step must lead from start to stop, got {given!r}"
+        msg = f"range {name}: step must lead from start to stop, got {shown(given)}"
         raise InputError(msg)
     # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
     a, b, d = (Decimal(str(v)) for v in (start, stop, step))
@@ -267,7 +269,7 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
 
 def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
     if not isinstance(num, int) or not 1 <= num <= MOST_CASES:
-        msg = f"range {name}: num must be a whole number > 0, got {num!r}"
+        msg = f"range {name}: num must be a whole number > 0, got {shown(num)}"
         raise InputError(msg)
     return [float(v) for v in np.linspace(start, stop, num)]
 
@@ -300,7 +302,7 @@ def _rows(
 
 def _explicit(given: Any) -> list[Settings]:
     if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
-        msg = f"[[cases]] must be tables of inputs, got {given!r}"
+        msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
         raise InputError(msg)
     return [_resolved(_flat(case, ""), "[[cases]]") for case in given]
 

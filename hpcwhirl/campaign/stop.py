@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from hpcwhirl import early
 from hpcwhirl.campaign.ranks import Stop
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, shown
 
 SIGNALS = early.SIGNALS
 FILE = "STOP"  # in the campaign's directory
@@ -166,15 +166,15 @@ def refuse_stop_file(folder: Path) -> None:
 def parse_walltime(text: str) -> float:
     """Return the seconds of ``HH:MM:SS``; hours have no upper limit."""
     parts = text.split(":")
-    plain = all(part.isascii() and part.isdigit() for part in parts)
+    plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
     if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got '{text}'"
+        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
         raise InputError(msg)
     seconds = 0.0
     for part in parts:
         seconds = 60.0 * seconds + int(part)
     if seconds == 0.0:
-        msg = f"--walltime must be > 00:00:00, got '{text}'"
+        msg = f"--walltime must be > 00:00:00, got {shown(text)}"
         raise InputError(msg)
     return seconds
 
@@ -195,7 +195,7 @@ def time_left(
     """
     ends = [walltime] if walltime is not None else []
     known = env.get(END_TIME, "")
-    if known.isascii() and known.isdigit():
+    if known.isascii() and known.isdigit() and len(known) < 20:
         ends.append(max(int(known) - time.time(), 0.0))
     if not ends:
         return None

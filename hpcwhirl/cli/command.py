@@ -42,7 +42,8 @@ def run_program(words: Sequence[str]) -> int:
     try:
         flush_stdout()
     except WhirlError as failed:
-        tell_error(failed)
+        if code != WRONG_INPUT:  # told already
+            tell_error(failed)
         return code or WRONG_INPUT
     except BrokenPipeError:
         return code or FAILED
@@ -80,7 +81,7 @@ def tell_failure(failed: Exception) -> int:
         words in said for words in NO_MEMORY
     )
     if lacking or isinstance(failed, MemoryError):
-        tell_error(f"not enough memory{_limit()}: {str(failed) or 'an array'}")
+        tell_error(f"not enough memory{_limit()}: {str(failed) or 'imports'}")
         return WRONG_INPUT
     if isinstance(failed, OSError) and failed.filename is not None:
         tell_error(f"{os.fsdecode(failed.filename)}: {failed.strerror}")

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import unwritable
 
 
 class _Deaf(io.FileIO):
@@ -19,6 +19,20 @@ class _Deaf(io.FileIO):
             return super().write(data)
         except OSError:
             return memoryview(data).nbytes
+
+
+class _Strict(io.FileIO):
+    """What was asked for: that it cannot be written is an error of its own."""
+
+    def write(self, data: Any) -> int:
+        """Write some of the data, as any stream does."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            raise
+        except OSError as failed:
+            msg = f"cannot write stdout: {failed.strerror}"
+            raise unwritable(msg, failed) from None
 
 
 def stand_in() -> None:
@@ -33,8 +47,12 @@ def stand_in() -> None:
         except OSError:
             free = os.open(os.devnull, os.O_RDWR)  # the lowest that is: this one
             os.set_inheritable(free, True)  # noqa: FBT003
-    if sys.stdout is None:
-        sys.stdout = os.fdopen(1, "w", closefd=False)
+    words = sys.stdout.encoding if sys.stdout is not None else "utf-8"
+    strict = _Strict(1, "wb", closefd=False)
+    sys.stdout = io.TextIOWrapper(
+        io.BufferedWriter(strict), words, "backslashreplace",
+        line_buffering=strict.isatty(),
+    )  # fmt: skip
     words = sys.stderr.encoding if sys.stderr is not None else "utf-8"
     sys.stderr = io.TextIOWrapper(
         _Deaf(2, "wb", closefd=False),
@@ -52,10 +70,7 @@ def flush_stdout() -> None:
     """
     try:
         sys.stdout.flush()
-    except OSError as failed:
+    except OSError:
         # what is left is lost, and the end of the interpreter is not to try again
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        if isinstance(failed, BrokenPipeError):
-            raise
-        msg = f"cannot write stdout: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise

@@ -21,6 +21,7 @@ Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
 PHYSICS_VERSION = 4  # raise when the same inputs would give other numbers
 MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
+WIDEST = 1000  # bits of a whole number: less than a float's largest
 DEEPEST = 32  # tables and lists inside one another
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 
@@ -162,6 +163,8 @@ def parsed_toml(text: str) -> dict[str, Any]:
         depth, inside = 0, [document]
         while inside:
             values = [v for one in inside for v in _members(one)]
+            if any(isinstance(v, int) and v.bit_length() > WIDEST for v in values):
+                raise ValueError  # noqa: TRY301 - as where Python gives up
             inside, depth = [v for v in values if _members(v)], depth + 1
             if depth > DEEPEST:
                 raise RecursionError  # noqa: TRY301 - as where the parser gives up
@@ -171,7 +174,7 @@ def parsed_toml(text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:  # Python refuses to read such an integer
-        msg = "a whole number of more than 4300 digits"
+        msg = f"a whole number of more than {WIDEST} bits"
         raise ValueError(msg) from None
     return document
 

@@ -18,7 +18,9 @@ from typing import Any
 
 import h5py
 
-from hpcwhirl.errors import MissingFileError, unwritable
+from hpcwhirl.errors import MissingFileError, StoreError, WhirlError, unwritable
+
+DAMAGE = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)
 
 
 class _Patient(io.FileIO):
@@ -68,6 +70,26 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
         finally:
             if disk.failed is not None:  # whatever it has led to in the library
                 raise disk.failed
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Tell in one line what reading a damaged file leads to, which may be anything.
+
+    Raises
+    ------
+    StoreError
+        naming the file
+    """
+    try:
+        yield
+    except WhirlError:
+        raise
+    except DAMAGE as failed:
+        said = str(failed).splitlines()
+        why = said[0] if said else type(failed).__name__
+        msg = f"{path} is damaged: {why}"
+        raise StoreError(msg) from None
 
 
 def refusal(path: Path, failed: Exception) -> MissingFileError:

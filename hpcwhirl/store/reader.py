@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, shown
+from hpcwhirl.store.hdf5 import DAMAGE, reading
 from hpcwhirl.store.schema import ENUMS, FORMAT
 
 if TYPE_CHECKING:
@@ -23,20 +24,21 @@ def check_file(path: Path) -> None:
     try:
         with h5py.File(path, "r") as file:
             found = file.attrs.get("format")
-    except OSError as failed:
+    except DAMAGE as failed:
         msg = f"{path} is not a whole HDF5 file: {failed}"
         raise StoreError(msg) from None
-    if found != FORMAT:
-        msg = f"{path} has format {found!r}, this program reads {FORMAT}"
+    if not np.array_equal(found, FORMAT):
+        msg = f"{path} has format {shown(found)}, this program reads {FORMAT}"
         raise StoreError(msg)
 
 
 def count_statuses(path: Path) -> dict[str, int]:
     """Return {status: cases}, `missing` among them, of a results file."""
     check_file(path)
-    with h5py.File(path, "r") as file:
+    with reading(path), h5py.File(path, "r") as file:
         found = np.bincount(file["status"][:], minlength=len(ENUMS["status"]))
-    return {name: int(n) for name, n in zip(ENUMS["status"], found, strict=True) if n}
+        names = zip(ENUMS["status"], found, strict=True)
+        return {name: int(n) for name, n in names if n}
 
 
 def open_results(path: Path | str) -> xarray.Dataset:
@@ -63,14 +65,11 @@ def open_results(path: Path | str) -> xarray.Dataset:
     place = place / "results.h5" if place.is_dir() else place
     check_file(place)
     options: dict[str, Any] = {"engine": "h5netcdf", "mask_and_scale": False}
-    try:
+    with reading(place):
         with xarray.open_dataset(place, **options) as root:
             data = root.load()
         with xarray.open_dataset(place, group="performance", **options) as speed:
             merged = data.merge(speed.load(), combine_attrs="override")
-    except (OSError, ValueError, KeyError) as failed:
-        msg = f"{place} is damaged: {failed}"
-        raise StoreError(msg) from None
     names = str(merged.attrs.get("coordinates", "")).split()
     return merged.set_coords([n for n in names if n in merged])
 
@@ -82,4 +81,7 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
     """
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     values = np.asarray(variable.to_numpy(), dtype=np.float64)
+    if not np.nanmax(values, initial=0.0) < len(meanings) - 1:
+        msg = f"{variable.name} is damaged: it has a value that stands for no word"
+        raise StoreError(msg)
     return np.asarray(meanings[np.where(np.isnan(values), -1, values).astype(int)])

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import StoreError, WhirlError
-from hpcwhirl.store.hdf5 import refusal, writing
+from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.owner import RESULTS, claimed
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
@@ -47,8 +47,11 @@ def relabel(
     except KeyError as failed:
         msg = f"{path} is not a campaign's results: {failed.args[0]}"
         raise StoreError(msg) from None
-    except (OSError, RuntimeError) as failed:
-        raise refusal(path, failed) from None
+    except DAMAGE as failed:
+        if isinstance(failed, OSError) and failed.errno:
+            raise refusal(path, failed) from None
+        with reading(path):
+            raise
     return changes
 
 
