@@ -115,7 +115,7 @@ class Design:
         CaseError, MissingFileError
             naming the file
         """
-        file = self.cases[case].engine.file
+        file = str(self.settings[case].get(FILE, self.base.engine.file))
         if file and content_digest(file) != self.content(file):
             msg = f"{FILE} {file} has changed since the campaign was begun: put it "
             raise CaseError(msg + "back for --retry failed, or begin another campaign")

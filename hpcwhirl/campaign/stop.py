@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -67,8 +67,9 @@ class Stopping:
             self.ask("the wall-time is nearly over")
         elif self._file is not None and now - self._looked >= LOOK_EVERY:
             self._looked = now
-            if self._file.exists():
-                self.ask(f"{self._file} is there")
+            with suppress(OSError):  # a file server that does not answer: later
+                if self._file.exists():
+                    self.ask(f"{self._file} is there")
         return bool(self.reason)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:

@@ -43,15 +43,16 @@ def is_alive(pid: int, ticks: int | None = None) -> bool:
     pid : its number
     ticks : when it began, as `begun` told; None: unknown
     """
+    foreign = False
     try:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError, ValueError):
         return False
-    except OSError:  # of another user
-        pass
+    except OSError:  # of another user, whose processes may be hidden
+        foreign = True
     state = _state(pid)
-    if state is None:  # no Linux, or it has just ended
-        return not Path("/proc/self/stat").exists()
+    if state is None:  # hidden, no Linux, or it has just ended
+        return foreign or not Path("/proc/self/stat").exists()
     return state[0] not in DEAD and (ticks is None or int(state[19]) == ticks)
 
 

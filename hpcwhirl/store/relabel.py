@@ -12,7 +12,7 @@ import numpy as np
 
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
-from hpcwhirl.store.owner import RESULTS, claimed
+from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
 from hpcwhirl.store.whole import replacing
@@ -25,6 +25,7 @@ def relabel(
     path: Path,
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
+    asking: Asking | None = None,
 ) -> list[tuple[Words, Words]]:
     """Name every finished case anew; return (old, new) words of each.
 
@@ -33,10 +34,11 @@ def relabel(
     path : `results.h5`
     name : words of a row of numbers
     thresholds : kept as root attributes
+    asking : who is told what is waited for: what another process writes
     """
     check_file(path)
     try:
-        with claimed(path.parent, RESULTS), replacing(path) as part:
+        with claimed(path.parent, RESULTS, asking), replacing(path) as part:
             shutil.copyfile(path, part)
             with writing(part, "r+") as file:
                 changes = _rename(file, name)

@@ -134,7 +134,9 @@ def crashes(folder: Path) -> Counter[str]:
 def forget_crashes(folder: Path, finished: Collection[str]) -> None:
     """Remove the notes of dead processes whose cases all have a result by now."""
     ended = set(finished)
+    here = socket.gethostname()
     for path, note in _whole_notes(folder):
-        if set(note.digests) <= ended:
+        at_work = note.host == here and not note.left_over  # of another shard
+        if set(note.digests) <= ended and not at_work:
             with suppress(OSError):
                 path.unlink()
