@@ -22,6 +22,10 @@ NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
 PROGRAM = (sys.executable, "-m", "hpcwhirl")
 NOWHERE = "/proc/nowhere"  # not even root can make it
 TOLD = (0, 2)
+STREAMS = (
+    ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", ">/dev/full", "2>/dev/full",
+    ">/dev/full 2>/dev/full", "| head -c 1",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -251,8 +255,7 @@ def streams(shared: Specimen, place: Path) -> str:
              ["classify", shared.out], ["model", "--set", "nonsense=1"], ["doctor"],
              ["campaign", shared.file, "--out", place / "out"])  # fmt: skip
     for words in calls:
-        for ends in (">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", ">/dev/full",
-                     "2>/dev/full", ">/dev/full 2>/dev/full", "| head -c 1"):  # fmt: skip
+        for ends in STREAMS:
             told = " ".join(f"'{word}'" for word in (*PROGRAM, *words))
             ended = start(["bash", "-c", f"{told} {ends}"], place).wait()
             wrong = fault(ended, (0, 1, 2, 75))

@@ -1,0 +1,57 @@
+"""Unfriendly ground: homes, caches and links that lead nowhere."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+from hpcwhirl.cli import main
+from hpcwhirl.errors import StoreError
+from hpcwhirl.store.cases import Cases
+
+NOWHERE = "/proc/nowhere"  # not even root can make it
+ASK = """
+from pathlib import Path
+from numba import config
+from hpcwhirl.dynamics.cache import cache_facts
+place = Path(config.CACHE_DIR)
+(place / "probe").write_text("")
+print(cache_facts()["cache_writable"], place)
+"""
+
+
+@pytest.mark.parametrize(
+    "ground", [{"NUMBA_CACHE_DIR": NOWHERE}, {"HOME": NOWHERE}], ids=" ".join
+)
+def test_a_cache_that_cannot_be_written_is_one_of_the_process_alone(ground):
+    gone = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    env = {n: v for n, v in os.environ.items() if n not in gone} | ground
+    done = subprocess.run(
+        [sys.executable, "-c", ASK], env=env, capture_output=True, text=True, check=True
+    )
+    kept, place = done.stdout.split()
+    assert kept == "False"
+    assert not Path(place).exists()
+
+
+@pytest.mark.parametrize("command", ["campaign", "run"])
+def test_a_loop_of_links_is_one_line(command, tmp_path, capsys):
+    loop = tmp_path / "loop"
+    loop.symlink_to("loop")
+    assert main([command, "--out", str(loop)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("hpcwhirl: error: ")
+    assert str(loop) in line
+
+
+def test_results_that_lack_a_variable_are_damaged(finished, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    with h5py.File(out / "results.h5", "r+") as file:
+        del file["regime"]
+    with pytest.raises(StoreError, match="damaged: it has no regime"):
+        Cases(out)
