@@ -10,16 +10,16 @@ import pytest
 SCRIPT = Path(__file__).parents[1] / "scripts" / "evidence" / "attack.py"
 SLICE = {  # tries of each family; work, not seconds, bounds them
     "kills": 4,
-    "damage": 40,
-    "toml": 60,
-    "set": 60,
-    "engines": 24,
-    "names": 16,
-    "gathers": 5,
-    "gathers-unlocked": 5,
-    "together": 4,
-    "disk": 4,
-    "signals": 6,
+    "damage": 24,
+    "toml": 40,
+    "set": 40,
+    "engines": 16,
+    "names": 12,
+    "gathers": 4,
+    "gathers-unlocked": 4,
+    "together": 3,
+    "disk": 3,
+    "signals": 4,
 }
 
 

@@ -55,3 +55,23 @@ def test_results_that_lack_a_variable_are_damaged(finished, tmp_path):
         del file["regime"]
     with pytest.raises(StoreError, match="damaged: it has no regime"):
         Cases(out)
+
+
+LONG = "\\u0001" * 10_000
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'campaign = {{save_every = "{LONG}"}}\nsweep = {{speed = [300]}}',
+        f'sweep = {{speed = "{LONG}"}}',
+        f'scene = {{"{LONG}" = 1}}',
+    ],
+    ids=["rule", "sweep", "key"],
+)
+def test_a_value_of_a_campaign_is_not_repeated_at_length(text, tmp_path, capsys):
+    path = tmp_path / "long.toml"
+    path.write_text(text)
+    assert main(["campaign", str(path), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert len(line) < 700

@@ -19,7 +19,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-LIMIT = 90.0  # s until a command counts as hung; on a quiet machine it takes < 1 s
+LIMIT = 300.0  # s until a command counts as hung; a kernel may have to be compiled
 BROKEN = 99  # exit code of a fork where something else than the command raised
 MEMORY = 8 << 30  # bytes of address space a fork may ask for beyond what it has
 ROOT = Path(__file__).parents[3]

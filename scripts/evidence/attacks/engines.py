@@ -440,5 +440,5 @@ def _completed(words: list[str], out: Path, shared: Engines, place: Path) -> str
     if wrong:
         return f"with the file put back: {wrong}"
     if ended.code == 2:  # begun with the other file: said so
-        return "" if "content" in ended.err else f"with the file put back: {ended.last}"
+        return "" if "SHA-256" in ended.err else f"with the file put back: {ended.last}"
     return differs(out, shared.truths[0], place)

@@ -12,6 +12,7 @@ from attacks.apart import Ended
 
 LONGEST = 500  # characters of a line that a person is to read
 LINES = 400  # of progress and notes; more says that input was repeated
+PRESET = "hpcwhirl: preset "  # a note, not a mistake
 HUGE = 2 << 30  # bytes that no campaign of a few ms needs
 
 
@@ -91,7 +92,7 @@ def refusal(
 ) -> str:
     """Return `fault`, or that a refusal is not the one line that it should be."""
     wrong = fault(ended, allowed, most)
-    lines = [t for t in ended.err.split("\n") if t and "preset" not in t]
+    lines = [t for t in ended.err.split("\n") if t and not t.startswith(PRESET)]
     if not wrong and ended.code == 2 and len(lines) != 1:
         wrong = f"{len(lines)} lines on stderr for one mistake"
     if not wrong and ended.code == 2 and not lines[0].startswith("hpcwhirl: error: "):
