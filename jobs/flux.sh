@@ -13,7 +13,10 @@ running='' again=yes told=no
 # shellcheck disable=SC2317,SC2329  # the traps call it
 stop() {
   caught=yes told=yes
-  [ -z "$running" ] || [ "$again" = yes ] || flux cancel --all || true
+  [ -n "$running" ] || return 0
+  [ "$again" = yes ] || flux cancel --all || true
+  # once more: a process that is just being made may lose a signal
+  { sleep 3; [ "$again" = yes ] || flux cancel --all; } >/dev/null 2>&1 &
 }
 trap stop USR1
 trap 'again=no; stop' TERM INT HUP

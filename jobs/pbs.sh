@@ -14,7 +14,10 @@ running='' again=yes told=no
 # shellcheck disable=SC2317,SC2329  # the traps call it
 stop() {
   caught=yes told=yes
-  [ -z "$running" ] || kill -USR1 "$running" || true
+  [ -n "$running" ] || return 0
+  kill -USR1 "$running" || true
+  # once more: a process that is just being made may lose a signal
+  { sleep 3; kill -USR1 "$running"; } >/dev/null 2>&1 &
 }
 trap stop USR1
 trap 'again=no; stop' TERM INT USR2

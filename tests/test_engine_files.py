@@ -145,7 +145,7 @@ def test_a_group_that_holds_itself_is_refused(engine):
         ("rotor/damping_ratio", "unknown rotor/damping_ratio; did you mean 'damping'?"),
         ("rotor/dampng", "unknown rotor/dampng; did you mean 'damping'?"),
         ("Rotor/mass", "unknown Rotor; did you mean 'rotor'?"),
-        ("casing/stifness", "unknown casing/stifness; did you mean 'stiffness'?"),
+        ("casing/stiff", "unknown casing/stiff; did you mean 'stiffness'?"),
         ("rotor/zz\nzz\x1b[2J", r"unknown rotor/zz\nzz\x1b[2J; known: centre"),
         ("rotor/" + "q" * 70_000, "characters)"),
     ],
