@@ -6,6 +6,7 @@
         --only toml --try 17                    one try, its files kept
         --share 0.01                            a hundredth of each
         --write                                 and scripts/evidence/attack.md
+        --write --read one.json two.json        of runs before, by --json
 
 Prints attack | tries | survived | failed, and a line for each failure that does it
 again. Every try has a random generator of its own, made of seed, family and number.
@@ -36,6 +37,7 @@ from attacks.table import FAMILIES
 
 PAGE = Path(__file__).with_suffix(".md")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+Facts = dict[str, Any]
 SHOWN = 8  # failures of a family on the page; all are printed
 
 
@@ -68,6 +70,7 @@ class Tally:
         """Return what there is to tell."""
         return {
             "attack": self.family.name,
+            "seed": self.seed,
             "title": self.family.title,
             "demanded": self.family.count,
             "tries": self.tries,
@@ -186,24 +189,24 @@ def _line(cells: Sequence[object]) -> str:
     return "| " + " | ".join(map(str, cells)) + " |"
 
 
-def _table(tallies: Sequence[Tally]) -> list[str]:
+def _table(found: Sequence[Facts]) -> list[str]:
     lines = [_line(["attack", "tries", "survived", "failed"]), "|---|---:|---:|---:|"]
-    for tally in tallies:
-        f = tally.facts()
-        lines.append(_line([f["title"], f["tries"], f["survived"], f["failed"]]))
-    return lines
+    names = ("title", "tries", "survived", "failed")
+    return lines + [_line([facts[name] for name in names]) for facts in found]
 
 
-def _page(tallies: Sequence[Tally], seed: int) -> str:
-    """Return the page: the table, what was not tried, what failed."""
-    by = f"Written by `python scripts/evidence/attack.py --write`, seed {seed}"
-    out = ["# Attacks", "", f"{by}; do not edit.", "", *_table(tallies), ""]
-    out += ["Of these:", ""]
-    for tally in tallies:
-        kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(tally.kinds.items()))
-        out.append(f"- **{tally.family.name}**: {kinds or 'none'}")
-        out += [f"  - not tried {n} times: {why}" for why, n in tally.skipped.items()]
-        out += [f"  - failed: {line}" for line in tally.failures[:SHOWN]]
+def _page(found: Sequence[Facts]) -> str:
+    """Return the page: the table, what was tried, what was not, what failed."""
+    by = "Written by `python scripts/evidence/attack.py --write`; do not edit."
+    out = ["# Attacks", "", by, "", *_table(found), "", "Of these:", ""]
+    for facts in found:
+        kinds = ", ".join(f"{n} {kind}" for kind, n in facts["kinds"].items())
+        short = facts["tries"] < facts["demanded"]
+        lacks = f" (of {facts['demanded']} demanded)" if short else ""
+        seed = f"seed {facts['seed']}{lacks}"
+        out.append(f"- **{facts['attack']}**, {seed}: {kinds or 'none'}")
+        out += [f"  - not tried {n} times: {w}" for w, n in facts["skipped"].items()]
+        out += [f"  - failed: {line}" for line in facts["failures"][:SHOWN]]
     return "\n".join(out) + "\n"
 
 
@@ -220,6 +223,8 @@ def _asked() -> argparse.Namespace:
                         help="s until a command counts as hung")  # fmt: skip
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
+                        help="attack nothing: tell what runs said by --json")  # fmt: skip
     args = parser.parse_args()
     names = args.only.split(",") if args.only else list(FAMILIES)
     wrong = [name for name in names if name not in FAMILIES]
@@ -229,6 +234,23 @@ def _asked() -> argparse.Namespace:
     return args
 
 
+def _attacks(args: argparse.Namespace) -> list[Facts]:
+    """Attack by one family after the other; return what there is to tell."""
+    found: list[Facts] = []
+    end = time.monotonic() + 60 * args.minutes
+    for place, family in enumerate(args.families):
+        left = (end - time.monotonic()) / (len(args.families) - place)
+        found.append(attack(family, args, left).facts())
+    return found
+
+
+def _read(paths: Sequence[Path]) -> list[Facts]:
+    """Return what earlier runs said, in the order of the families."""
+    found = [facts for path in paths for facts in json.loads(path.read_text())]
+    order = list(FAMILIES)
+    return sorted(found, key=lambda facts: order.index(facts["attack"]))
+
+
 def main() -> int:
     """Attack, and tell what became of it."""
     args = _asked()
@@ -236,18 +258,11 @@ def main() -> int:
     for name in THREADS:
         os.environ[name] = "1"
     args.told = sys.stderr if args.json else sys.stdout
-    tallies: list[Tally] = []
-    end = time.monotonic() + 60 * args.minutes
-    for place, family in enumerate(args.families):
-        left = (end - time.monotonic()) / (len(args.families) - place)
-        tallies.append(attack(family, args, left))
-    if args.json:
-        print(json.dumps([tally.facts() for tally in tallies], indent=1))
-    else:
-        print("\n".join(_table(tallies)))
+    found = _read(args.read) if args.read else _attacks(args)
+    print(json.dumps(found, indent=1) if args.json else "\n".join(_table(found)))
     if args.write:
-        PAGE.write_text(_page(tallies, args.seed))
-    return 1 if any(tally.failed for tally in tallies) else 0
+        PAGE.write_text(_page(found))
+    return 1 if any(facts["failed"] for facts in found) else 0
 
 
 if __name__ == "__main__":

@@ -85,10 +85,10 @@ class Child:
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
 
-    def wait(self, limit: float = LIMIT) -> Ended:
-        """Return how it ended; what takes longer than `limit` s is killed: hung."""
+    def wait(self, times: float = 1.0) -> Ended:
+        """Return how it ended; what takes so many times `LIMIT` is killed: hung."""
         if self._ended is None:
-            hung = not self._over(limit)
+            hung = not self._over(times * LIMIT)
             if hung:
                 self.kill()
             _, status, usage = os.wait4(self.pid, 0)
@@ -179,11 +179,10 @@ def run(
     words: Words,
     place: Path,
     *,
-    limit: float = LIMIT,
     setup: Callable[[], object] | None = None,
 ) -> Ended:
     """Return how `hpcwhirl WORDS` ends in a fork."""
-    return fork(command(words), place, setup=setup).wait(limit)
+    return fork(command(words), place, setup=setup).wait()
 
 
 def start(

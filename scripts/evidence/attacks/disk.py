@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from attacks import specimens
-from attacks.apart import LIMIT, Ended, command, fork, run
+from attacks.apart import Ended, command, fork, run
 from attacks.family import Verdict, fault
 from attacks.kills import begin
 from attacks.specimens import Mode, Specimen, differs, pick, undisturbed
@@ -87,11 +87,11 @@ def _on_tmpfs(
     mounted(disk, max(room // 4096, 2) * 4096)
     try:
         (words,) = mode.calls(specimen.file, disk / "out")
-        wrong = stops(begin(words, mode, place).wait(2 * LIMIT))
+        wrong = stops(begin(words, mode, place).wait(2))
         if not wrong and chance.random() < 0.3:
             wrong = _commands(disk / "out", place)
         mounted(disk, 1 << 28, again=True)
-        ended = begin([*words, "--retry", "failed"], mode, place).wait(2 * LIMIT)
+        ended = begin([*words, "--retry", "failed"], mode, place).wait(2)
         wrong = wrong or fault(ended, (0,)) or _whole(disk / "out", specimen, place)
     finally:
         unmounted(disk)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from attacks import specimens
-from attacks.apart import LIMIT, Ended, start
+from attacks.apart import Ended, start
 from attacks.disk import mounted, stops, unmounted
 from attacks.family import Verdict, fault
 from attacks.kills import mpirun
@@ -64,7 +64,7 @@ def _program(
     env: dict[str, str] | None = None,
 ) -> Ended:
     """Return how the program, begun anew, ends."""
-    return start([*front, *PROGRAM, *words], place, env=env).wait(4 * LIMIT)
+    return start([*front, *PROGRAM, *words], place, env=env).wait(4)
 
 
 def _calls(shared: Specimen, out: Path) -> list[str | Path]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from attacks import specimens
-from attacks.apart import LIMIT, Child, Words, command, fork, kill_tree, start, tree
+from attacks.apart import Child, Words, command, fork, kill_tree, start, tree
 from attacks.family import Verdict, fault
 from attacks.specimens import Mode, Specimen, differs, pick, undisturbed
 
@@ -59,7 +59,7 @@ def duration(specimen: Specimen, place: Path) -> float:
     """Return how long a campaign of a mode takes here and now, s."""
     begun = time.monotonic()
     for words in specimen.mode.calls(specimen.file, place / "timed"):
-        begin(words, specimen.mode, place).wait(2 * LIMIT)
+        begin(words, specimen.mode, place).wait(2)
     return time.monotonic() - begun
 
 
@@ -122,7 +122,7 @@ def completed(calls: list[list[str]], mode: Mode, place: Path) -> str:
         again = ["--retry", "failed,crashed"] if tried > 1 else []
         codes = []
         for words in calls:
-            ended = begin([*words, *again], mode, place).wait(2 * LIMIT)
+            ended = begin([*words, *again], mode, place).wait(2)
             wrong = fault(ended, (0, 1, 75))
             if wrong:
                 return wrong

@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from attacks import specimens
-from attacks.apart import LIMIT, Child, start, tree
+from attacks.apart import Child, start, tree
 from attacks.family import Verdict, fault
 from attacks.kills import mpirun
 from attacks.specimens import Specimen, differs, undisturbed
@@ -116,6 +116,6 @@ def _nothing(out: Path) -> str:
 def _again(words: list[str], shared: Specimen, place: Path) -> str:
     """Give the same command again: it completes to the truth."""
     again = start([sys.executable, "-m", "hpcwhirl", *words], place, "again")
-    ended = again.wait(2 * LIMIT)
+    ended = again.wait(2)
     out = place / "out"
     return fault(ended, (0,)) or differs(out, shared.truth, place)
