@@ -224,7 +224,7 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
-                        help="attack nothing: tell what runs said by --json")  # fmt: skip
+                        help="tell what runs said by --json")  # fmt: skip
     args = parser.parse_args()
     names = args.only.split(",") if args.only else list(FAMILIES)
     wrong = [name for name in names if name not in FAMILIES]
