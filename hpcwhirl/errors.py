@@ -106,7 +106,8 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
 
 def _listed(names: list[str]) -> str:
     """Return names by commas, of very many the first ones and how many there are."""
-    told, room = [], 3 * SHOWN
+    told: list[str] = []
+    room = 3 * SHOWN
     for name in names:
         room -= len(name) + 2
         if room < 0:

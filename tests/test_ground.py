@@ -12,6 +12,8 @@ import pytest
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.journal import opened, sealed
+from hpcwhirl.store.running import Running
 
 NOWHERE = "/proc/nowhere"  # not even root can make it
 ASK = """
@@ -75,3 +77,21 @@ def test_a_value_of_a_campaign_is_not_repeated_at_length(text, tmp_path, capsys)
     assert main(["campaign", str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert len(line) < 700
+
+
+def test_a_complete_campaign_keeps_no_note_of_a_process_that_died(finished, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    (log,) = (out / "journal").glob("*.log")
+    first, second = log.read_bytes().splitlines(keepends=True)
+    log.write_bytes(first)
+    with subprocess.Popen(["true"]) as dead:
+        dead.wait()
+    with Running(out, 7, 0) as running:
+        running.begin([opened(second)["digest"]])
+        (note,) = (out / "running").iterdir()
+        left = opened(note.read_bytes()) | {"pid": dead.pid}
+    note.write_bytes(sealed(left))
+    toml = finished.parent / "short.toml"
+    assert main(["campaign", str(toml), "--out", str(out)]) == 0
+    assert not list((out / "running").glob("*"))
