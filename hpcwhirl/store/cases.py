@@ -40,7 +40,11 @@ class Cases:
         check_file(self.path)
         self._plan = read_plan(folder)
         with reading(self.path), h5py.File(self.path, "r") as file:
-            table = {n: v for n, v in (ROW | STATUS).items() if n in file}
+            table = ROW | STATUS
+            lacking = [name for name in table if name not in file]
+            if lacking:
+                msg = f"{self.path} is damaged: it has no {lacking[0]}"
+                raise StoreError(msg)
             columns = {n: file[n][:] for n in table}
             self.kept = tuple(n for n in TRACES if n in file)
             for name in columns.keys() & ENUMS.keys():
