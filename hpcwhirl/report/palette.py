@@ -1,6 +1,6 @@
 """The looks of words, one table for every figure and page.
 
-Lightness falls from `missing` to `failed` in steps of at least 12 (CIE L*), so that
+Lightness falls from `missing` to `failed` in steps of at least 11 (CIE L*), so that
 print in grey keeps the words apart, and no two colours come close to the colour-blind;
 `tests/test_palette.py` measures both. A letter says the same without colour.
 """
@@ -46,6 +46,12 @@ WORDS = {
 WHIRLS: dict[str, str | None] = {
     "forward": "^", "backward": "v", "mixed": "o", "none": None,
 }  # fmt: skip
+WHIRL_LOOKS = {  # where the colour tells the whirl
+    "forward": Look("#2F6DB3", "#FFFFFF", "F", "^", "forward"),
+    "mixed": Look("#4BA386", "#000000", "M", "o", "mixed"),
+    "backward": Look("#F0AE45", "#000000", "B", "v", "backward"),
+    "none": Look("#DBD9DD", "#000000", "–", ".", "no whirl"),
+}
 SEQUENTIAL = "cividis"  # of numbers: perceptual, and the same to the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 
