@@ -73,9 +73,3 @@ def wish_of(path: Path) -> Wish | None:
         return Wish(**{**asked, **lists})
     except (OSError, KeyError, TypeError, ValueError, UnidentifiedImageError):
         return None
-
-
-def redrawn(folder: Path) -> list[Path]:
-    """Draw a campaign's map again as it was asked for; nothing where there is none."""
-    wish = wish_of(folder / "map.png")
-    return [] if wish is None else draw_map(folder / "results.h5", folder, wish)

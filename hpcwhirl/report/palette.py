@@ -25,6 +25,7 @@ class Look:
     letter : that stands for the word
     marker : of a point, as Matplotlib names it
     told : the word in a legend
+    line : colour of thin lines and dots on white, where the fill is too light for them
     """
 
     colour: str
@@ -32,16 +33,22 @@ class Look:
     letter: str
     marker: str
     told: str
+    line: str = ""
+
+    @property
+    def stroke(self) -> str:
+        """Colour of thin lines and dots on white."""
+        return self.line or self.colour
 
 
 WORDS = {
-    "damped": Look("#7DB8DF", "#000000", "d", "o", "damped"),
-    "sustained": Look("#F2DC3A", "#000000", "S", "s", "sustained"),
+    "damped": Look("#7DB8DF", "#000000", "d", "o", "damped", "#3F86B5"),
+    "sustained": Look("#F2DC3A", "#000000", "S", "s", "sustained", "#A88F00"),
     "divergent": Look("#C63D0F", "#FFFFFF", "X", "^", "divergent"),
     "undecided": Look("#8D8D8D", "#000000", "?", "D", "undecided"),
     "unstable": Look("#57267A", "#FFFFFF", "U", "P", "unstable"),
     "failed": Look("#0C0C0C", "#FFFFFF", "!", "X", "failed"),
-    "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed"),
+    "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed", "#BBBBBB"),
 }
 WHIRLS: dict[str, str | None] = {
     "forward": "^", "backward": "v", "mixed": "o", "none": None,
