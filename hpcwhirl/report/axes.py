@@ -99,7 +99,7 @@ def straight(values: Floats, scale: str) -> Floats:
 def distinct(values: Floats) -> tuple[str, ...]:
     """Return the shortest texts of numbers, ascending, that tell them apart."""
     for digits in range(3, 10):
-        texts = tuple(f"{value:.{digits}g}" for value in values)
+        texts = tuple(told(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])
         if np.allclose(shown, values, rtol=1e-3, atol=0) and len({*texts}) == len(
             texts

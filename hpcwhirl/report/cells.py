@@ -165,7 +165,8 @@ def _letters(axes: Any, part: Part) -> None:
                 va="center",
             )
         marked = chosen & ~np.isin(part.kind, list(HATCHES)) & told
-        away = -shift[0], -shift[1]
+        alone = part.colours.number is not None
+        away = (0.0, 0.0) if alone else (-shift[0], -shift[1])
         draw_whirls(axes, x[marked], y[marked], part.whirl[marked], away)
 
 

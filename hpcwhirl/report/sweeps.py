@@ -26,6 +26,7 @@ from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
+FEW_TURNS = 50  # drawn as larger dots
 DECADES = 4.0  # shown below the largest amplitude
 AT_REST = 1e-9  # mm
 
@@ -119,7 +120,7 @@ def heading(cases: Cases, line: list[int]) -> str:
     """Return the inputs that the cases of a line share."""
     row = cases.rows[line[0]]
     told = f"k = {row['nodal_diameter']}, gap {1e3 * row['gap']:g} mm, "
-    other = cases.others(line[0])
+    other = cases.others(line[0], but=("nodal_diameter", "gap", "friction"))
     return told + f"μ = {row['friction']:g}" + (f", {other}" if other else "")
 
 
@@ -171,8 +172,9 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
         points = section(traces["time"][part], traces["centre"][part], row["speed"])
         at = np.full(len(points), row["speed"])
         colour = colour_of(row)
-        upper.plot(at, 1e3 * points[:, 0], ".", ms=2, c=colour, mew=0)
-        lower.plot(at, 1e3 * np.hypot(*points.T), ".", ms=2, c=colour, mew=0)
+        look = {"c": colour, "mew": 0, "ms": 2 if len(points) > FEW_TURNS else 5}
+        upper.plot(at, 1e3 * points[:, 0], ".", **look)
+        lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
     gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
     upper.set_yscale("symlog", linthresh=gap)
     lower.axhline(gap, c="k", ls="--", lw=0.8)
@@ -201,7 +203,9 @@ def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
 
     found = {shown_word(cases.rows[i]) for i in line}
     keys = [
-        Line2D([], [], marker="o", ls="", c=look.stroke, label=look.told)
+        Line2D(
+            [], [], marker="o", ls="", mfc=look.colour, mec=look.stroke, label=look.told
+        )
         for word, look in WORDS.items()
         if word in found
     ]
@@ -234,7 +238,9 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     axes.set_ylim(limits)
     _crossings(axes, table, k, span, orders)
     for i, case in enumerate(line):
-        strip.axvspan(cells[i], cells[i + 1], color=colour_of(cases.rows[case]), lw=0)
+        fill = WORDS[shown_word(cases.rows[case])].colour
+        strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
+    strip.set_xlim(span)
     strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
     axes.legend(loc="upper left", fontsize=8)

@@ -152,7 +152,7 @@ class Cases:
         settings = self._plan.settings[case]
         return {n: v for n, v in settings.items() if n != "speed"}
 
-    def others(self, case: int, sign: str = " = ") -> str:
-        """Return the swept inputs of a case but its speed, for a title."""
-        own = self._others(case).items()
-        return ", ".join(f"{n.rsplit('.', 1)[-1]}{sign}{v}" for n, v in own)
+    def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
+        """Return the swept inputs of a case but its speed, for a title or a name."""
+        own = ((n.rsplit(".", 1)[-1], v) for n, v in self._others(case).items())
+        return ", ".join(f"{name}{sign}{v}" for name, v in own if name not in but)
