@@ -269,7 +269,7 @@ def _polygons(axes: Any, part: Part, polygons: list[Floats]) -> Any:
     from matplotlib.collections import PolyCollection
 
     kind, drawn = part.kind, None
-    line = {"edgecolors": "white", "linewidths": 0.6}
+    line: dict[str, Any] = {"edgecolors": "white", "linewidths": 0.6}
     if part.colours.number is not None and (kind == "").any():
         own = np.flatnonzero(kind == "")
         numbers = part.colours.number[part.rows][own]
