@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene, apply_settings
@@ -22,7 +23,12 @@ from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
 SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
+MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
+PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
+FEWEST_ROWS = 160  # of a run
 FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
+FEWEST_IN_RISE = 50  # steps of a rigid casing: fewer miss a tenth of its impulse
+MOST_GROWTH = 0.05  # of a rigid casing's distortion in a step: misses 3 % of it
 
 
 def recursion(
@@ -156,6 +162,54 @@ def check_loading(scene: Scene) -> None:
         raise InputError(msg)
 
 
+def check_wall(scene: Scene) -> None:
+    """Raise InputError where a rigid casing would jump into the blades.
+
+    Contact takes back within a step whatever gap is missing at its end: a casing that
+    is inside the blades at once, or after few steps, gives an impulse that grows as the
+    step falls. One that comes to them in many steps gives the same at any.
+    """
+    casing, step = scene.engine.casing, scene.solver.time_step
+    limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
+    if not step <= limits.get("growth", math.inf):
+        most = MOST_GROWTH / step
+        msg = (
+            f"growth must be within +-{most:.6g} 1/s ({MOST_GROWTH:g} of a rigid "
+            f"casing's distortion in a time step), got {casing.growth:.6g}"
+        )
+        raise InputError(msg)
+    if not step <= limits.get("rise", math.inf):
+        msg = (
+            f"rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} time "
+            f"steps) where a rigid casing (amplitude {casing.amplitude:.6g} m) rises "
+            f"into the blades (gap {scene.gap:.6g} m), got {casing.rise:.6g}"
+        )
+        raise InputError(msg)
+
+
+def wall_limits(scene: Scene) -> dict[str, float]:
+    """Return the longest steps, s, that a rigid casing's growth and rise allow."""
+    casing = scene.engine.casing
+    if casing.kind == "ring" or casing.amplitude == 0.0:
+        return {}
+    out = {"growth": MOST_GROWTH / abs(casing.growth)} if casing.growth else {}
+    if _wall_reach(scene) > scene.gap:
+        out["rise"] = casing.rise / FEWEST_IN_RISE
+    return out
+
+
+def _wall_reach(scene: Scene) -> float:
+    """Return how far inward of round a rigid casing is at any blade after its rise, m.
+
+    During a rise that is too short, blades hardly move.
+    """
+    casing, blades = scene.engine.casing, scene.engine.rotor.blades
+    place = scene.speed * casing.rise + 2 * np.pi * np.arange(blades) / blades
+    with np.errstate(over="ignore"):
+        size = casing.amplitude * np.exp(casing.growth * casing.rise)
+    return float((size * np.cos(scene.nodal_diameter * place)).max())
+
+
 def longest_turn(model: Model, scene: Scene) -> float:
     """Return the time in which a blade passes half a wave of the casing, s."""
     waves = float(scene.nodal_diameter)
@@ -194,8 +248,39 @@ def with_step(scene: Scene, model: Model) -> Scene:
     limits = [*model.limits().values(), longest_turn(model, scene)]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
+    limits += [limit for limit in wall_limits(scene).values() if limit > 0.0]
     step = min(step, SAFE * min(limits))
     return apply_settings(scene, {"time_step": step})
+
+
+def fastest_line(model: Model, speed: float) -> float:
+    """Return the fastest line that matters in the static frame, rad/s.
+
+    Of the modes that move the centre, or the tips where none does, under a load that
+    stands: those that give at least `MATTERS` of what the most compliant one does;
+    in the static frame each has a line at omega + |Omega| at most.
+    """
+    body = model.rotor
+    rows = centre_rows(body, model.blades)
+    if not rows.any():
+        rows = tip_rows(body, model.blades)[0]
+    free = body.omega > 0.0
+    gives = (rows[:, free] ** 2).sum(axis=0) / body.omega[free] ** 2
+    matters = gives >= MATTERS * gives.max(initial=0.0)
+    return float(body.omega[free][matters].max(initial=0.0)) + abs(speed)
+
+
+def beat_of(model: Model, scene: Scene) -> int:
+    """Return the steps between rows of evidence: `PER_PERIOD` of the fastest line.
+
+    It depends on engine, speed, step and duration, never on what is kept; of a run of
+    so few steps that its last 40 % would have less than 64 rows, on its duration alone.
+    """
+    step = scene.solver.time_step
+    total, _ = step_counts(scene)
+    line = fastest_line(model, scene.speed)
+    longest = 2 * math.pi / (PER_PERIOD * line) / step if line > 0.0 else math.inf
+    return max(1, round(min(longest, total / FEWEST_ROWS)))
 
 
 def step_counts(scene: Scene) -> tuple[int, int]:
