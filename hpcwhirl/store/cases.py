@@ -20,6 +20,7 @@ from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
 
+WHOLE = 1e-6  # of an interval: a sample so near the end is there
 Traces = dict[str, NDArray[np.float64]]
 
 
@@ -114,7 +115,8 @@ class Cases:
             msg = f"case {case} of {self.folder} has no traces: status {row['status']}"
             raise InputError(msg + f", kept: {', '.join(self.kept) or 'none'}")
         with reading(self.path), h5py.File(self.path, "r") as file:
-            count = round(row["end_time"] / row["sample_interval"])
+            # a run that stopped did so between two samples
+            count = int(row["end_time"] / row["sample_interval"] + WHOLE)
             out: Traces = {"time": (1.0 + np.arange(count)) * row["sample_interval"]}
             for name in self.kept:
                 out[name] = file[name][case, :count]
