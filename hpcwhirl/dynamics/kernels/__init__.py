@@ -13,6 +13,8 @@ from pathlib import Path
 
 from numba import config
 
+from hpcwhirl.dynamics.kernels.keeping import keep_apart
+
 
 def _digest() -> str:
     text = b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))
@@ -28,3 +30,4 @@ def _cache_base(chosen: str) -> Path:
 DIGEST = _digest()
 _settings = vars(config)
 _settings["CACHE_DIR"] = str(_cache_base(_settings["CACHE_DIR"]) / DIGEST)
+keep_apart()
