@@ -65,7 +65,7 @@ TOLD = {
     "engine.rotor.mistuning": ("[]", "Young's modulus", "E_j = E (1 + delta_j)"),
     "solver.scheme": ('"modal"', "flights", "mode by mode", "Algorithm 1"),
     "solver.time_step": ("1e-06", "s", "stable"),
-    "solver.accuracy": ("0", "frequency wrong", "0.9"),
+    "solver.accuracy": ("0", "damped frequency", "0.9"),
     "solver.truncation": ("0", "modes", "harmonics", "families", "estimate"),
     "solver.plan": ('"lean"', "everything", "requires"),
     "solver.until": ('"end"', "certain", "proved"),

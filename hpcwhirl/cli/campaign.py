@@ -311,8 +311,6 @@ def _size(count: int) -> str:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
-    from hpcwhirl.report.maps import draw_map
-
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
@@ -325,9 +323,7 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
         print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps: list[Path] = []
-    if ending.failed < ending.cases:
-        maps = draw_map(ending.results, args.out)
+    maps = _maps(ending.results, args.out)
     facts["maps"] = [str(path) for path in maps]
     if args.json:
         print_json(facts)
@@ -335,6 +331,18 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
         for path in (ending.results, *maps):
             print(path)
     return FAILED if ending.failed else COMPLETE
+
+
+def _maps(results: Path, out: Path) -> list[Path]:
+    """Draw the map; where it must be told what to show, say so in one line."""
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.report.maps import draw_map
+
+    try:
+        return draw_map(results, out)
+    except InputError as refused:
+        print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
+        return []
 
 
 def _tell_stopped(args: argparse.Namespace, reason: str) -> None:

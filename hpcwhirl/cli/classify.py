@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections import Counter
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -46,6 +47,7 @@ def thresholds_of(settings: list[str]) -> Thresholds:
 def run(args: argparse.Namespace) -> int:
     """Rename every case from its stored evidence and say what changed."""
     from hpcwhirl.campaign.log import say
+    from hpcwhirl.report.fresh import refresh
     from hpcwhirl.store.owner import Asking
     from hpcwhirl.store.relabel import relabel
 
@@ -64,6 +66,10 @@ def run(args: argparse.Namespace) -> int:
         "changed": dict(moved + turned),
         "thresholds": asdict(limits),
     }
+    drawn, stale = refresh(args.folder)
+    facts["drawn again"] = [str(path) for path in drawn]
+    for line in stale:
+        print(f"hpcwhirl: {line}", file=sys.stderr)
     if args.json:
         print_json(facts)
         return 0

@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
     code = COMPLETE
     if root:
         print(path)
+        _refresh(args.folder)
         code = _code(path)
     return _shared(code, comm)
 
@@ -65,3 +66,14 @@ def _code(path: Path) -> int:
 
 def _shared(code: int, comm: Any) -> int:
     return int(comm.bcast(code, root=0)) if comm is not None else code
+
+
+def _refresh(folder: Path) -> None:
+    """Draw a map again that there is, and say what else shows older results."""
+    from hpcwhirl.report.fresh import refresh
+
+    drawn, stale = refresh(folder)
+    for made in drawn:
+        print(made)
+    for line in stale:
+        print(f"hpcwhirl: {line}", file=sys.stderr)

@@ -247,7 +247,7 @@ class Solver(Inputs):
     accuracy: NonNegative = Field(
         0.0,
         description="if > 0: relative error of rotor frequencies that sets the step; "
-        "no mode of the rotor has its frequency wrong by more; at most 0.9 of what "
+        "no damped frequency of the rotor is wrong by more; at most 0.9 of what "
         "stability, pulse and turn allow",
     )
     truncation: NonNegative = Field(
