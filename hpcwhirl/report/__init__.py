@@ -1,1 +1,1 @@
-"""Figures: regime maps, orbits, time traces. Matplotlib lives here alone."""
+"""Pictures of results: maps, figures, one HTML page. Matplotlib lives here alone."""
