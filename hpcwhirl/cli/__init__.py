@@ -18,6 +18,7 @@ COMMANDS = {
     "classify": "name the regimes again with other thresholds",
     "map": "draw the regime map",
     "figures": "draw spectra, orbits, contributions, contacts, ledgers",
+    "report": "write one HTML file to explore a campaign with, offline",
     "job": "print a job script for slurm, pbs, lsf, sge or flux",
     "doctor": "say what will break here, and how to mend it",
     "model": "modal table, critical speeds, time-step limits",

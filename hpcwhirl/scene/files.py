@@ -20,6 +20,15 @@ Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
 PHYSICS_VERSION = 4  # raise when the same inputs would give other numbers
 SCENE_TABLES = ("scene", "engine", "solver", "output")
+# an input that is not zero: what it sets, whatever was given for these
+SETS = {
+    "solver.accuracy": ("solver.time_step",),
+    "solver.truncation": (
+        "solver.modes",
+        "engine.casing.harmonics",
+        "engine.casing.families",
+    ),
+}
 
 
 def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
