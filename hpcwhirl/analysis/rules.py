@@ -92,7 +92,9 @@ def words_by_table(
 def evidence_names() -> list[str]:
     """Return the names that the tables ask for, but those that `DEFINED` makes."""
     texts = [*DEFINED.values()]
-    texts += [need for rules in TABLES.values() for rule in rules for need in rule.needs]
+    texts += [
+        need for rules in TABLES.values() for rule in rules for need in rule.needs
+    ]
     names = set().union(*(names_in(parse(text)) for text in texts))
     return sorted(names - DEFINED.keys())
 

@@ -27,6 +27,7 @@ from hpcwhirl.scene import (
 )
 from hpcwhirl.scene.files import SETS
 
+
 class _Preset(argparse.Action):
     """Put a preset's inputs before those of ``--set``, which count over them."""
 

@@ -17,6 +17,7 @@ from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
 
 Traces = dict[str, NDArray[np.float64]]
+BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
 NAMED = ("status", "outcome", "regime", "whirl")
 
 
@@ -64,19 +65,28 @@ class Excerpt:
     def traces(
         self, cases: Sequence[int], names: Sequence[str]
     ) -> Iterator[tuple[int, Traces]]:
-        """Yield (case, its traces and their `time`), one case in memory at a time.
+        """Yield (case, its traces and their `time`), a few cases in memory at a time.
 
         Parameters
         ----------
-        cases : that gave a result
+        cases : that gave a result, ascending
         names : of the traces wanted, all of them kept
         """
+        if not len(cases):  # there may be no traces at all
+            return
         interval, end = self.columns["sample_interval"], self.columns["end_time"]
         with h5py.File(self.path, "r") as file:
-            for case in cases:
-                count = round(float(end[case] / interval[case]))
-                time = (1.0 + np.arange(count)) * interval[case]
-                yield case, {"time": time} | {n: file[n][case, :count] for n in names}
+            data = {name: file[name] for name in names}
+            each = sum(8 * int(np.prod(d.shape[1:])) for d in data.values())
+            for block in _blocks(cases, max(BLOCK // max(each, 1), 1)):
+                read = {n: d[block[0] : block[-1] + 1] for n, d in data.items()}
+                for case in block:
+                    count = round(float(end[case] / interval[case]))
+                    own = {n: r[case - block[0], :count] for n, r in read.items()}
+                    yield (
+                        case,
+                        {"time": (1.0 + np.arange(count)) * interval[case]} | own,
+                    )
 
     def words_digest(self) -> str:
         """Return a digest of the words and thresholds: another one after `classify`."""
@@ -86,6 +96,18 @@ class Excerpt:
         limits = {n: v for n, v in self.facts.items() if n.startswith("threshold_")}
         found.update(repr(sorted(limits.items())).encode())
         return found.hexdigest()
+
+
+def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
+    """Yield runs of neighbours that span at most `most` cases."""
+    block: list[int] = []
+    for case in cases:
+        if block and (case - block[0] >= most or case - block[-1] > 2):
+            yield block
+            block = []
+        block.append(case)
+    if block:
+        yield block
 
 
 def _plain(value: Any) -> str | float:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import tomli_w
 
-from hpcwhirl.scene import input_names, named_scene
+from hpcwhirl.scene import named_scene
 from hpcwhirl.scene.files import SETS, flatten
 
 PROGRAM = "hpcwhirl run"  # of the scene that `run` takes where none is named
 START = "table2"
+
+
+@cache
+def _start() -> dict[str, Any]:
+    return dict(flatten(named_scene(START)))
 
 
 def setting(name: str, value: Any) -> str:
@@ -31,8 +37,8 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
     given : {dotted name: value}; what is no input is passed over
     swept : names that are always set
     """
-    start = flatten(named_scene(START))
-    names = sorted(given.keys() & input_names().keys(), key=lambda n: n not in swept)
+    start = _start()
+    names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
     told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
     for cause, effects in SETS.items():
         if told.get(cause):

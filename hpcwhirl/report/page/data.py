@@ -127,10 +127,8 @@ def _commands(excerpt: Excerpt) -> dict[str, Any]:
     told = {}
     for case in range(len(excerpt)):
         given = excerpt.settings(case)
-        front = "".join(f" {setting(n, given[n])}" for n in plan.swept)
-        whole = command_of(given, swept)
-        if whole != PROGRAM + front + tail:
-            told[case] = whole
+        if given_inputs(given, swept).keys() != swept | shared.keys():
+            told[case] = command_of(given, swept)
     return {"program": PROGRAM, "tail": tail, "commands": told}
 
 

@@ -1,8 +1,8 @@
 """Traces of a case in a few bytes: what the page draws of them, and how thin.
 
-A record is four numbers and four curves, all of one size for all cases. Places on the
-orbit are 16-bit steps of their largest; whatever spans decades keeps the upper half of
-a single-precision number (8 bits of exponent, 0.4 %).
+A record is a few numbers and curves, of one size for all cases, every value in 16 bits.
+Places on the orbit are steps of their largest. Whatever spans decades is a sign and one
+of 32,767 ratios to its largest, 0.085 % apart, down to 2^-40 of it.
 """
 
 from __future__ import annotations
@@ -19,12 +19,14 @@ Traces = dict[str, Floats]
 TARGET = 4_200_000  # bytes of all records of a page, where they do not get too thin
 THINNEST, FINEST = 600, 12_000  # bytes of a record
 MOST_RECORDS = 20_000
-HEAD = 4  # numbers of four bytes before the curves
+LARGEST, LEAST = 1e38, 1e-37  # that a single-precision number can tell
+HEAD = 8  # numbers of four bytes before the curves
 NEEDED = ("centre", "energy", "fed", "rubbed", "lost")
 PER_TURN = 36  # samples of an orbit in the period of its fastest strong line
 LEAST_LINE = 1e-2  # of the strongest: what a spectrum is shown out to
 SCALE = 32767  # steps of a place on the orbit
-NOTHING = -32768  # no place
+NOTHING = -32768  # no place, no value
+OCTAVES = 40  # below the largest value of a curve, to its least
 
 
 @dataclass(frozen=True)
@@ -76,14 +78,17 @@ def record_of(
     time = traces["time"]
     with np.errstate(all="ignore"):  # of a run that blew up what is finite is shown
         centre = traces["centre"] @ np.array([1.0, 1j])
-        head, places = _orbit(time, centre, _fastest(speed, line), sizes.orbit)
         late = time > time[-1] - window if len(time) else slice(0)
+        shown = len(time[late]), _fastest(speed, line)
+        head, places = _orbit(time, centre, shown, sizes.orbit)
         reach, lines = _lines(time, centre[late], abs(speed), sizes.lines)
         spans = _spans(np.abs(centre), sizes.radius)
-        halves = _halves(np.concatenate([spans, _ledger(traces, sizes.ledger), lines]))
+        energy, power = np.split(_ledger(traces, sizes.ledger), [sizes.ledger])
+        scales, codes = zip(*map(_codes, (spans, energy, power, lines)), strict=True)
         start = np.fmod(speed * head[1], 2 * np.pi)  # where the rotating frame stands
-        numbers = np.array([head[0], start, head[2], reach], "<f4").tobytes()
-    return (numbers + places.tobytes() + halves).ljust(sizes.bytes, b"\0")
+        numbers = np.array([head[0], start, head[2], reach, *scales], "<f4").tobytes()
+    whole = numbers + np.concatenate([places, *codes]).tobytes()
+    return whole.ljust(sizes.bytes, b"\0")
 
 
 def _fastest(speed: float, line: float) -> float:
@@ -92,21 +97,27 @@ def _fastest(speed: float, line: float) -> float:
 
 
 def _orbit(
-    time: Floats, centre: NDArray[np.complex128], fastest: float, most: int
+    time: Floats, centre: NDArray[np.complex128], shown: tuple[int, float], most: int
 ) -> tuple[tuple[float, float, float], NDArray[np.int16]]:
-    """Return ((scale, m; time of the first place, s; step, s), (2 * most,) places)."""
+    """Return ((scale, m; time of the first place, s; step, s), (2 * most,) places).
+
+    `shown`: samples of the window, which are kept if they can be, and what turns
+    fastest, rad/s, of whose turns `PER_TURN` places are kept at least.
+    """
     out = np.full((2, most), NOTHING, "<i2")
     finite = np.isfinite(centre)
     last = int(np.argmin(finite)) if not finite.all() else len(centre)
     if last < 2:
         return (0.0, 0.0, 0.0), out.reshape(-1)
     interval = float(time[1] - time[0])
-    stride = max(int(2 * np.pi / fastest / PER_TURN / interval), 1)
+    window, fastest = shown
+    turning = int(2 * np.pi / fastest / PER_TURN / interval)
+    stride = max(min(turning, -(-window // most)), 1)
     chosen = np.arange(last - 1, -1, -stride)[:most][::-1]
-    shown = centre[chosen]
-    scale = float(max(np.abs(shown.real).max(), np.abs(shown.imag).max()))
+    path = centre[chosen]
+    scale = float(max(np.abs(path.real).max(), np.abs(path.imag).max()))
     unit = SCALE / scale if scale > 0 else 0.0
-    out[:, : len(chosen)] = np.rint(unit * np.array([shown.real, shown.imag]))
+    out[:, : len(chosen)] = np.rint(unit * np.array([path.real, path.imag]))
     return (scale, float(time[chosen[0]]), stride * interval), out.reshape(-1)
 
 
@@ -160,8 +171,13 @@ def _lines(
     return reach, out
 
 
-def _halves(values: Floats) -> bytes:
-    """Return the upper halves of single-precision numbers, rounded."""
-    whole = values.astype("<f4").view("<u4")
-    rounded = (whole + np.uint32(0x8000)) >> 16
-    return np.where(np.isnan(values), 0x7FC0, rounded).astype("<u2").tobytes()
+def _codes(values: Floats) -> tuple[float, NDArray[np.int16]]:
+    """Return (scale, codes): value = +- scale 2^(-OCTAVES (1 - |code| / SCALE))."""
+    known = np.where(np.abs(values) < LARGEST, values, np.nan)
+    scale = float(np.nanmax(np.abs(known), initial=0.0))
+    if scale < LEAST:
+        return 0.0, np.where(np.isnan(known), NOTHING, 0).astype("<i2")
+    with np.errstate(divide="ignore"):  # zero has the least ratio and the sign 0
+        ratio = np.maximum(np.log2(np.abs(known) / scale), -OCTAVES)
+    codes = np.sign(known) * np.maximum(np.rint(SCALE * (1 + ratio / OCTAVES)), 0)
+    return scale, np.where(np.isnan(known), NOTHING, codes).astype("<i2")

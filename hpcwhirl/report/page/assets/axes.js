@@ -11,6 +11,8 @@ function cut(text, most) {
   return text.length > most ? `${text.slice(0, most - 1)}…` : text;
 }
 
+const counted = (count) => `${count} ${count === 1 ? "case" : "cases"}`;
+
 const levelText = (value) => (typeof value === "number" ? short(value) : String(value));
 
 // What can stand on an axis: swept inputs of several levels; speed and gap otherwise.

@@ -8,9 +8,10 @@ function textElement(kind, text, name = "") {
 }
 
 function inputsOf(i) {
-  return swept.map((s) => {
-    const value = levelText(s.value(i));
-    return `${s.variable.replaceAll("_", " ")} ${value}${UNITLESS.has(s.unit) ? "" : ` ${s.unit}`}`;
+  const names = swept.length ? swept.map((s) => s.variable) : ["speed", "gap"];
+  return names.map((name) => {
+    const { unit, value } = columns.get(name);
+    return `${name.replaceAll("_", " ")} ${levelText(value(i))}${UNITLESS.has(unit) ? "" : ` ${unit}`}`;
   });
 }
 
@@ -81,10 +82,12 @@ function lackingList(table, rule, i) {
   return list;
 }
 
+const isMeasured = ({ tree }) => !namesIn(tree).includes("stop");
+
 // In one line: what stands between a case and the word it is nearest to.
 function nearest(i) {
   const open = tables.regime
-    .filter(({ word, needs }) => word !== words.regime[i] && needs.length)
+    .filter(({ word, needs }) => word !== words.regime[i] && needs.length && needs.every(isMeasured))
     .map(({ word, needs }) => {
       const all = needs.flatMap(({ tree }) => reasons(tree, i));
       const missing = all.filter(([, holds]) => !holds);

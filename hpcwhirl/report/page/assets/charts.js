@@ -110,7 +110,7 @@ function radiusFigure(record, i) {
   const largest = d3.max(record.largest) ?? 0;
   const [factor, unit] = lengthUnit(largest);
   const gap = factor * valueOf("gap", i);
-  const log = spansDecades(record.largest.subarray(0, count));
+  const log = spansDecades(record.largest.subarray(Math.floor(count / 20), count));
   const end = valueOf("end_time", i);
   const least = log ? (v) => Math.max(v, 1e-6 * factor * largest) : (v) => v;
   const rows = middles(count, end).map((t, j) => ({

@@ -60,7 +60,8 @@ function commandOf(i) {
 }
 
 // A record: scale of the places (m), angle of the rotating frame at the first (rad),
-// step (s), end of the spectrum (rad/s); then places and curves, see thin.py.
+// step (s), end of the spectrum (rad/s), scales of the curves; then places and curves,
+// see thin.py.
 const tracesText = element("traces").textContent;
 element("traces").remove();
 
@@ -69,25 +70,30 @@ function recordOf(i) {
   if (slot < 0) return null;
   const size = (told.traces.bytes / 3) * 4;
   const buffer = bytesOf(tracesText.slice(slot * size, (slot + 1) * size));
-  const [scale, start, step, reach] = new Float32Array(buffer, 0, 4);
+  const [scale, start, step, reach, ...scales] = new Float32Array(buffer, 0, 8);
   const { orbit, radius, ledger, lines } = told.traces;
-  const places = new Int16Array(buffer, 16, 2 * orbit);
-  const halves = new Uint16Array(buffer, 16 + 4 * orbit, 2 * radius + 4 * ledger + lines);
-  const numbers = new Float32Array(Uint32Array.from(halves, (h) => h << 16).buffer);
+  const places = new Int16Array(buffer, 32, 2 * orbit);
+  const codes = new Int16Array(buffer, 32 + 4 * orbit, 2 * radius + 4 * ledger + lines);
   let used = 0;
-  const take = (count) => numbers.subarray(used, (used += count));
+  const take = (count, of) =>
+    Float32Array.from(codes.subarray(used, (used += count)), (code) => decoded(code, scales[of]));
   return {
     step,
     reach,
     orbit: placesOf(places, orbit, scale, start, step * valueOf("speed", i)),
-    least: take(radius),
-    largest: take(radius),
-    energy: take(ledger),
-    friction: take(ledger),
-    rotation: take(ledger),
-    lost: take(ledger),
-    lines: take(lines),
+    least: take(radius, 0),
+    largest: take(radius, 0),
+    energy: take(ledger, 1),
+    friction: take(ledger, 2),
+    rotation: take(ledger, 2),
+    lost: take(ledger, 2),
+    lines: take(lines, 3),
   };
+}
+
+function decoded(code, scale) {
+  if (code === -32768) return NaN;
+  return code ? Math.sign(code) * scale * 2 ** (-40 * (1 - Math.abs(code) / 32767)) : 0;
 }
 
 function placesOf(places, count, scale, start, turn) {

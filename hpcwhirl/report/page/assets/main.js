@@ -6,16 +6,11 @@ const state = { chosen: 0, page: 0, list: "all", matches: () => true, drawn: nul
 
 const mapPlace = element("map");
 
-function option(value, text, selected) {
-  const made = new Option(text, value, selected, selected);
-  return made;
-}
-
 function chooser(label, id, options, value, change) {
   const frame = textElement("label", `${label} `);
   const select = document.createElement("select");
   select.id = id;
-  for (const [name, text] of options) select.append(option(name, text, String(name) === String(value)));
+  for (const [name, text] of options) select.append(new Option(text, name, false, String(name) === String(value)));
   select.addEventListener("change", () => change(select.value));
   frame.append(select);
   return frame;
@@ -99,7 +94,7 @@ function drawLegend(colour) {
 function tellShown() {
   const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
   const where = fixed.map((axis) => `${axis.title} = ${levelText(axis.levels[at[axis.name]])}`).join(", ");
-  const some = state.shown.length < COUNT ? `${state.shown.length} of ${COUNT} cases` : `${COUNT} cases`;
+  const some = state.shown.length < COUNT ? `${state.shown.length} of ${counted(COUNT)}` : counted(COUNT);
   element("shown").textContent = `${some}${where ? ` at ${where}` : ""}. Click a cell, or use the arrow keys.`;
 }
 
@@ -138,7 +133,7 @@ function applyFilter() {
     const tree = text ? parse(text) : null;
     state.matches = tree ? compile(tree, filterName) : () => true;
     const count = CASES.filter(state.matches).length;
-    element("filter-note").textContent = text ? `${count} of ${COUNT} cases` : "";
+    element("filter-note").textContent = text ? `${count} of ${counted(COUNT)}` : "";
     element("filter").removeAttribute("aria-invalid");
   } catch (failed) {
     element("filter-note").textContent = failed.message;
@@ -331,7 +326,7 @@ function rename() {
     const changed = nameAll();
     const moved = told.thresholds.filter((t) => limits[t.name] !== given[t.name]);
     const note = element("limits-note");
-    note.replaceChildren(textElement("p", moved.length ? `${changed} of ${COUNT} cases have other words than in the file.` : ""));
+    note.replaceChildren(textElement("p", moved.length ? `${changed} of ${counted(COUNT)} have other words than in the file.` : ""));
     if (moved.length) {
       const away = told.thresholds.filter((t) => limits[t.name] !== t.default);
       note.append(commandBlock("Name them so in the results", `hpcwhirl classify DIR${away.map((t) => ` --set ${t.name}=${limits[t.name]}`).join("")}`));
@@ -357,7 +352,7 @@ function tableOf(rows) {
 }
 
 function drawHead() {
-  element("title").textContent = `${told.engine}: ${COUNT} ${COUNT === 1 ? "case" : "cases"}`;
+  element("title").textContent = `${told.engine}: ${counted(COUNT)}`;
   const over = swept.filter((s) => s.levels.length > 1).map((s) => `${s.levels.length} × ${s.name}`).join(", ");
   element("lead").textContent = [
     over || "nothing is swept", `results of ${told.facts.created ?? "unknown time"}`,

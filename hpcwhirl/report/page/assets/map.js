@@ -91,6 +91,7 @@ function cellMarks(shown, x, y, facet, colour) {
       y2: (i) => py.edges[y.level(i) + 1],
       fill: colour.fill,
       inset: shown.length <= 2000 ? 0.4 : 0,
+      shapeRendering: shown.length <= 2000 ? undefined : "crispEdges",
     }),
     ...letterMarks(shown, middle, py.place, facet, colour),
   ];
@@ -154,7 +155,12 @@ function drawMap(frame, choice, shown) {
   });
   plot.setAttribute("aria-hidden", "true");
   frame.replaceChildren(plot);
-  for (const cell of cellsOf(plot)) cell.dataset.case = shown[cell.__data__];
+  for (const cell of cellsOf(plot)) {
+    const i = shown[cell.__data__];
+    cell.dataset.case = i;
+    cell.dataset.word = words.shown[i];
+    cell.dataset.whirl = words.whirl[i];
+  }
   return { plot, colour };
 }
 

@@ -6,7 +6,7 @@ function drawTable(place, list, { page, chosen, choose, turn }) {
   const pages = Math.max(Math.ceil(list.length / PAGE), 1);
   const at = Math.min(page, pages - 1);
   const table = document.createElement("table");
-  table.createCaption().textContent = `${list.length} cases, page ${at + 1} of ${pages}`;
+  table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
   const head = table.createTHead().insertRow();
   for (const name of ["case", ...swept.map((s) => withUnit(s.variable, s.unit)), "words", "message, or what is missing"]) {
     const cell = textElement("th", name);
