@@ -143,9 +143,9 @@ def test_coordinates_may_come_in_any_order(exported, changed):
 def test_only_a_tuned_rotor_of_the_scene_takes_the_cyclic_kernel(exported):
     tuned = small(scheme="modal")
     others = small(exported, scheme="modal"), small(mistuning=[0.0] * 6, scheme="modal")
-    assert scheme_of(model_of(tuned), tuned).kernel is not march_general
+    assert scheme_of(model_of(tuned), tuned, 1).kernel is not march_general
     for other in others:
-        assert scheme_of(model_of(other), other).kernel is march_general
+        assert scheme_of(model_of(other), other, 1).kernel is march_general
 
 
 @pytest.fixture

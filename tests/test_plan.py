@@ -228,7 +228,7 @@ def test_what_follows_a_certificate_is_what_stepping_gives(settings):
 def test_without_load_nothing_is_stepped():
     march = March(scene(force=0.0, duration=0.5, interval=1e-3))
     history = march.run()
-    assert march.marched == march.stride
+    assert march.marched == march.beat
     assert len(history.time) == 500
     assert not any(getattr(history, name).any() for name in (*SERIES, "centre"))
 
@@ -365,5 +365,5 @@ def test_a_campaign_of_regimes_alone(tmp_path, capsys):
 
 def test_the_counter_of_looks_is_part_of_the_state():
     march = March(scene(nodal_diameter=2, gap=1e-3, duration=0.3))
-    assert int(march.counter[contact.NEXT_TRY]) % march.stride == 0
+    assert int(march.counter[contact.NEXT_TRY]) % march.beat == 0
     assert int(march.counter[contact.NEXT_TRY]) * 1e-6 >= 2 * march.scene.pulse

@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
-from hpcwhirl.dynamics.history import History
+from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Value = float | int | str
 STEADY_SHARE = 0.4  # the last part of a run, on which evidence is taken
+BLOCKS = 12  # energy is averaged over as many blocks of it before it is compared
+SETTLED = 0.2  # of a run: what was before is not compared with its end
 NOTHING = 1e-280  # J: squares of amplitudes that kernels flush, and denormals
-BLOCKS = 12  # energy is averaged over as many blocks of it before the fit
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,12 @@ class Thresholds:
     opening : largest gap error of such a run, see `History`
     significance : standard errors at which a growth rate counts as non-zero
     drift : change of ln(amplitude) over the window that `sustained` may show
+    unclear : the same where it is not significant, as of motions that wander
     rise : change of ln(amplitude) over the window that `divergent` must show
-    free : fed over lost up to which a falling motion counts as `damped`
-    replaced : fed over lost from which a steady motion counts as `sustained`
+    onward : share of that rate that the last quarter of the window must go on with
+    above : least `summit` of a motion that is `divergent`
+    replaced : fed over lost, or lost over fed, from which a steady motion counts as
+        `sustained`
     turnover : times that its energy must have been lost in the window for that
     direction : least |P+ - P-|/(P+ + P-) that names a whirl
     whirl_floor : orbit radius over gap below which there is no whirl
@@ -45,48 +49,82 @@ class Thresholds:
     opening: float = 1e-9
     significance: float = 3.0
     drift: float = 0.1
+    unclear: float = 0.3
     rise: float = 0.4
-    free: float = 0.1
+    onward: float = 0.5
+    above: float = 0.02
     replaced: float = 0.8
     turnover: float = 2.0
     direction: float = 1.0 / 3.0
     whirl_floor: float = 1e-6
 
 
+def levels(values: Floats, count: int) -> Floats:
+    """Return ln sqrt of the means of `count` blocks of an energy, (count,); -inf at 0.
+
+    Blocks average the beating of close frequencies away.
+    """
+    means = np.array([block.mean() for block in np.array_split(values, count)])
+    moving = means > np.finfo(float).tiny
+    return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
+
+
 def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     """Return (rate, standard error), 1/s, of ln sqrt(energy), fitted by blocks.
 
-    Blocks average the beating of close frequencies away; the error is that of the
-    slope. A body at rest has rate 0 and error 0; one that has come to rest meanwhile,
-    its amplitudes flushed to 0, the least rate that explains it.
+    The error is that of the slope where each block errs as much as it stands off the
+    middle of its neighbours: a smooth rise, however it accelerates, is not scatter. A
+    body at rest has rate 0 and error 0; one that has come to rest meanwhile, its
+    amplitudes flushed to 0, the least rate that explains it.
     """
     count = min(BLOCKS, len(time))
     if count < 3:
         return 0.0, 0.0
-    at = np.array([b.mean() for b in np.array_split(time, count)])
-    mean = np.array([b.mean() for b in np.array_split(energy, count)])
-    moving = mean > np.finfo(float).tiny
-    if not moving.all():
-        return _come_to_rest(at, mean, moving), 0.0
-    level = 0.5 * np.log(mean)
+    at = np.array([block.mean() for block in np.array_split(time, count)])
+    level = levels(energy, count)
+    if not np.isfinite(level).all():
+        return _come_to_rest(at, level), 0.0
     away = at - at.mean()
     rate = float(away @ level / (away @ away))
-    rest = level - level.mean() - rate * away
-    error = float(np.sqrt(rest @ rest / (count - 2) / (away @ away)))
+    bend = np.diff(level, 2)
+    error = float(np.sqrt(bend @ bend / (6 * len(bend)) / (away @ away)))
     return rate, error
 
 
-def _come_to_rest(at: Floats, mean: Floats, moving: NDArray[np.bool_]) -> float:
+def _come_to_rest(at: Floats, level: Floats) -> float:
     """Return the rate from the first block to the first at rest; 0 if it moves on."""
+    moving = np.isfinite(level)
     rest = int(np.argmin(moving))
     if rest == 0 or moving[rest:].any():
         return 0.0
-    fall = 0.5 * np.log(np.finfo(float).tiny / mean[0])
+    fall = 0.5 * np.log(np.finfo(float).tiny) - level[0]
     return float(fall / (at[rest] - at[0]))
+
+
+def summit(time: Floats, energy: Floats, start: float) -> float:
+    """Return ln amplitude of the last block over the highest before it, see `levels`.
+
+    Of the whole run but its first `SETTLED`, in blocks as long as those of the window
+    that begins at `start`; 0 where there is nothing to compare.
+    """
+    late = int(np.searchsorted(time, start, side="right"))
+    size = (len(time) - late) // BLOCKS
+    settled = energy[int(SETTLED * len(time)) :]
+    count = len(settled) // size if size else 0
+    if count < 2:
+        return 0.0
+    level = levels(settled[len(settled) - count * size :], count)
+    highest = level[:-1].max()
+    if not np.isfinite([level[-1], highest]).all():
+        return 0.0
+    return float(level[-1] - highest)
 
 
 def evidence(scene: Scene, history: History) -> dict[str, Value]:
     """Return the numbers a word is given by, over the last 40 % of the run.
+
+    They come from `History.judged` and from every step's ledger: what of the motion is
+    kept in traces changes none of them.
 
     Parameters
     ----------
@@ -95,27 +133,28 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
 
     Returns
     -------
-    growth_rate, growth_error (1/s), orbit_radius (m, rms), end_time, window (s),
-    whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s), late_fed,
-    late_friction, late_rotation (its two parts), late_lost, late_energy (J),
-    late_contacts (1 if the window has contact), load_end (s; 0 where there is no
-    loading), certificate (s, -1 for none), certificate_reach (m),
-    ledger_error, gap_error, step_share (-), gap_scale (m)
+    growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
+    growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
+    suspension), growth_last (1/s, of its last quarter), summit (-, see
+    `summit`), orbit_radius (m, rms), end_time, window (s), whirl_ratio (-), orbit_area
+    (m^2/s), line_frequency (rad/s), late_fed, late_friction, late_rotation (its two
+    parts), late_lost, late_energy (J), late_contacts (1 if the window has contact),
+    load_end (s; 0 where there is no loading), certificate (s, -1 for none),
+    certificate_reach (m), ledger_error, gap_error, step_share (-), gap_scale (m)
     """
-    time = history.time
-    end = float(time[-1]) if len(time) else 0.0
-    start = (1 - STEADY_SHARE) * end
+    judged, end = history.judged, history.end
+    time, start = judged.time, (1 - STEADY_SHARE) * end
     late = time > start
-    centre = static_frame(history.centre[late], scene.speed * time[late])
+    centre = static_frame(judged.centre[late], scene.speed * time[late])
     with np.errstate(all="ignore"):  # a run that blew up is named by its stop
-        rate, error = growth(time[late], history.energy[late])
+        rates = _rates(time[late], judged, late)
+        rates["summit"] = summit(time, judged.rotor, start)
         whirl = whirl_numbers(time[late], centre, scene.speed)
-    fed, lost = _change(history.fed[late]), _change(history.lost[late])
-    rubbed = _change(history.friction[late])
-    radius = scene.engine.rotor.radius
+    fed, lost = _change(judged.fed[late]), _change(judged.lost[late])
+    rubbed = _change(judged.friction[late])
+    radius, energy = scene.engine.rotor.radius, judged.energy[late]
     return {
-        "growth_rate": _number(rate),
-        "growth_error": _number(error),
+        **{name: _number(rate) for name, rate in rates.items()},
         "orbit_radius": _number(whirl.radius),
         "end_time": end,
         "window": end - start,
@@ -126,7 +165,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "late_friction": rubbed,
         "late_rotation": fed - rubbed,
         "late_lost": lost,
-        "late_energy": _number(history.energy[late].mean()) if late.any() else 0.0,
+        "late_energy": _number(energy.mean()) if late.any() else 0.0,
         "load_end": scene.pulse if scene.is_loaded else 0.0,
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
@@ -135,6 +174,21 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "gap_error": history.gap_error,
         "step_share": history.step_share,
         "gap_scale": max(scene.gap, 1e-6 * radius),
+    }
+
+
+def _rates(time: Floats, judged: Evidence, late: NDArray[np.bool_]) -> dict[str, float]:
+    """Return the growth of the whole and of its parts, 1/s; `time` of the window."""
+    energy, last = judged.energy[late], 3 * len(time) // 4
+    rate, error = growth(time, energy)
+    orbit = (judged.centre[late] ** 2).sum(axis=1)
+    return {
+        "growth_rate": rate,
+        "growth_error": error,
+        "growth_rotor": growth(time, judged.rotor[late])[0],
+        "growth_casing": growth(time, judged.casing[late])[0],
+        "growth_centre": growth(time, orbit)[0],
+        "growth_last": growth(time[last:], energy[last:])[0],
     }
 
 
@@ -158,7 +212,7 @@ def ledger_error(history: History) -> float:
     ledger = dict(history.ledger)
     residual = abs(ledger.pop("residual"))
     through = sum(abs(value) for value in ledger.values())
-    least = min(ledger["energy"], float(history.energy.min(initial=0.0)))
+    least = min(ledger["energy"], float(history.judged.energy.min(initial=0.0)))
     wrong = max(residual, -least, -ledger["damping"])
     if through < NOTHING and wrong < NOTHING:
         return 0.0
@@ -175,13 +229,14 @@ def name_regime(
       those of the bodies, a ledger that does not close, a step at or above the limit,
       or an energy below zero, which a stable scheme does not have; no regime and no
       whirl.
-    - `damped`: a certificate that no contact can recur; or amplitudes falling,
-      significantly, and either no contact in the window or contact that feeds at
-      most `free` of what is lost; or at rest.
-    - `divergent`: grown by `rise` over the window, significantly, or beyond the
-      amplitude limit, and fed by rotation and friction meanwhile.
-    - `sustained`: contact that replaces at least `replaced` of what is lost, the
-      energy turned over `turnover` times, and no significant change beyond `drift`.
+    - `damped`: a certificate that no contact can recur; or no contact in the window
+      and the energy, significantly, and every part falling; or at rest.
+    - `divergent`: contact in the window, beyond the amplitude limit or grown by `rise`
+      over the window, significantly, still so in its last quarter, the rotor too, to
+      the highest of the run; and fed by rotation and friction meanwhile.
+    - `sustained`: fed by contact what is lost, to `replaced` of it, the energy turned
+      over `turnover` times, and no change of the energy, the rotor or the centre beyond
+      `drift`, or `unclear` where it is not significant.
     - `undecided`: anything else, such as falling while still touching; and whatever
       is loaded by the pulse within the window.
 
@@ -201,32 +256,57 @@ def name_regime(
 
 
 def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
-    if float(numbers["end_time"]) - float(numbers["window"]) < float(
-        numbers["load_end"]
-    ):
+    value = {name: float(of) for name, of in numbers.items() if not isinstance(of, str)}
+    if value["end_time"] - value["window"] < value["load_end"]:
         return "undecided"
-    if float(numbers["certificate"]) >= 0.0:
+    if value["certificate"] >= 0.0 or value["late_energy"] == 0.0:
         return "damped"
-    rate, error = float(numbers["growth_rate"]), float(numbers["growth_error"])
-    fed, lost = float(numbers["late_fed"]), float(numbers["late_lost"])
-    change = rate * float(numbers["window"])
-    clear = abs(rate) > limits.significance * error
-    if numbers["stop"] == "amplitude" or (clear and change > limits.rise):
-        return "divergent" if fed > 0.0 else "undecided"
-    falling = clear and rate < 0.0
-    at_rest = float(numbers["late_energy"]) == 0.0
-    free = not numbers["late_contacts"] or fed <= limits.free * lost
-    if at_rest or (falling and free):
-        return "damped"
-    steady = abs(change) <= limits.drift or not clear
-    turned_over = lost >= limits.turnover * float(numbers["late_energy"])
-    kept_up = numbers["late_contacts"] and fed >= limits.replaced * lost
-    return "sustained" if steady and turned_over and kept_up else "undecided"
+    clear = abs(value["growth_rate"]) > limits.significance * value["growth_error"]
+    if not value["late_contacts"]:
+        falling = value["growth_rate"] < 0.0
+        falling = falling and all(rate <= 0.0 for rate in _parts(value, limits))
+        return "damped" if clear and falling else "undecided"
+    far = numbers["stop"] == "amplitude"
+    if value["late_fed"] > 0.0 and (far or (clear and _diverges(value, limits))):
+        return "divergent"
+    most = limits.drift if clear else limits.unclear
+    return "sustained" if _is_kept_up(value, limits, most) else "undecided"
+
+
+def _parts(
+    value: Mapping[str, float], limits: Thresholds
+) -> tuple[float, float, float]:
+    """Return the growth of rotor, casing and centre, 0 of a centre that is at rest.
+
+    Where all sectors move alike, round-off is all that moves it.
+    """
+    rest = value["orbit_radius"] < limits.whirl_floor * value["gap_scale"]
+    centre = 0.0 if rest else value["growth_centre"]
+    return value["growth_rotor"], value["growth_casing"], centre
+
+
+def _diverges(value: Mapping[str, float], limits: Thresholds) -> bool:
+    """Return whether the whole and the rotor rise, go on to, and are at their top."""
+    window, rate = value["window"], value["growth_rate"]
+    rising = min(rate, value["growth_rotor"]) * window > limits.rise
+    onward = value["growth_last"] >= limits.onward * rate
+    return rising and onward and value["summit"] > limits.above
+
+
+def _is_kept_up(value: Mapping[str, float], limits: Thresholds, most: float) -> bool:
+    """Return whether a motion that changes by at most `most` is fed what it loses."""
+    rotor, _, centre = _parts(value, limits)
+    rates = value["growth_rate"], rotor, centre
+    change = max(abs(rate) for rate in rates) * value["window"]
+    lost = value["late_lost"]
+    turned_over = lost >= limits.turnover * value["late_energy"]
+    fed = value["late_fed"]
+    kept_up = min(fed, lost) >= limits.replaced * max(fed, lost)
+    return change <= most and turned_over and kept_up
 
 
 def _whirl(numbers: Mapping[str, Value], limits: Thresholds) -> str:
     floor = limits.whirl_floor * float(numbers["gap_scale"])
     if float(numbers["orbit_radius"]) < floor:
         return "none"
-    ratio, area = float(numbers["whirl_ratio"]), float(numbers["orbit_area"])
-    return name_whirl(ratio, area, limits.direction)
+    return name_whirl(float(numbers["whirl_ratio"]), limits.direction)

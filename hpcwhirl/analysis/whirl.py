@@ -97,18 +97,19 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     )
 
 
-def name_whirl(ratio: float, area_rate: float, threshold: float) -> str:
-    """Return forward, backward, or mixed where spectrum and area do not agree.
+def name_whirl(ratio: float, threshold: float) -> str:
+    """Return forward or backward by where the power of the orbit is, or mixed.
+
+    The signed area is no judge: it weighs each line's power with its frequency, so
+    that a small fast line outweighs a large slow one that turns the other way.
 
     Parameters
     ----------
-    ratio, area_rate
+    ratio
         of `WhirlNumbers`
     threshold
         least |ratio| that names a direction
     """
-    if ratio > threshold and area_rate > 0:
+    if ratio > threshold:
         return "forward"
-    if ratio < -threshold and area_rate < 0:
-        return "backward"
-    return "mixed"
+    return "backward" if ratio < -threshold else "mixed"

@@ -72,7 +72,7 @@ def result_of(scene: Scene, history: History) -> Result:
         "folds": history.folds,
         "steps": history.steps,
         "contacts": history.contacts,
-        "contact_impulse": float(history.impulse[-1]) if len(history.time) else 0.0,
+        "contact_impulse": history.contact_impulse,
         "centre_peak": history.centre_peak,
         "last_contact": history.last_contact,
     }

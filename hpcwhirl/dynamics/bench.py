@@ -56,7 +56,7 @@ def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     far: dict[str, float | str] = {} if contact else {"gap": FAR}
     march = March(apply_settings(scene, settings | {"traces": "summary"} | far))
     march.advance(int(SETTLE / step))
-    march.stride = march.total + 1  # no samples
+    march.beat = march.stride = march.total + 1  # no samples
     return march
 
 
@@ -125,7 +125,7 @@ def time_lanes(
         return None
     saved = [[array.copy() for array in march.state] for march in marches]
     for march in marches:
-        march.total = march.stride = 10**9  # no end, no samples
+        march.total = march.stride = march.beat = 10**9  # no end, no samples
     groups = [Lanes(march) for march in marches[::FOUR]]
     _advance_all(groups, marches, 1)  # compiled before the clock runs
     before = sum(state[-3][TOUCHED] for state in saved)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from hpcwhirl.errors import ModelError
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Integers = NDArray[np.int64]
 SIGNS = (-1.0, 1.0)  # of alpha and beta, (A -+ i B) / 2
 BLOCK = 256  # samples evaluated at once
 
@@ -49,16 +50,48 @@ class _Motion:
         back = z.conj()
         return self.alpha * z + self.beta * back, self.gamma * z + self.delta * back
 
-    def energies(self, z: Complexes) -> Floats:
-        """Return the energy at z^n, (samples, modes), as `general.modal_energy`, J."""
-        a, b, c, d = self.alpha, self.beta, self.gamma, self.delta
-        kinetic, strain = 0.5 / self.step**2, 0.5 * self.omega**2
+    def energies(self, z: Complexes, own: slice) -> Floats:
+        """Return the energy of some modes, (samples,), as `general.modal_energy`, J.
+
+        z : (samples, modes), z^n of all modes
+        """
+        z = z[:, own]
+        a, b, c, d = self.alpha[own], self.beta[own], self.gamma[own], self.delta[own]
+        kinetic, strain = 0.5 / self.step**2, 0.5 * self.omega[own] ** 2
         steady = kinetic * (np.abs(c) ** 2 + np.abs(d) ** 2)
         steady += strain * (np.abs(a) ** 2 + np.abs(b) ** 2)
         steady -= strain * (a * c.conj() + b * d.conj()).real
         beating = 2 * kinetic * c * d.conj() + 2 * strain * a * b.conj()
         beating -= strain * (a * d.conj() + b.conj() * c)
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
+
+
+class _Start(NamedTuple):
+    """Where the closed form begins.
+
+    Attributes
+    ----------
+    step : number of the step
+    row : (COLUMNS,), the evidence there
+    impulse : N s, of all contacts until then
+    blades : (N,), N s, of each blade's
+    """
+
+    step: int
+    row: Floats
+    impulse: float
+    blades: Floats
+
+    @property
+    def to_lose(self) -> float:
+        """What has been lost and what there is to lose, J."""
+        columns = contact.WAS_LOST, contact.OF_ROTOR, contact.OF_CASING
+        return float(sum(self.row[column] for column in columns))
+
+    def ahead(self, total: int, stride: int) -> Integers:
+        """Return the steps from here to each sample until step `total`."""
+        first = self.step // stride + 1
+        return np.arange(first, total // stride + 1) * stride - self.step
 
 
 def _joined(parts: Sequence[Sequence[NDArray[Any]]]) -> list[NDArray[Any]]:
@@ -141,55 +174,83 @@ class Coast:
         )
 
     def finish(
-        self, state: Any, tracks: tuple[Any, ...], total: int, stride: int
+        self, state: Any, tracks: tuple[Any, ...], total: int, strides: tuple[int, int]
     ) -> None:
-        """Take a march from a sampled step to its end: samples, ledger and state.
+        """Take a march from a judged step to its end: samples, ledger and state.
 
         Parameters
         ----------
-        state : at a step that has been sampled; free of contact from there on
+        state : at a step with a row of evidence; free of contact from there on
         tracks : of the march
-        total, stride : steps of the whole run, and between samples
+        total, strides : steps of the whole run; between samples of the traces and
+            between rows of the evidence
         """
         motion, counter = self.motion(state), state[-3]
         settled = self.ended(state)
-        first, now = int(counter[contact.SAMPLE]), int(counter[contact.STEP])
-        samples = total // stride - first
-        inside = np.exp(np.outer(stride * np.arange(1, BLOCK + 1), motion.log))
-        for start in range(0, samples, BLOCK):
-            count = min(BLOCK, samples - start)
-            z = inside[:count] * np.exp(stride * start * motion.log)
-            self._sample(motion, z, tracks, (first + start, first, stride))
-        counter[contact.SAMPLE] += samples
-        self._leave(motion, state, settled, total - now)
+        start = _Start(
+            int(counter[contact.STEP]),
+            tracks[9][counter[contact.JUDGED] - 1].copy(),
+            float(state[-2][contact.IMPULSE]),
+            state[-1].copy(),
+        )
+        for slot, stride, write in (
+            (contact.SAMPLE, strides[0], self._keep),
+            (contact.JUDGED, strides[1], self._judge),
+        ):
+            first, ahead = int(counter[slot]), start.ahead(total, stride)
+            inside = np.exp(np.outer(ahead[:BLOCK], motion.log))
+            for begun in range(0, len(ahead), BLOCK):
+                steps = ahead[begun : begun + BLOCK]
+                z = inside[: len(steps)] * np.exp(stride * begun * motion.log)
+                where = slice(first + begun, first + begun + len(steps))
+                write(motion, z, steps, start, [track[where] for track in tracks[:10]])
+            counter[slot] += len(ahead)
+        self._leave(motion, state, settled, total - start.step)
 
-    def _sample(
-        self,
-        motion: _Motion,
-        z: Complexes,
-        tracks: tuple[Any, ...],
-        place: tuple[int, int, int],
-    ) -> None:
-        """Write samples `start` on; place: start, the first not marched, stride."""
-        start, first, stride = place
+    def _centre(self, motion: _Motion, z: Complexes) -> Floats:
+        """Return x_o, y_o, (samples, 2), m, rotating frame."""
+        own = len(self.rotor.own)
+        hub = self.hub[:, self.rotor.own]
+        swing = (hub.conj() * motion.alpha[:own] + hub * motion.beta[:own].conj()).T
+        return np.asarray((z[:, :own] @ swing).real)
+
+    def _energies(self, motion: _Motion, z: Complexes) -> tuple[Floats, Floats]:
+        """Return the energies of rotor and ring, (samples,) each, J."""
+        own = len(self.rotor.own)
+        return motion.energies(z, slice(own)), motion.energies(z, slice(own, None))
+
+    def _judge(
+        self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
+        tracks: list[Floats],
+    ) -> None:  # fmt: skip
+        """Write rows of evidence."""
+        rows, begun = tracks[9], start.row
+        rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
+        rotor, ring = self._energies(motion, z)
+        rows[:, contact.OF_ROTOR], rows[:, contact.OF_CASING] = rotor, ring
+        rows[:, contact.WAS_FED] = begun[contact.WAS_FED]
+        rows[:, contact.WAS_RUBBED] = begun[contact.WAS_RUBBED]
+        rows[:, contact.WAS_LOST] = start.to_lose - (rotor + ring)
+
+    def _keep(
+        self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
+        tracks: list[Floats],
+    ) -> None:  # fmt: skip
+        """Write samples of the traces, so many steps on."""
         (
             centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
         ) = tracks  # fmt: skip
-        own, last, where = len(self.rotor.own), first - 1, slice(start, start + len(z))
-        hub = self.hub[:, self.rotor.own]
-        a, b = motion.alpha[:own], motion.beta[:own]
-        swing = (hub.conj() * a + hub * b.conj()).T
-        centre[where] = (z[:, :own] @ swing).real
-        energy[where] = motion.energies(z)
-        lost[where] = lost[last] + energy[last] - energy[where]
-        for constant in (impulse, fed, rubbed):
-            constant[where] = constant[last]
+        centre[:] = self._centre(motion, z)
+        energy[:] = sum(self._energies(motion, z))
+        lost[:] = start.to_lose - energy
+        impulse[:] = start.impulse
+        fed[:], rubbed[:] = start.row[contact.WAS_FED], start.row[contact.WAS_RUBBED]
         if len(tips) > 0:
-            q = a * z[:, :own] + b * z[:, :own].conj()
-            tips[where] = self._tips(q)
-            blade_impulse[where] = blade_impulse[last]
-            steps = stride * (start - first + np.arange(1.0, len(z) + 1))
-            casing[where] = self._ring(motion, z, steps)
+            own = len(self.rotor.own)
+            q = motion.alpha[:own] * z[:, :own] + motion.beta[:own] * z[:, :own].conj()
+            tips[:] = self._tips(q)
+            blade_impulse[:] = start.blades
+            casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Floats) -> Floats:
         """Return copies (samples, 2 ring_size) as the kernel's, so many steps on."""
@@ -215,7 +276,7 @@ class Coast:
         counter[contact.STEP] += steps
         odd = int(counter[contact.STEP]) & 1
         (q, d), (_, old) = motion.at(steps), motion.at(steps - 1)
-        ends = motion.energies(np.exp(np.outer([0, steps], motion.log)))
+        ends = sum(self._energies(motion, np.exp(np.outer([0, steps], motion.log))))
         rate = np.concatenate([
             self.rotor_items[passes.RATE][own],
             self.ring_items[passes.RATE][self.ring.own],

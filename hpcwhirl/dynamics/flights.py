@@ -15,18 +15,21 @@ Floats = NDArray[np.float64]
 LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 
-def flight_arrays(scene: Scene, rotor: Floats, ring: Floats) -> tuple[Any, ...]:
+def flight_arrays(
+    scene: Scene, beat: int, rotor: Floats, ring: Floats
+) -> tuple[Any, ...]:
     """Return `flight` of `kernels.flight.fly`; empty for another scheme.
 
     Parameters
     ----------
     scene : the case
+    beat : steps between rows of evidence, at which jumps end
     rotor, ring : items of both bodies, (ITEMS size,) and (ITEMS ring_size,)
     """
     if scene.solver.scheme != "exact":
         return ()
-    total, stride = step_counts(scene)
-    counts = np.array([2**p for p in range(LONGEST + 1)] + [stride], dtype=np.int64)
+    total, _ = step_counts(scene)
+    counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
     bodies = rotor.reshape(passes.ITEMS, -1), ring.reshape(passes.ITEMS, -1)
     step = scene.solver.time_step
     jumps = [

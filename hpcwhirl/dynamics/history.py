@@ -21,6 +21,32 @@ LEDGER_TERMS = (
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """What words are given by, at a rate of its own whatever is kept, see `beat_of`.
+
+    Attributes
+    ----------
+    time : (b,), s
+    centre : (b, 2), m, ROTATING frame: x_o, y_o
+    rotor, casing : (b,), J, kinetic + strain energy of each body
+    fed, friction, lost : (b,), J, cumulative works, as in `History`
+    """
+
+    time: Floats
+    centre: Floats
+    rotor: Floats
+    casing: Floats
+    fed: Floats
+    friction: Floats
+    lost: Floats
+
+    @property
+    def energy(self) -> Floats:
+        """Energy of both bodies, (b,), J."""
+        return self.rotor + self.casing
+
+
+@dataclass(frozen=True)
 class History:
     """Samples of one run at `time`; everything in SI units, every number finite.
 
@@ -40,9 +66,9 @@ class History:
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; where that is not finite
-        any more, at the last sample
+        any more, at the last row of evidence
     gap_error : largest difference between gaps as solved and gaps of the bodies, over
-        the lengths that they are made of, of all samples in contact
+        the lengths that they are made of, of all rows of evidence in contact
     step_share : time step over the stability limit, of the faster body
     stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
         word was proved and no more was asked for
@@ -51,9 +77,12 @@ class History:
     last_contact : s, the last instant with contact; -1 if there was none
     certificate : s, from when on no contact can recur; -1 if that is not certain
     certificate_reach : m, bound of all displacements from then on; below the gap
-    centre_peak : m, greatest sampled centre displacement of the run
+    centre_peak : m, greatest centre displacement of the evidence
     seconds : wall time in the kernel
     interval : s between samples
+    contact_impulse : N s, normal impulse of all contacts of the run
+    end : s, of the last step
+    judged : what words are given by
     folds : sectors that move alike, of which one was marched; 1 for all of them
     """
 
@@ -78,5 +107,8 @@ class History:
     centre_peak: float
     seconds: float
     interval: float
+    contact_impulse: float
+    end: float
+    judged: Evidence
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     folds: int = 1

@@ -179,6 +179,7 @@ class Lanes:
             np.zeros((0, blades)),
             np.zeros(0),
             np.zeros((0, 0)),
+            np.zeros((0, contact.COLUMNS)),
             np.zeros(contact.CLOSED),
         )
 
@@ -198,7 +199,7 @@ class Lanes:
             friction_with_sign(scene),
             limit,
         )
-        self.wholes[lane] = march.stride, 1
+        self.wholes[lane] = march.stride, 1, march.beat
         self._exchange(lane, march, lane_state.put_lane)
         self._rows(lane, march, into_lane=True)
 
@@ -257,7 +258,7 @@ class Lanes:
     def _clear(self, lane: int) -> None:
         """Leave a lane idle: at rest, and nothing moves it."""
         self.marches[lane] = None
-        self.wholes[lane] = 1, 0
+        self.wholes[lane] = 1, 0, 1
         for body in self.bodies:
             body[lane::FOUR] = 0.0
         for own in self.own:

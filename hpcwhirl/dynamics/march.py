@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.casing import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.coast import Coast, next_look
-from hpcwhirl.dynamics.history import LEDGER_TERMS, History
+from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.timestep import (
+    beat_of,
     check_loading,
     check_step,
     check_turn,
@@ -41,7 +42,7 @@ STOPS = {
     3: "complementarity",
     CERTAIN: "certain",
 }
-LOOKS = 50  # samples between two looks for a certificate
+LOOKS = 50  # rows of evidence between two looks for a certificate
 PATIENCE = 16  # times that, at most
 TOUCHDOWNS = 12  # of a blade up to which one of many sectors is believed, see `_watch`
 CLEAR = 2.0  # pulses after which the window of a word is clear of the load
@@ -72,6 +73,10 @@ class March:
         check_loading(scene)
         check_turn(self.model, scene)
         self.total, self.stride = step_counts(scene)
+        self.beat = beat_of(self.model, scene)
+        self.interval = self.stride * scene.solver.time_step
+        if scene.output.traces == "summary":  # the first sample lies beyond the end
+            self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
         self.fold()
 
@@ -79,11 +84,11 @@ class March:
         """Put at rest what is marched."""
         self.lean = case
         with representable("the step"):
-            self.scheme = scheme_of(case.model, case.scene)
+            self.scheme = scheme_of(case.model, case.scene, self.beat)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
-        self.watched = LOOKS * self.stride if case.model.folds > 1 else 0
+        self.watched = LOOKS * self.beat if case.model.folds > 1 else 0
 
     def _coast(self) -> Coast | None:
         """Return what looks for the certificate, if the plan says that it pays."""
@@ -127,9 +132,9 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Look for a certificate at the first sample after so many steps."""
+        """Look for a certificate at the first row of evidence after so many steps."""
         at = self.steps + steps
-        self.counter[contact.NEXT_TRY] = -(-at // self.stride) * self.stride
+        self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
     def _look(self) -> None:
         """Certify that no contact can recur, if so, and end the run or finish it."""
@@ -138,7 +143,7 @@ class March:
         sizes, decays = self.coast.bound(self.state)
         reach, room = float(sizes.sum()), min(self.scene.gap, self._limit)
         if not reach < LESS * room:
-            pause = LOOKS * self.stride
+            pause = LOOKS * self.beat
             self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))
             return
         self.counter[contact.CERTIFIED] = self.steps
@@ -146,7 +151,8 @@ class March:
         if self.scene.solver.until == "certain":
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
-            self.coast.finish(self.state, self.tracks, self.total, self.stride)
+            strides = self.stride, self.beat
+            self.coast.finish(self.state, self.tracks, self.total, strides)
 
     def _timed_look(self) -> None:
         start = time.perf_counter()
@@ -159,9 +165,17 @@ class March:
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> tuple[Any, ...]:
-        samples, blades = self.total // self.stride, self.lean.model.blades
-        full, width = self.scene.output.traces == "full", self.scheme.casing_width
+        blades, kept = self.lean.model.blades, self.scene.output.traces
+        samples = self.total // self.stride
+        full, width = kept == "full", self.scheme.casing_width
         size = 8.0 * samples * (7 + (3 * blades + width) * full)
+        rows = self.total // self.beat
+        if 8.0 * contact.COLUMNS * rows > MOST_TRACES:
+            msg = (
+                f"duration asks for {rows} rows of evidence, allowed "
+                f"{MOST_TRACES / (8 * contact.COLUMNS):.0f}: shorten duration"
+            )
+            raise InputError(msg)
         if size > MOST_TRACES:
             msg = (
                 f"output interval asks for {samples} samples of {size / samples:.0f} "
@@ -176,6 +190,7 @@ class March:
             np.zeros((tips, blades)),
             np.zeros(samples),
             np.zeros((tips, width)),
+            np.zeros((rows, contact.COLUMNS)),
             np.zeros(contact.CLOSED),
         )
 
@@ -220,7 +235,7 @@ class March:
         start = time.perf_counter()
         self.scheme.kernel(
             min(steps, self.total - self.steps),
-            self.stride,
+            (self.stride, self.beat),
             self._limit,
             scene.solver.time_step,
             scene.speed,
@@ -247,19 +262,21 @@ class March:
         return self.history()
 
     def history(self) -> History:
-        """Return what has been sampled so far; the ledger is that of the last sample.
+        """Return what has been sampled so far, and the ledger of the present step.
 
         The samples end with the last whole output interval.
         """
         count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
         (
             centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
+            _,
         ) = self.tracks  # fmt: skip
         waves = self.scheme.casing_waves(casing[:count], self.stride)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
-        radius = np.hypot(*centre[:count].T)
+        judged = self._judged()
+        radius = np.hypot(*judged.centre.T)
         return History(
             time=np.arange(1.0, count + 1) * (self.stride * step),
             centre=centre[:count],
@@ -280,16 +297,27 @@ class March:
             last_contact=last * step if last >= 0 else -1.0,
             certificate=certified * step if certified >= 0 else -1.0,
             certificate_reach=float(self.state[-2][contact.CERTIFICATE]),
-            centre_peak=float(radius.max()) if count else 0.0,
+            centre_peak=float(radius.max(initial=0.0)),
+            judged=judged,
+            contact_impulse=folds * float(self.state[-2][contact.IMPULSE]),
+            end=self.steps * step,
             seconds=self.seconds,
-            interval=self.stride * step,
+            interval=self.interval,
             folds=folds,
         )
+
+    def _judged(self) -> Evidence:
+        """Return the evidence taken so far, of all sectors."""
+        rows = self.tracks[-2][: int(self.counter[contact.JUDGED])]
+        steps = np.arange(1.0, len(rows) + 1) * self.beat
+        whole = self.lean.model.folds * rows[:, contact.OF_ROTOR :].T
+        centre = rows[:, : contact.OF_ROTOR]
+        return Evidence(steps * self.scene.solver.time_step, centre, *whole)
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger at the present step, energies computed afresh.
 
-        Where that is not finite any more: the ledger of the last sample, which is.
+        Where that is not finite any more: that of the last row of evidence, which is.
         """
         with np.errstate(all="ignore"):
             now, entries = self.scheme.balance(self.state), self.state[-2]

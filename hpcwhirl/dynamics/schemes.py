@@ -169,7 +169,7 @@ def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
     return rotor, ring, lam, gaps, *sums, known, *common
 
 
-def _cyclic(model: Model, scene: Scene) -> Scheme:
+def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
     from hpcwhirl.dynamics.kernels import cyclic
     from hpcwhirl.dynamics.slots import (
         cyclic_arrays,
@@ -177,7 +177,7 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
         ring_amplitudes,
     )
 
-    load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene)
+    load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene, beat)
     step = scene.solver.time_step
     exact = scene.solver.scheme == "exact"
     kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
@@ -191,7 +191,9 @@ def _cyclic(model: Model, scene: Scene) -> Scheme:
     def balance(state: State) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         odd = int(state[-3][contact.STEP] & 1)
-        energy = cyclic.total_energy(s_b, rotor[0], s_c, casing[0], odd, step, exact)
+        energy = sum(
+            cyclic.energies_of(s_b, rotor[0], s_c, casing[0], odd, step, exact)
+        )
         works = cyclic.column_sums(sums_b, sums_c, step, exact)
         rotation, impact, drag, loss = works
         friction = friction_with_sign(scene) * drag
@@ -244,8 +246,8 @@ def _check_exact(model: Model) -> None:
         raise InputError(msg)
 
 
-def scheme_of(model: Model, scene: Scene) -> Scheme:
-    """Return the scheme that marches a scene.
+def scheme_of(model: Model, scene: Scene, beat: int) -> Scheme:
+    """Return the scheme that marches a scene; `beat`: steps between its evidence.
 
     `modal` is the cyclic kernel, or the general one where the rotor is not cyclic
     (from file, mistuned), the ring is the paper's elements or there are fewer than
@@ -257,4 +259,4 @@ def scheme_of(model: Model, scene: Scene) -> Scheme:
         return _paper(model, scene)
     if scene.solver.scheme == "general" or not _is_cyclic(model):
         return _general(model, scene)
-    return _cyclic(model, scene)
+    return _cyclic(model, scene, beat)

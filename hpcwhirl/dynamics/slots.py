@@ -236,8 +236,11 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     return q
 
 
-def cyclic_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return (load, rotor, casing, contact, rows of rotor, rows of ring)."""
+def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
+    """Return (load, rotor, casing, contact, rows of rotor, rows of ring).
+
+    beat : steps between rows of evidence
+    """
     blades = model.blades
     rotor, hub, rows = _rotor(model, scene)
     ring, lobe, casing_rows = _ring(model, scene)
@@ -249,7 +252,7 @@ def cyclic_arrays(model: Model, scene: Scene) -> Arrays:
     half = blades // 2 + 1
     column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
     load = (scene.force, scene.pulse, lobe)
-    contact = (column, turns, wave, flight_arrays(scene, rotor, ring))
+    contact = (column, turns, wave, flight_arrays(scene, beat, rotor, ring))
     return load, (rotor, hub), (ring, slot, sign), contact, rows, casing_rows
 
 

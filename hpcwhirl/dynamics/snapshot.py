@@ -27,7 +27,7 @@ Arrays = dict[str, NDArray[Any]]
 def fingerprint(march: March) -> str:
     """Return the SHA-256 of what the kernel is called with, code included."""
     found = hashlib.sha256(f"{kernels.DIGEST} numba {numba.__version__}".encode())
-    found.update(repr((march.total, march.stride)).encode())
+    found.update(repr((march.total, march.stride, march.beat)).encode())
     _feed(found, march.scheme.arrays)
     return found.hexdigest()
 
@@ -45,14 +45,20 @@ def _feed(found: Any, part: Any) -> None:
 def snapshot(march: March) -> Arrays:
     """Return {name: array}: `state0` ..., `track0` ... as far as sampled, `seconds`.
 
-    The last track is the ledger of the last sample, which is kept whole.
+    The last two tracks are the evidence and the ledger at its last row.
     """
-    count = int(march.counter[contact.SAMPLE])
     arrays: Arrays = {f"state{i}": a.copy() for i, a in enumerate(march.state)}
-    *sampled, closed = march.tracks
-    arrays |= {f"track{i}": a[:count].copy() for i, a in enumerate(sampled)}
-    arrays[f"track{len(sampled)}"] = closed.copy()
+    for i, count in enumerate(_lengths(march, march.counter)):
+        arrays[f"track{i}"] = march.tracks[i][:count].copy()
     return arrays | {"seconds": np.array([march.seconds])}
+
+
+def _lengths(march: March, counter: NDArray[np.int64]) -> list[int]:
+    """Return the rows of each track that have been written."""
+    *sampled, judged, closed = march.tracks
+    # those that are not kept have no rows
+    counts = [min(int(counter[contact.SAMPLE]), len(own)) for own in sampled]
+    return [*counts, min(int(counter[contact.JUDGED]), len(judged)), len(closed)]
 
 
 def restore(march: March, arrays: Arrays) -> bool:
@@ -63,12 +69,9 @@ def restore(march: March, arrays: Arrays) -> bool:
     states = [(arrays[f"state{i}"], own) for i, own in enumerate(march.state)]
     if any((a.dtype, a.shape) != (own.dtype, own.shape) for a, own in states):
         return False
-    count = int(arrays[f"state{len(march.state) - 3}"][contact.SAMPLE])
+    lengths = _lengths(march, arrays[f"state{len(march.state) - 3}"])
     tracks = [(arrays[f"track{i}"], own) for i, own in enumerate(march.tracks)]
-    for a, own in tracks:
-        length = min(count, len(own))  # those that are not kept have no rows
-        if own is march.tracks[-1]:
-            length = len(own)
+    for (a, own), length in zip(tracks, lengths, strict=True):
         if (a.dtype, a.shape) != (own.dtype, (length, *own.shape[1:])):
             return False
     for a, own in states:

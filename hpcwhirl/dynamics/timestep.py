@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene, apply_settings
@@ -22,6 +23,9 @@ from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
 SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
+MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
+PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
+FEWEST_ROWS = 160  # of a run
 FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
 
 
@@ -196,6 +200,36 @@ def with_step(scene: Scene, model: Model) -> Scene:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
     step = min(step, SAFE * min(limits))
     return apply_settings(scene, {"time_step": step})
+
+
+def fastest_line(model: Model, speed: float) -> float:
+    """Return the fastest line that matters in the static frame, rad/s.
+
+    Of the modes that move the centre, or the tips where none does, under a load that
+    stands: those that give at least `MATTERS` of what the most compliant one does;
+    in the static frame each has a line at omega + |Omega| at most.
+    """
+    body = model.rotor
+    rows = centre_rows(body, model.blades)
+    if not rows.any():
+        rows = tip_rows(body, model.blades)[0]
+    free = body.omega > 0.0
+    gives = (rows[:, free] ** 2).sum(axis=0) / body.omega[free] ** 2
+    matters = gives >= MATTERS * gives.max(initial=0.0)
+    return float(body.omega[free][matters].max(initial=0.0)) + abs(speed)
+
+
+def beat_of(model: Model, scene: Scene) -> int:
+    """Return the steps between rows of evidence: `PER_PERIOD` of the fastest line.
+
+    It depends on engine, speed, step and duration, never on what is kept; of a run of
+    so few steps that its last 40 % would have less than 64 rows, on its duration alone.
+    """
+    step = scene.solver.time_step
+    total, _ = step_counts(scene)
+    line = fastest_line(model, scene.speed)
+    longest = 2 * math.pi / (PER_PERIOD * line) / step if line > 0.0 else math.inf
+    return max(1, round(min(longest, total / FEWEST_ROWS)))
 
 
 def step_counts(scene: Scene) -> tuple[int, int]:

@@ -18,7 +18,7 @@ from hpcwhirl.scene.inputs import Scene, anchored
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
-PHYSICS_VERSION = 4  # raise when the same inputs would give other numbers
+PHYSICS_VERSION = 5  # raise when the same inputs would give other numbers
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 # an input that is not zero: what it sets, whatever was given for these
 SETS = {

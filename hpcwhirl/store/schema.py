@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcwhirl.errors import unknown
 
-FORMAT = 3
+FORMAT = 4
 ENUMS = {
     "status": ("ok", "failed", "missing", "timeout", "crashed"),
     "outcome": ("none", "completed", "stopped", "unstable"),
@@ -53,11 +53,16 @@ ROW: dict[str, Variable] = {
     **_table("i8", "1", contacts="touchdowns of blades on the casing"),
     **_table("f8", "N s", contact_impulse="normal impulse of all contacts"),
     **_table("f8", "m", orbit_radius="rms radius of the centre's orbit, window"),
-    **_table("f8", "m", centre_peak="largest sampled centre displacement, whole run"),
+    **_table("f8", "m", centre_peak="largest centre displacement, whole run"),
     **_table("f8", "s", last_contact="last instant with contact, -1 for none"),
-    **_table("f8", "s", end_time="last sample", window="length of the window"),
+    **_table("f8", "s", end_time="last step", window="length of the window"),
     **_table("f8", "1/s", growth_rate="growth of ln sqrt(energy) over the window"),
     **_table("f8", "1/s", growth_error="standard error of growth_rate"),
+    **_table("f8", "1/s", growth_rotor="as growth_rate, of the rotor's energy"),
+    **_table("f8", "1/s", growth_casing="as growth_rate, of the casing's energy"),
+    **_table("f8", "1/s", growth_centre="growth of ln rms radius of the centre"),
+    **_table("f8", "1/s", growth_last="as growth_rate, last quarter of the window"),
+    **_table("f8", "1", summit="ln amplitude of the rotor, end over highest before"),
     **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-), forward positive"),
     **_table("f8", "m2/s", orbit_area="signed area swept a second, forward positive"),
     **_table("f8", "rad/s", line_frequency="strongest line, forward positive"),

@@ -28,7 +28,11 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # of the exact scheme: step already ended, next try of a flight, steps between tries,
 # step of the certificate, steps jumped over, jumps
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
-COUNTERS = 12
+JUDGED = 12  # rows of evidence
+COUNTERS = 13
+# columns of the evidence: centre, energies, cumulative works; see `History.judged`
+AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
+COLUMNS = 7
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 # casings
@@ -304,24 +308,41 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 
 @njit(error_model="numpy", cache=True)
-def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tracks):
-    """Write one sample, unless it is not finite; decide whether to stop.
+def write_sample(
+    counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
+):
+    """Write the state, unless it is not finite: what is kept, and what is judged.
+
+    What is kept follows the output interval and decides nothing; what is judged has a
+    rate of its own. Only there a motion that is not finite ends a run.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), the scheme's own coordinates of the casing
+    energies : (2,), J, of rotor and casing
+    keep, judge : whether it is the turn of the traces, of the evidence
     """
-    (
-        centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
-        casings, closed,
-    ) = tracks  # fmt: skip
-    s = counter[SAMPLE]
+    energy = energies[0] + energies[1]
     whole = energy + lost
     for entry in range(MISS + 1):
         whole += ledger[entry]
     if not math.isfinite(whole):
-        counter[STOP] = NONFINITE
+        if judge:
+            counter[STOP] = NONFINITE
         return
-    blades = len(impulse)
+    if keep:
+        keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks)
+    if judge:
+        judge_sample(counter, ledger, tips, len(impulse), energies, lost, tracks)
+
+
+@njit(error_model="numpy", cache=True)
+def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
+    """Write one sample of the traces."""
+    (
+        centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
+        casings, _, _,
+    ) = tracks  # fmt: skip
+    s, blades = counter[SAMPLE], len(impulse)
     centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
     energies[s] = energy
     impulses[s] = ledger[IMPULSE]
@@ -332,10 +353,19 @@ def write_sample(counter, ledger, impulse, tips, casing, energy, lost, limit, tr
         all_tips[s] = tips[:blades]
         blade_impulse[s, :] = impulse
         casings[s, :] = casing
-    for j in range(blades):
-        if abs(tips[j, 0]) > limit:
-            counter[STOP] = AMPLITUDE
-    closed[0], closed[1] = energy, lost
+    counter[SAMPLE] += 1
+
+
+@njit(error_model="numpy", cache=True)
+def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
+    """Write one row of evidence, and the ledger as it stands."""
+    row, closed = tracks[9][counter[JUDGED]], tracks[10]
+    row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
+    row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]
+    row[WAS_FED] = ledger[ROTATION] + ledger[FRICTION]
+    row[WAS_RUBBED] = ledger[FRICTION]
+    row[WAS_LOST] = lost + ledger[IMPACT]
+    closed[0], closed[1] = energies[0] + energies[1], lost
     closed[2], closed[3] = ledger[PULSE], ledger[IMPACT]
     closed[4], closed[5] = ledger[FRICTION], ledger[ROTATION]
-    counter[SAMPLE] += 1
+    counter[JUDGED] += 1

@@ -33,6 +33,7 @@ from hpcwhirl.dynamics.kernels.circulant import (
     solve_any,
 )
 from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
     COMPLEMENTARITY,
     ENDED,
     FRICTION,
@@ -42,6 +43,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     PULSE,
     ROTATION,
     RUNNING,
+    SAMPLE,
     STEP,
     STOP,
     book_contacts,
@@ -49,7 +51,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.flight import fly
+from hpcwhirl.dynamics.kernels.flight import LESS, fly, leap
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY, modal_energy
 from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
@@ -73,6 +75,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     element,
     fma,
+    higher_of,
     load,
     root,
     spread,
@@ -108,8 +111,8 @@ def exact_energy(q, d, c, size, first):
 
 
 @njit(error_model="numpy", cache=True)
-def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
-    """Return the energy of both bodies from ended states, J.
+def energies_of(t_b, c_b, t_c, c_c, now, step, exact):
+    """Return the energies of rotor and ring from ended states, J.
 
     Central differences: at n + 1/2; exact flow: at n. now : 0 or 1, the place of d
     """
@@ -119,13 +122,11 @@ def total_energy(t_b, c_b, t_c, c_c, now, step, exact):
     at = 2 * n * (1 + now)
     d_re, d_im = t_c[at : at + n], t_c[at + n : at + 2 * n]
     if exact:
-        energy = exact_energy(q, d, c_b, m, 0)
-        energy += exact_energy(re, d_re, c_c, n, 0)
-        return energy + exact_energy(im, d_im, c_c, n, 0)
-    energy = modal_energy(q, d, c_b[OMEGA * m : OMEGA * m + m], step)
+        ring = exact_energy(re, d_re, c_c, n, 0) + exact_energy(im, d_im, c_c, n, 0)
+        return exact_energy(q, d, c_b, m, 0), ring
     omega = c_c[OMEGA * n : OMEGA * n + n]
-    energy += modal_energy(re, d_re, omega, step)
-    return energy + modal_energy(im, d_im, omega, step)
+    ring = modal_energy(re, d_re, omega, step) + modal_energy(im, d_im, omega, step)
+    return modal_energy(q, d, c_b[OMEGA * m : OMEGA * m + m], step), ring
 
 
 @njit(error_model="numpy", cache=True)
@@ -174,6 +175,28 @@ def read_tips(q, c, hub, turns, width, work, tips):
             tips[j, direction] = at_blade(work, turns, j, width)
 
 
+@njit(error_model="numpy", cache=True, inline="always")
+def size_of(spectrum, width):
+    """Return a bound of every blade's |Re sum_kappa spectrum e^{...}|: the 1-norm."""
+    total = spread(0.0)
+    for c in range(0, width, FOUR):
+        part = load(spectrum, c)
+        total = total + higher_of(part, spread(0.0) - part)
+    bound = 0.0
+    for i in range(FOUR):
+        bound += element(total, i)
+    return bound
+
+
+@njit(error_model="numpy", cache=True)
+def farthest(spectrum, turns, blades, width):
+    """Return the largest radial displacement of a tip, m, from the rotor's spectrum."""
+    most = 0.0
+    for j in range(blades):
+        most = max(most, abs(at_blade(spectrum, turns, j, width)))
+    return most
+
+
 @njit(error_model="numpy", cache=True)
 def radial_bound(q, c, size, width):
     """Return a bound of every tip's radial displacement, m."""
@@ -209,12 +232,12 @@ def flush(s):
 
 
 @njit(error_model="numpy", cache=True)
-def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sample,
-                  tracks, rows, ring_rows, width, exact):  # fmt: skip
+def sample_cyclic(step, mu, gap, row, rotor, c_c, turns, wave, state, sample, keep,
+                  judge, tracks, rows, ring_rows, width, exact):  # fmt: skip
     """Write a sample of the state as it is with its step ended.
 
-    Tips are read where they are kept, or where one may be beyond the limit. Where there
-    is contact, the gaps are compared with `row` of those that were solved.
+    Tips are read where they are kept. Where there is contact and the motion is judged,
+    the gaps are compared with `row` of those that were solved.
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, impulse = state
     t_b, t_c, end_b, end_c, columns, tips, whole, again, wall = sample
@@ -224,12 +247,12 @@ def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sam
         s_b, t_b, rotor[0], s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
         width, exact,
     )  # fmt: skip
-    energy = total_energy(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
-    most = radial_bound(t_b, rotor[0], rows * width, width)
-    if counter[LAST] == counter[STEP]:
+    energies = energies_of(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
+    if judge and counter[LAST] == counter[STEP]:
+        most = radial_bound(t_b, rotor[0], rows * width, width)
         note_miss_cyclic(t_b, rotor[0], t_c, c_c, wave, gap, most, gaps, row, wall,
                          again, len(impulse), ledger)  # fmt: skip
-    if most > limit or len(tracks[5]) > 0:
+    if keep and len(tracks[5]) > 0:
         read_tips(t_b, rotor[0], rotor[1], turns, width, columns, tips)
     read_centre(t_b, rotor[1], tips)
     rotation, impact, drag, loss = column_sums(end_b, end_c, step, exact)
@@ -238,7 +261,9 @@ def sample_cyclic(step, mu, limit, gap, row, rotor, c_c, turns, wave, state, sam
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
     ring = t_c[: 2 * len(t_c) // RING_STATE]
-    write_sample(counter, whole, impulse, tips, ring, energy, loss, limit, tracks)
+    write_sample(
+        counter, whole, impulse, tips, ring, energies, loss, keep, judge, tracks
+    )
 
 
 @njit(error_model="numpy", cache=True)
@@ -263,6 +288,53 @@ def settle(c_b, c_c, state, copies, rows, ring_rows, width, exact):
         s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
         width, exact,
     )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def aside_space(state):
+    """Return copies of what a jump changes: both bodies, sums and counter."""
+    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
+    return s_b.copy(), s_c.copy(), sums_b.copy(), sums_c.copy(), counter.copy()
+
+
+@njit(error_model="numpy", cache=True)
+def put_aside(state, aside):
+    """Copy what a jump changes."""
+    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
+    a_b, a_c, a_sums_b, a_sums_c, a_counter = aside
+    a_b[:], a_c[:], a_sums_b[:], a_sums_c[:] = s_b, s_c, sums_b, sums_c
+    a_counter[:] = counter
+
+
+@njit(error_model="numpy", cache=True)
+def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, state,
+                 aside, sample, tracks, rows, ring_rows, k):  # fmt: skip
+    """Write the samples of the traces that a jump has passed over, from copies of it.
+
+    A jump ends at the evidence, never at a sample of the traces, so that the motion is
+    the same whatever is kept of it.
+    """
+    _, _, lam, gaps, _, _, known, last, counter, ledger, impulse = state
+    s_b, s_c, sums_b, sums_c, own = aside
+    if own[ENDED] != begun:  # the step that waited has been ended by the jump
+        end_step(
+            s_b, s_b, rotor[0], s_c, s_c, c_c, lam, own, sums_b, sums_c, rows,
+            ring_rows, 2 * k, True,
+        )  # fmt: skip
+        own[ENDED] = begun
+    outs = np.zeros(2 * k), np.zeros(2 * k)
+    copy = s_b, s_c, lam, gaps, sums_b, sums_c, known, last, own, ledger, impulse
+    first = (begun // stride + 1) * stride
+    for goal in range(first, counter[STEP], stride):
+        while own[STEP] < goal:
+            leap(goal - own[STEP], rotor[0], c_c, flight, copy, outs, rows, ring_rows,
+                 k)  # fmt: skip
+        own[SAMPLE] = counter[SAMPLE]
+        sample_cyclic(
+            step, mu, gap, 0, rotor, c_c, turns, wave, copy, sample, True, False,
+            tracks, rows, ring_rows, 2 * k, True,
+        )  # fmt: skip
+        counter[SAMPLE] = own[SAMPLE]
 
 
 def widths(blades: int) -> tuple[int, int]:
@@ -291,7 +363,7 @@ def cyclic_kernel(
 
     @njit(error_model="numpy", cache=True)
     def march_cyclic(
-        steps, stride, limit, step, speed, mu, scene, loading, rotor, casing, contact,
+        steps, strides, limit, step, speed, mu, scene, loading, rotor, casing, contact,
         state, tracks,
     ):  # fmt: skip
         """March `steps` steps; scalars, scene and tracks as in `march_general`.
@@ -315,18 +387,28 @@ def cyclic_kernel(
         before, sample = np.zeros(blades), sample_space(state, blades, width)
         space = circulant_space(blades, wide, column, known)
         push, known, inverse, opening, where, _, _ = space
+        between = exact and strides[0] % strides[1] != 0  # traces end no jump
+        aside = aside_space(state)
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
-            jumped = False
+            jumped, far = False, 0.0
             if (
                 exact
                 and counter[STEP] >= counter[NEXT_TRY]
                 and (counter[LAST] != counter[STEP])
             ):
+                begun = counter[STEP]
+                if between:
+                    put_aside(state, aside)
                 jumped = fly(
-                    stride, step, scene, force, pulse, c_b, c_c, wave, flight, state,
-                    (out_b, out_c, spectrum), rows, ring_rows, k, wide,
+                    strides[1], step, scene, force, pulse, c_b, c_c, wave, flight,
+                    state, (out_b, out_c, spectrum), rows, ring_rows, k, wide,
                 )  # fmt: skip
+                if jumped and between:
+                    keep_between(
+                        begun, strides[0], step, mu, scene[0], rotor, c_c, turns, wave,
+                        flight, state, aside, sample, tracks, rows, ring_rows, k,
+                    )  # fmt: skip
             if not jumped:
                 odd = counter[STEP] & 1
                 ring_now = (2 + 2 * odd) * ring_size
@@ -353,6 +435,7 @@ def cyclic_kernel(
                     )  # fmt: skip
                 for c in range(0, width, FOUR):
                     store(spectrum, c, load(out_b, c) + load(out_c, c))
+                far = size_of(out_b, width)
                 if ring_size == 0 and scene[2] != 0.0:
                     write_wall(scene, time, speed, slot, sign, spectrum)
                 row = counter[STEP] % 3 * 2 * wide
@@ -391,15 +474,22 @@ def cyclic_kernel(
                 if counter[STEP] % FLUSH_EVERY == 0:
                     flush(s_b)
                     flush(s_c)
-            if counter[STEP] % stride == 0:
+            if jumped:
+                far = size_of(out_b, width)
+            if far > LESS * limit and farthest(out_b, turns, blades, width) > limit:
+                counter[STOP] = AMPLITUDE
+            keep = counter[STEP] % strides[0] == 0
+            judge = counter[STEP] % strides[1] == 0
+            if keep or judge:
                 sample[-1][:] = 0.0
                 if ring_size == 0 and scene[2] != 0.0:
                     write_wall(
                         scene, counter[STEP] * step, speed, slot, sign, sample[-1]
                     )
                 sample_cyclic(
-                    step, mu, limit, scene[0], counter[STEP] % 3 * 2 * wide, rotor, c_c,
-                    turns, wave, state, sample, tracks, rows, ring_rows, width, exact,
+                    step, mu, scene[0], counter[STEP] % 3 * 2 * wide, rotor, c_c, turns,
+                    wave, state, sample, keep, judge, tracks, rows, ring_rows, width,
+                    exact,
                 )  # fmt: skip
 
     return march_cyclic

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
     COMPLEMENTARITY,
     ELEMENTS,
     FRICTION,
@@ -24,6 +25,7 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.general import (
     FLUSH_EVERY,
+    farthest,
     flush,
     place_blades,
     pulse_work,
@@ -108,7 +110,7 @@ def spread(lam, index, shape, radial, tangential, normal, drag):
 
 @njit(cache=True)
 def march_paper(
-    steps, stride, limit, step, speed, mu, scene, load, rotor, casing, contact, state,
+    steps, strides, limit, step, speed, mu, scene, load, rotor, casing, contact, state,
     tracks,
 ):  # fmt: skip
     """March `steps` steps of Algorithm 1.
@@ -156,6 +158,8 @@ def march_paper(
         place_blades(ring, turned, index, shape)
         lowest = read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
         counter[STEP] += 1
+        if farthest(u, blades) > limit:
+            counter[STOP] = AMPLITUDE
         if lowest < 0.0:
             space[2][:] = 0  # W changes as the blades pass
             active = complementarity(
@@ -184,12 +188,16 @@ def march_paper(
         if counter[STEP] % FLUSH_EVERY == 0:
             flush(x_b, d_b)
             flush(x_c, d_c)
-        if counter[STEP] % stride == 0:
-            energy = dense_energy(x_b, d_b, mass_b, stiff_b, step)
-            energy += dense_energy(x_c, d_c, mass_c, stiff_c, step)
+        keep = counter[STEP] % strides[0] == 0
+        judge = counter[STEP] % strides[1] == 0
+        if keep or judge:
+            energies = (
+                dense_energy(x_b, d_b, mass_b, stiff_b, step),
+                dense_energy(x_c, d_c, mass_c, stiff_c, step),
+            )
             for j in range(blades):
                 tips[j, 0], tips[j, 1] = x_b[2 * j], x_b[2 * j + 1]
-            if lowest < 0.0:
+            if judge and lowest < 0.0:
                 for j in range(blades):
                     u[j] = x_b[2 * j]
                 for r in range(coordinates):
@@ -200,7 +208,7 @@ def march_paper(
                 tips[blades, 0], tips[blades, 1] = x_b[2 * blades], x_b[2 * blades + 1]
             lost = loss_b.sum() + loss_c.sum()
             write_sample(
-                counter, ledger, impulse, tips, x_c, energy, lost, limit, tracks
+                counter, ledger, impulse, tips, x_c, energies, lost, keep, judge, tracks
             )
-            if counter[STOP] != RUNNING:
-                return
+        if counter[STOP] != RUNNING:
+            return

@@ -267,17 +267,17 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
 
 
 @njit(error_model="numpy", cache=True)
-def fly(stride, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, rows,
+def fly(beat, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, rows,
         ring_rows, k, wide):  # fmt: skip
     """Jump if no blade can touch for a while; return whether it did.
 
-    A jump ends at the next sample at the latest, and one step before a blade might
-    touch: contact wants the gaps of the two steps before it.
+    A jump ends at the next row of evidence at the latest, and one step before a blade
+    might touch: contact wants the gaps of the two steps before it.
 
     Parameters
     ----------
     flight : (total steps, whether a certificate is possible, (P,) steps of the jumps,
-        the last those between samples, (P, 9 size) and (P, 9 ring_size) jumps,
+        the last those between rows of evidence, (P, 9 size) and (P, 9 ring_size) jumps,
         bounds of rotor and ring)
     outs : work space
     """
@@ -285,7 +285,7 @@ def fly(stride, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, 
     if force != 0.0 and counter[STEP] * step < pulse:
         counter[NEXT_TRY] = int(pulse / step) + 1
         return False
-    left = min(stride - counter[STEP] % stride, flight[0] - counter[STEP])
+    left = min(beat - counter[STEP] % beat, flight[0] - counter[STEP])
     if left < 1:
         return False
     free = left

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
     COMPLEMENTARITY,
     ELEMENTS,
     FRICTION,
@@ -121,6 +122,15 @@ def read_gaps(u, radial, scene, ring, index, shape, turned, time, gaps):
 
 
 @njit(cache=True)
+def farthest(u, blades):
+    """Return the largest radial displacement of a tip, m."""
+    most = 0.0
+    for j in range(blades):
+        most = max(most, abs(u[j]))
+    return most
+
+
+@njit(cache=True)
 def push_pulse(push, lobes, give, ahead, following):
     """Add the loading's increments."""
     for m in range(len(ahead)):
@@ -176,15 +186,16 @@ def read_tips(outputs, tangential, values, u, tips):
 
 @njit(cache=True)
 def march_general(
-    steps, stride, limit, step, speed, mu, scene, load, rotor, casing, contact, state,
+    steps, strides, limit, step, speed, mu, scene, load, rotor, casing, contact, state,
     tracks,
 ):  # fmt: skip
     """March `steps` steps of the central differences, see timestep.recursion.
 
     Parameters
     ----------
-    steps, stride : steps to take; steps between samples
-    limit : tip displacement that ends the run, m
+    steps : to take
+    strides : steps between samples of the traces, and between rows of the evidence
+    limit : tip displacement that ends the run, at any step, m
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     scene : (gap, k, amplitude, growth, rise)
@@ -230,6 +241,8 @@ def march_general(
         place_blades(ring, turned, index, shape)
         lowest = read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
         counter[STEP] += 1
+        if farthest(u, blades) > limit:
+            counter[STOP] = AMPLITUDE
         if lowest < 0.0:
             space[2][:] = 0  # W changes as the blades pass
             active = complementarity(
@@ -259,17 +272,21 @@ def march_general(
         if counter[STEP] % FLUSH_EVERY == 0:
             flush(q_b, d_b)
             flush(q_c, d_c)
-        if counter[STEP] % stride == 0:
-            energy = modal_energy(q_b, d_b, omega_b, step)
-            energy += modal_energy(q_c, d_c, omega_c, step)
+        keep = counter[STEP] % strides[0] == 0
+        judge = counter[STEP] % strides[1] == 0
+        if keep or judge:
+            energies = (
+                modal_energy(q_b, d_b, omega_b, step),
+                modal_energy(q_c, d_c, omega_c, step),
+            )
             read_tips(outputs, tangential, q_b, u, tips)
-            if lowest < 0.0:
+            if judge and lowest < 0.0:
                 accumulate(read_c, q_c, w)
                 read_gaps(u, w, scene, ring, index, shape, turned, following, gaps)
                 note_miss(gaps, last, u, scene[0], ledger)
             lost = loss_b.sum() + loss_c.sum()
             write_sample(
-                counter, ledger, impulse, tips, q_c, energy, lost, limit, tracks
+                counter, ledger, impulse, tips, q_c, energies, lost, keep, judge, tracks
             )
-            if counter[STOP] != RUNNING:
-                return
+        if counter[STOP] != RUNNING:
+            return

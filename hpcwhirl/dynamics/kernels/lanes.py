@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
     COMPLEMENTARITY,
     COUNTERS,
     LAST,
@@ -27,10 +28,12 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
 )
 from hpcwhirl.dynamics.kernels.cyclic import (
+    farthest,
     sample_cyclic,
     sample_space,
     widths,
 )
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.lane_contact import book, fill, hold, search, spectrum_of
 from hpcwhirl.dynamics.kernels.lane_passes import ring_lanes, rotor_lanes
@@ -47,6 +50,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     element,
     fma,
     get,
+    higher_of,
     load,
     lower_of,
     put,
@@ -59,8 +63,8 @@ from hpcwhirl.dynamics.kernels.vectors import (
 CYCLE = 6  # steps after which places of d and rows of gaps come round
 SPEED, LOBES, FORCE, DURATION, SIGN, MU, LIMIT = range(7)  # scalars of a lane
 SCALARS = 7
-STRIDE, ACTIVE = 0, 1  # whole numbers of a lane
-WHOLES = 2
+STRIDE, ACTIVE, BEAT = 0, 1, 2  # whole numbers of a lane
+WHOLES = 3
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -73,16 +77,22 @@ def add_wave(re, im, wave, p, q, even, odd):
 def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
     """Transform all lanes; set row `row` of each lane's gaps; return the least four.
 
-    out_b, out_c : (2 k lanes,), spectra of both bodies; gaps : (lanes length,)
+    And a bound of the tips' displacements, see `cyclic.size_of`.
+
+    out_b, out_c : (2 k lanes,), spectra of both bodies, then of the rotor and of the
+    gaps; gaps : (lanes length,)
     """
+    far = spread(0.0)
     for c in range(0, 2 * k * FOUR, FOUR):
-        store(out_b, c, load(out_b, c) + load(out_c, c))
+        part = load(out_b, c)
+        far = far + higher_of(part, spread(0.0) - part)
+        store(out_c, c, part + load(out_c, c))
     least = spread(gap)
     for j in range(0, wide, FOUR):
         e0, e1, e2, e3 = spread(gap), spread(gap), spread(gap), spread(gap)
         o0, o1, o2, o3 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
         for c in range(k):
-            re, im = load(out_b, c * FOUR), load(out_b, (k + c) * FOUR)
+            re, im = load(out_c, c * FOUR), load(out_c, (k + c) * FOUR)
             p, q = c * wide + j, (k + c) * wide + j
             e0, o0 = add_wave(re, im, wave, p, q, e0, o0)
             e1, o1 = add_wave(re, im, wave, p + 1, q + 1, e1, o1)
@@ -102,7 +112,7 @@ def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
         store(gaps, 2 * length + row + wide + j, t2)
         store(gaps, 3 * length + row + j, h3)
         store(gaps, 3 * length + row + wide + j, t3)
-    return least
+    return least, far
 
 
 @njit(error_model="numpy", cache=True)
@@ -112,8 +122,18 @@ def until_event(counter, wholes):
     for i in range(len(wholes)):
         if wholes[i, ACTIVE] == 1:
             least = min(least, FLUSH_EVERY - counter[i, STEP] % FLUSH_EVERY)
-            stride = wholes[i, STRIDE]
-            least = min(least, stride - counter[i, STEP] % stride)
+            for stride in (wholes[i, STRIDE], wholes[i, BEAT]):
+                least = min(least, stride - counter[i, STEP] % stride)
+    return least
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_limit(numbers, wholes):
+    """Return the least displacement at which a lane might have to stop, m."""
+    least = math.inf
+    for i in range(len(wholes)):
+        if wholes[i, ACTIVE] == 1:
+            least = min(least, LESS * numbers[i, LIMIT])
     return least
 
 
@@ -127,9 +147,8 @@ def any_pulse(counter, wholes, scalars, step):
 
 
 @njit(error_model="numpy", cache=True)
-def sample(
-    lane, turn, step, gap, bodies, fixed, items, numbers, state, tracks, rows, ring_rows
-):
+def sample(lane, turn, step, gap, bodies, fixed, items, numbers, state, keep, judge,
+           tracks, rows, ring_rows):  # fmt: skip
     """Write a sample of one lane from its own ended state, as `cyclic` does."""
     s_b, s_c, sums_b, sums_c = bodies
     places_b, places_c, hub, turns, wave = fixed
@@ -148,8 +167,8 @@ def sample(
     )  # fmt: skip
     row = turn % 3 * (gaps.shape[1] // 3)
     sample_cyclic(
-        step, numbers[lane, MU], numbers[lane, LIMIT], gap, row, (c_b, hub), c_c, turns,
-        wave, one, sample_space(one, blades, width), tracks[lane], rows, ring_rows,
+        step, numbers[lane, MU], gap, row, (c_b, hub), c_c, turns, wave, one,
+        sample_space(one, blades, width), keep, judge, tracks[lane], rows, ring_rows,
         width, False,
     )  # fmt: skip
 
@@ -162,15 +181,34 @@ def events(
     """Flush and sample the lanes whose turn it is."""
     counter = state[4]
     for i in range(FOUR):
-        if wholes[i, ACTIVE] == 1 and counter[i, STOP] == RUNNING:
+        stop = counter[i, STOP]
+        if wholes[i, ACTIVE] == 1 and stop in (RUNNING, AMPLITUDE):
             if counter[i, STEP] % FLUSH_EVERY == 0:
                 flush_lane(bodies[0], i)
                 flush_lane(bodies[1], i)
-            if counter[i, STEP] % wholes[i, STRIDE] == 0:
+            keep = counter[i, STEP] % wholes[i, STRIDE] == 0
+            judge = counter[i, STEP] % wholes[i, BEAT] == 0
+            if keep or judge:
                 sample(
-                    i, turn, step, gap, bodies, fixed, items, numbers, state, tracks,
-                    rows, ring_rows,
+                    i, turn, step, gap, bodies, fixed, items, numbers, state, keep,
+                    judge, tracks, rows, ring_rows,
                 )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def stop_far(far, limits, out_b, turns, blades, k, counter):
+    """Stop the lanes with a tip beyond its limit; return whether there is one.
+
+    far : (lanes,), bounds; limits : (lanes,), m; out_b : (2 k lanes,), of the rotor
+    """
+    found = False
+    for i in range(FOUR):
+        if far[i] > LESS * limits[i] and counter[i, STOP] == RUNNING:
+            own = out_b[i : 2 * k * FOUR : FOUR].copy()
+            if farthest(own, turns, blades, 2 * k) > limits[i]:
+                counter[i, STOP] = AMPLITUDE
+                found = True
+    return found
 
 
 @njit(error_model="numpy", cache=True)
@@ -227,7 +265,8 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
         places, fresh_all, touched = fixed[1][0], work[3], touching
         out_b, out_c, lam = address(work[0]), address(work[1]), address(work[2])
         fresh, opened = address(work[3]), address(work[4])
-        thrust, angle = np.zeros(FOUR), np.zeros(FOUR)
+        thrust, angle, bounds = np.zeros(FOUR), np.zeros(FOUR), np.zeros(FOUR)
+        nearest = nearest_limit(numbers, wholes)
         fill(blades, wide, column, knowns, kept)
         held = (
             address(kept[0]), address(kept[1]), address(kept[2]), address(kept[3]),
@@ -278,7 +317,9 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                             lobes[i], numbers[i, SIGN], angle[i], ring_then, work[1], k,
                         )  # fmt: skip
             row = turn[0] % 3 * n
-            least = to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, 3 * n, row)
+            least, far = to_gaps_lanes(
+                out_b, out_c, wave, gap, k, wide, gaps, 3 * n, row
+            )
             older = (turn[0] + 1) % 3 * n
             before, any_touched = any_touched, False
             for i in range(FOUR):
@@ -330,6 +371,14 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                             thrust[i], lobes[i], numbers[i, SIGN], angle[i], ring_then,
                             ring_now,
                         )  # fmt: skip
+            beyond = False
+            for i in range(FOUR):
+                bounds[i] = element(far, i)
+                beyond = beyond or bounds[i] > nearest
+            if beyond and stop_far(
+                bounds, numbers[:, LIMIT], work[0], fixed[3], blades, k, counter
+            ):
+                running = False
             quiet -= 1
             if quiet == 0 or not running:
                 keep_spectra(touched, fresh_all, lams, k)
