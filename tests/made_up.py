@@ -12,34 +12,42 @@ from hpcwhirl.store.schema import ROW
 
 INTERVAL = 2e-4  # s
 WHERE = {"rank": 0, "host": "node", "seconds": 0.5, "microseconds_per_step": 1.0}
-STOPS = ("end", "end", "end", "end", "end", "amplitude", "nonfinite", "complementarity")
+STOPS = (*["end"] * 12, "amplitude", "nonfinite", "complementarity")
 
 
 def near(random, limit):
     """Return a number about a threshold, now and then the threshold itself."""
-    return limit * random.choice([0.0, 0.3, 0.999, 1.0, 1.001, 3.0])
+    return float(limit * random.choice([0.0, 0.3, 0.999, 1.0, 1.001, 3.0]))
 
 
 def evidence(random):
     """Return evidence on either side of every threshold."""
-    limits = Thresholds()
-    window, lost = 0.4, float(10 ** random.uniform(-3, 3))
-    change = random.choice([-1.0, 1.0]) * near(random, limits.rise)
+    limits, window = Thresholds(), 0.4
+    scale = random.choice([limits.rise, limits.drift, limits.unclear])
+    change = random.choice([-1.0, 1.0, 1.0]) * near(random, scale)
     error = abs(change) / window / max(near(random, limits.significance), 1e-3)
-    share = near(random, random.choice([limits.free, limits.replaced]))
-    fed = float(random.choice([-1.0, 1.0, 1.0, 1.0]) * share * lost)
+    lost = float(10 ** random.uniform(-3, 3))
+    fed = float(random.choice([-1.0, 1.0, 1.0, 1.0]) * near(random, 1.0) * lost)
+    fed *= random.choice([1.0, limits.replaced, 1 / limits.replaced])
+    rate = change / window
     return {
-        "growth_rate": change / window, "growth_error": error,
+        "growth_rate": rate, "growth_error": error,
+        "growth_rotor": rate * random.choice([1.0, 1.0, 0.0, 1.1, -0.1]),
+        "growth_casing": rate * random.choice([1.0, 1.0, -0.1]),
+        "growth_centre": rate * random.choice([1.0, 1.0, 1.2, -0.1]),
+        "growth_last": rate * near(random, limits.onward),
+        "summit": near(random, limits.above),
         "end_time": 1.0, "window": window,
         "load_end": float(random.choice([0.0, 0.0, 0.0, 0.0, 0.9])),
         "late_fed": fed, "late_friction": 0.7 * fed, "late_rotation": 0.3 * fed,
-        "late_lost": lost, "late_contacts": int(random.integers(2)),
+        "late_lost": lost, "late_contacts": int(random.integers(4) > 0),
         "late_energy": lost / limits.turnover / random.choice([0.5, 1.0, 2.0, 5.0]),
-        "certificate": float(random.choice([-1.0, -1.0, -1.0, 0.0, 0.5])),
-        "ledger_error": near(random, limits.ledger) * random.integers(2),
-        "gap_error": near(random, limits.opening) * random.integers(2),
+        "certificate": float(random.choice([*[-1.0] * 8, 0.0, 0.5])),
+        "ledger_error": near(random, limits.ledger) * (random.integers(4) == 0),
+        "gap_error": near(random, limits.opening) * (random.integers(4) == 0),
         "step_share": float(random.choice([0.1, 0.1, 0.1, 0.999, 1.0])),
-        "orbit_radius": float(random.choice([0.0, 1e-10, 5e-5])), "gap_scale": 1e-4,
+        "orbit_radius": float(random.choice([0.0, 1e-10, 5e-5, 5e-5, 5e-5])),
+        "gap_scale": 1e-4,
         "whirl_ratio": float(random.uniform(-1, 1)),
         "orbit_area": float(random.normal()),
         "line_frequency": float(random.normal(0, 300)),

@@ -21,12 +21,20 @@ class Rule:
     needs: tuple[str, ...] = ()
 
 
-# In this order: a later one may use an earlier one.
+# In this order: a later one may use an earlier one. A centre that does not move has no
+# growth: where all sectors move alike, round-off is all that moves it.
 DEFINED = {
     "begin": "end_time - window",
-    "change": "growth_rate * window",
     "clear": "abs(growth_rate) > significance * growth_error",
+    "growth_shaft": "growth_centre * (orbit_radius >= whirl_floor * gap_scale)",
+    "rise_of_both": "min(growth_rate, growth_rotor) * window",
+    "largest_change": "max(max(abs(growth_rate), abs(growth_rotor)),"
+    " abs(growth_shaft)) * window",
 }
+KEPT_UP = (
+    "late_lost >= turnover * late_energy",
+    "min(late_fed, late_lost) >= replaced * max(late_fed, late_lost)",
+)
 # Of each list the first rule counts whose conditions all hold.
 OUTCOMES = (
     Rule("unstable", ("stop == 'nonfinite'",)),
@@ -40,28 +48,38 @@ OUTCOMES = (
 REGIMES = (
     Rule("undecided", ("begin < load_end",)),
     Rule("damped", ("certificate >= 0",)),
-    Rule("divergent", ("stop == 'amplitude'", "late_fed > 0")),
-    Rule("divergent", ("clear", "change > rise", "late_fed > 0")),
-    Rule("undecided", ("stop == 'amplitude'",)),
-    Rule("undecided", ("clear", "change > rise")),
     Rule("damped", ("late_energy == 0",)),
-    Rule("damped", ("clear", "growth_rate < 0", "late_contacts == 0")),
-    Rule("damped", ("clear", "growth_rate < 0", "late_fed <= free * late_lost")),
     Rule(
-        "sustained",
+        "damped",
         (
-            "abs(change) <= drift or not clear",
-            "late_lost >= turnover * late_energy",
-            "late_contacts != 0",
-            "late_fed >= replaced * late_lost",
+            "late_contacts == 0",
+            "clear",
+            "growth_rate < 0",
+            "growth_rotor <= 0",
+            "growth_casing <= 0",
+            "growth_shaft <= 0",
         ),
     ),
+    Rule("undecided", ("late_contacts == 0",)),
+    Rule("divergent", ("stop == 'amplitude'", "late_fed > 0")),
+    Rule(
+        "divergent",
+        (
+            "clear",
+            "rise_of_both > rise",
+            "growth_last >= onward * growth_rate",
+            "summit > above",
+            "late_fed > 0",
+        ),
+    ),
+    Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
+    Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
     Rule("undecided"),
 )
 WHIRLS = (
     Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
-    Rule("forward", ("whirl_ratio > direction", "orbit_area > 0")),
-    Rule("backward", ("whirl_ratio < -direction", "orbit_area < 0")),
+    Rule("forward", ("whirl_ratio > direction",)),
+    Rule("backward", ("whirl_ratio < -direction",)),
     Rule("mixed"),
 )
 TABLES = {"outcome": OUTCOMES, "regime": REGIMES, "whirl": WHIRLS}

@@ -17,6 +17,7 @@ from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
 
 Traces = dict[str, NDArray[np.float64]]
+WHOLE = 1e-6  # of an interval: the end of a run need not be a sample
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
 NAMED = ("status", "outcome", "regime", "whirl")
 
@@ -81,7 +82,7 @@ class Excerpt:
             for block in _blocks(cases, max(BLOCK // max(each, 1), 1)):
                 read = {n: d[block[0] : block[-1] + 1] for n, d in data.items()}
                 for case in block:
-                    count = round(float(end[case] / interval[case]))
+                    count = int(end[case] / interval[case] + WHOLE)
                     own = {n: r[case - block[0], :count] for n, r in read.items()}
                     yield (
                         case,
