@@ -1,5 +1,6 @@
 """The page's parts in Python: rules, commands, records of traces, one safe file."""
 
+import argparse
 import base64
 import hashlib
 import json
@@ -17,7 +18,8 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.expression import parse, value_of
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
-from hpcwhirl.cli import main
+from hpcwhirl.campaign.run import Ending
+from hpcwhirl.cli import campaign, main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.page import build, data, thin
@@ -80,7 +82,7 @@ def test_conditions_are_read_and_never_run():
         GRID,
         {"scene": {"friction": 0.1 + 0.2}, "sweep": {"direction": ["squeeze"]}},
         {"engine": {"name": "a 'b' \"c\" \\ $(d)\n", "casing": {"thickness": 0.02}},
-         "sweep": {"engine.rotor.mistuning": [[0.0] * 21 + [v] for v in (0.01, 1 / 3)]}},
+         "sweep": {"rotor.mistuning": [[0.0] * 21 + [v] for v in (1e-2, 1 / 3)]}},
         {"solver": {"accuracy": 0.01, "truncation": 0.02}, "sweep": {"speed": [1, 2]}},
         {"sweep": {"solver.accuracy": [0.0, 0.01]}, "output": {"traces": "full"}},
         {"cases": [{"speed": 300}, {"gap": 2e-4}, {"scheme": "exact"}]},
@@ -263,11 +265,12 @@ def test_few_cases_of_traces_are_in_memory_at_a_time(tmp_path, monkeypatch):
     assert peaks[1] < 1.5 * peaks[0]
 
 
-def test_a_page_knows_when_its_words_are_old(made_copy):
+def test_a_page_knows_when_its_words_are_old(made_copy, capsys):
     assert not build.is_stale(made_copy)  # there is none yet
     path = build.write_page(made_copy)
     assert not build.is_stale(made_copy)
     assert main(["classify", str(made_copy), "--set", "rise=0.01"]) == 0
+    assert "hpcwhirl report renews it" in capsys.readouterr().err
     assert build.is_stale(made_copy)
     assert main(["report", str(made_copy)]) == 0
     assert not build.is_stale(made_copy)
@@ -290,3 +293,23 @@ def test_report_writes_where_it_is_told_and_prints_it(made, tmp_path, capsys):
 def test_report_of_no_campaign_is_one_line(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_campaign_leaves_its_page_beside_the_map(finished):
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert told(page)["cases"] == 2
+    assert not build.is_stale(finished)
+
+
+@pytest.mark.parametrize(("wish", "most", "there"), [
+    ("auto", 1, False), ("auto", 2, True), ("yes", 1, True), ("no", 2, False),
+])  # fmt: skip
+def test_a_page_is_written_unasked_where_it_is_cheap(
+    tmp_path, monkeypatch, wish, most, there
+):
+    monkeypatch.setattr(campaign, "MOST_ON_PAGE", most)
+    folder = made_up.campaign(tmp_path / "out", {"sweep": {"speed": [1, 2]}})
+    args = argparse.Namespace(out=folder, report=wish)
+    ended = Ending(complete=True, cases=2, failed=0, results=folder / "results.h5")
+    assert bool(campaign._pages(args, ended)) == there
+    assert (folder / "report.html").exists() == there

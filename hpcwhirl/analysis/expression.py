@@ -27,13 +27,6 @@ BINARY: dict[type, str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">",
     ast.GtE: ">=",
 }  # fmt: skip
-MEANING: dict[str, Callable[..., Any]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": lambda a, b: _quotient(a, b),
-    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
-    ">": operator.gt, ">=": operator.ge, "negative": operator.neg,
-    "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
-    "abs": np.abs, "min": np.minimum, "max": np.maximum,
-}  # fmt: skip
 
 
 def _quotient(over: Any, under: Any) -> Any:
@@ -41,6 +34,13 @@ def _quotient(over: Any, under: Any) -> Any:
         return np.divide(over, under)
 
 
+MEANING: dict[str, Callable[..., Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
+    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
+    ">": operator.gt, ">=": operator.ge, "negative": operator.neg,
+    "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
+    "abs": np.abs, "min": np.minimum, "max": np.maximum,
+}  # fmt: skip
 FUNCTIONS = {"abs": 1, "min": 2, "max": 2}
 
 
@@ -63,24 +63,30 @@ def parse(text: str) -> Tree:
 
 
 def _tree(node: ast.AST) -> Tree:
+    leaf = _leaf(node)
+    if leaf:
+        return leaf
     match node:
-        case ast.Constant(bool()):
-            pass
-        case ast.Constant(int() | float() as value):
-            return "number", float(value)
-        case ast.Constant(str() as word):
-            return "word", word
-        case ast.Name(name):
-            return "name", name
         case ast.UnaryOp(ast.USub(), part):
             return "negative", _tree(part)
         case ast.UnaryOp(ast.Not(), part):
             return "not", _tree(part)
         case ast.BinOp(left, sign, right) if type(sign) in BINARY:
             return BINARY[type(sign)], _tree(left), _tree(right)
-        case _:
-            return _joined(node)
-    raise ValueError(_no_part(node))
+        case ast.Call(ast.Name(name), parts, []) if FUNCTIONS.get(name) == len(parts):
+            return name, *map(_tree, parts)
+    return _joined(node)
+
+
+def _leaf(node: ast.AST) -> Tree | None:
+    match node:
+        case ast.Constant(int() | float() as value) if not isinstance(value, bool):
+            return "number", float(value)
+        case ast.Constant(str() as word):
+            return "word", word
+        case ast.Name(name):
+            return "name", name
+    return None
 
 
 def _joined(node: ast.AST) -> Tree:
@@ -92,8 +98,6 @@ def _joined(node: ast.AST) -> Tree:
             sides = [_tree(left), *map(_tree, rights)]
             pairs = zip(signs, sides, sides[1:], strict=False)
             return _fold("and", [(BINARY[type(s)], a, b) for s, a, b in pairs])
-        case ast.Call(ast.Name(name), parts, []) if FUNCTIONS.get(name) == len(parts):
-            return name, *map(_tree, parts)
     raise ValueError(_no_part(node))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections import Counter
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -45,6 +46,7 @@ def thresholds_of(settings: list[str]) -> Thresholds:
 
 def run(args: argparse.Namespace) -> int:
     """Rename every case from its stored evidence and say what changed."""
+    from hpcwhirl.report.page.build import NAME, is_stale
     from hpcwhirl.store.relabel import relabel
 
     limits = thresholds_of(args.settings)
@@ -61,6 +63,9 @@ def run(args: argparse.Namespace) -> int:
         "changed": dict(moved + turned),
         "thresholds": asdict(limits),
     }
+    if is_stale(args.folder):
+        told = f"{NAME} in {args.folder} shows the words as they were"
+        print(f"hpcwhirl: {told}: hpcwhirl report renews it", file=sys.stderr)
     if args.json:
         print_json(facts)
         return 0

@@ -212,7 +212,8 @@ def _records(excerpt: Excerpt) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     whole = np.flatnonzero(columns["status"] == "ok")
     whole = whole if set(NEEDED) <= set(excerpt.kept) else whole[:0]
     chosen = whole[:: max(-(-len(whole) // MOST_RECORDS), 1)]
-    sizes, records = sizes_for(len(chosen)), []
+    sizes = sizes_for(len(chosen))
+    records: list[bytes] = []
     for case, traces in excerpt.traces(chosen.tolist(), NEEDED):
         numbers = (columns[n][case] for n in ("speed", "window", "line_frequency"))
         speed, window, line = (float(n) for n in numbers)
