@@ -50,7 +50,7 @@ function chips(i) {
   return line;
 }
 
-// The rule that named it, with its numbers; below, what the other words lack.
+// The rules that named it, with its numbers; below, what keeps it from other words.
 function why(i) {
   const block = document.createElement("div");
   block.className = "why";
@@ -61,10 +61,17 @@ function why(i) {
   const outcome = ruleOf("outcome", i);
   const table = outcome.word === "unstable" ? "outcome" : "regime";
   const rule = ruleOf(table, i);
-  const texts = rule.needs.flatMap(({ tree }) => reasons(tree, i)).map(([text]) => text);
-  block.append(textElement("p", `${texts.join("; ") || nearest(i)} → ${rule.word}`, "because"));
+  const found = rule.needs.flatMap(({ tree }) => reasons(tree, i));
+  const against = rule.word === "undecided" ? nearest(i) : "";
+  const because = [texts(found), against].filter(Boolean).join("; ");
+  block.append(textElement("p", `${because} → ${rule.word}`, "because"));
+  if (table === "regime") {
+    const whirl = ruleOf("whirl", i);
+    const seen = whirl.needs.flatMap(({ tree }) => reasons(tree, i));
+    block.append(textElement("p", `${texts(seen) || "neither direction prevails"} → whirl ${whirl.word}`));
+  }
   const lacking = document.createElement("details");
-  lacking.append(textElement("summary", "what the other words lack"), lackingList(table, rule, i));
+  lacking.append(textElement("summary", "what keeps it from other words"), lackingList(table, rule, i));
   block.append(lacking);
   return block;
 }
@@ -72,11 +79,11 @@ function why(i) {
 function lackingList(table, rule, i) {
   const list = document.createElement("ul");
   for (const other of tables[table]) {
-    if (other === rule || !other.needs.length) continue;
+    if (other.word === rule.word || other.word === "undecided" || !other.needs.length) continue;
     const missing = other.needs.flatMap(({ tree }) => reasons(tree, i)).filter(([, holds]) => !holds);
     if (!missing.length) continue;
     const item = textElement("li", `${other.word}: `);
-    item.append(textElement("span", missing.map(([text]) => `not ${text}`).join("; ")));
+    item.append(textElement("span", texts(missing)));
     list.append(item);
   }
   return list;
@@ -95,7 +102,7 @@ function nearest(i) {
     })
     .filter(({ missing }) => missing.length);
   const best = d3.least(open, ({ share }) => share);
-  return best ? `not ${best.word}: not ${best.missing.map(([text]) => text).join("; not ")}` : "";
+  return best ? `not ${best.word}: ${texts(best.missing)}` : "";
 }
 
 const early = { wanted: false }; // whether orbits show what came before the window

@@ -11,12 +11,13 @@ function colouring(name, shown) {
   const title = withUnit(name, column.unit);
   const numbers = shown.map((i) => column.value(i)).filter(Number.isFinite);
   const [low, high] = d3.extent(numbers);
-  if (low === undefined) return { fill: () => "#888", ink: () => "#000", legend: () => null };
+  if (low === undefined) return byWords((i) => words.shown[i], told.looks, shown);
   const scale = scaleFor(numbers, low, high);
   const of = Plot.scale({ color: scale });
   const fill = (i) => {
     const v = column.value(i);
-    return Number.isFinite(v) && (scale.type !== "log" || v > 0) ? of.apply(v) : "#888";
+    const known = Number.isFinite(v) && (scale.type !== "log" || v > 0);
+    return known ? of.apply(v) : told.looks[words.shown[i]].colour;
   };
   return {
     fill,

@@ -8,7 +8,7 @@ function drawTable(place, list, { page, chosen, choose, turn }) {
   const table = document.createElement("table");
   table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
   const head = table.createTHead().insertRow();
-  for (const name of ["case", ...swept.map((s) => withUnit(s.variable, s.unit)), "words", "message, or what is missing"]) {
+  for (const name of ["case", ...swept.map((s) => withUnit(s.variable, s.unit)), "words", "message, or what stands in the way"]) {
     const cell = textElement("th", name);
     cell.scope = "col";
     head.append(cell);

@@ -77,6 +77,7 @@ function otherwiseNamed() {
 }
 
 const SIGNS = { "<=": "≤", ">=": "≥", "==": "=", "!=": "≠" };
+const OPPOSITE = { "<": ">=", ">=": "<", ">": "<=", "<=": ">", "==": "!=", "!=": "==" };
 const wordsOfName = (name) => name.replace(/^late_/, "").replaceAll("_", " ");
 
 function spoken(tree) {
@@ -95,21 +96,22 @@ function spoken(tree) {
 const isTruth = (tree) => ["and", "or", "not", ...COMPARED].includes(tree[0]);
 const isLimit = (tree) => tree[0] === "name" && Object.hasOwn(limits, tree[1]);
 
-// [text, holds] of each comparison of a condition: "fed over lost 0.93 ≥ 0.8 (replaced)".
+// [text, holds] of each comparison of a condition. The text is what is so, whether it
+// is what the condition asks for or its opposite: "fed over lost 0.93 ≥ 0.8 (replaced)".
 function reasons(tree, i) {
   const [kind, a, b] = tree;
+  const holds = Boolean(compile(tree, ruleName)(i));
   if (kind === "name" && Object.hasOwn(defined, a)) return reasons(defined[a], i);
   if (kind === "and") return [...reasons(a, i), ...reasons(b, i)];
-  const holds = Boolean(compile(tree, ruleName)(i));
-  if (kind === "or")
-    return [[[a, b].map((t) => reasons(t, i).map(([text]) => text).join(" and ")).join(", or "), holds]];
-  if (kind === "not")
-    return [[`not: ${reasons(a, i).map(([text]) => text).join(" and ")}`, holds]];
+  const joined = (...parts) => parts.flatMap((t) => reasons(t, i)).map(([text]) => text).join(" and ");
+  if (kind === "or") return [[joined(a, b), holds]];
+  if (kind === "not") return [[joined(a), holds]];
   if (!COMPARED.includes(kind)) return [[spoken(tree), holds]];
-  return [[comparison(kind, a, b, i), holds]];
+  return [[comparison(holds ? kind : OPPOSITE[kind], a, b, i), holds]];
 }
 
 function comparison(kind, a, b, i) {
+  if (a[1] === "late_contacts") return `${kind === "==" ? "no contact" : "contact"} in the window`;
   const sign = SIGNS[kind] ?? kind;
   const number = (tree) => compile(tree, ruleName)(i);
   const limit = (tree) => `${short(limits[tree[1]])} (${tree[1].replaceAll("_", " ")})`;
@@ -118,9 +120,12 @@ function comparison(kind, a, b, i) {
     return `${spoken(a)} over ${spoken(b[2])} ${short(number(a) / number(b[2]))} ${sign} ${limit(b[1])}`;
   const left = `${spoken(a)} ${short(number(a))} ${sign}`;
   if (isLimit(b)) return `${left} ${limit(b)}`;
+  if (b[0] === "negative" && isLimit(b[1])) return `${left} −${limit(b[1])}`;
   if (b[0] === "number" || b[0] === "word") return `${left} ${short(b[1])}`;
   return `${left} ${spoken(b)} ${short(number(b))}`;
 }
+
+const texts = (found) => found.map(([text]) => text).join("; ");
 
 // Four digits; words as they are.
 function short(value) {
