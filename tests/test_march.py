@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
@@ -490,3 +491,22 @@ def test_what_a_user_would_write_finds_the_same_impulse():
     for name in ("NumPy, dense", "Numba with BLAS, dense"):
         assert found[name] == pytest.approx(found["modal"], rel=1e-5)
     assert found["solve_ivp, penalty"] == pytest.approx(found["modal"], rel=0.2)
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact"])
+def test_a_march_cut_into_any_number_of_slices_ends(scheme, monkeypatch):
+    monkeypatch.setattr(March, "_slice", lambda _, size: min(size, 2))  # as by looks
+    march = March(scene(scheme=scheme, nodal_diameter=2, force=1.0))
+    slices = []
+    history = march.run(between_slices=lambda: slices.append(march.steps))
+    assert len(slices) > 1100  # doubled so often, a slice is no number any more
+    assert (history.stop, history.steps) == ("end", march.total)
+
+
+@pytest.mark.parametrize("made", [1, 50, 10_000])
+def test_no_slice_outgrows_what_the_last_one_showed(made):
+    size, seconds = marching.FIRST_SLICE, 1e-3
+    for _ in range(5000):
+        size = marching.next_slice(size, made, seconds)
+    shown = made * marching.SLICE_SECONDS / seconds
+    assert size == max(round(shown), marching.LEAST_SLICE)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.lanes import Lanes, can_ride, group_key
-from hpcwhirl.dynamics.march import FIRST_SLICE, SLICE_SECONDS, March
+from hpcwhirl.dynamics.march import FIRST_SLICE, March, next_slice
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
@@ -79,9 +79,8 @@ class Batch:
             for number, group in enumerate(self.groups):
                 before = time.perf_counter()
                 made = group.advance(size)
-                spent = max(time.perf_counter() - before, 1e-6)
                 if made > 0:
-                    size = int(min(max(made * SLICE_SECONDS / spent, 16), 2 * size))
+                    size = next_slice(size, made, time.perf_counter() - before)
                 yield from self._ended(number)
                 if between_slices:
                     between_slices()

@@ -22,6 +22,7 @@ from hpcwhirl.dynamics.timestep import (
     check_loading,
     check_step,
     check_turn,
+    check_wall,
     step_counts,
     with_step,
 )
@@ -34,6 +35,8 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
+LEAST_SLICE = 16  # steps
+LEAST_SECONDS = 1e-6  # that a slice is taken to have lasted
 CERTAIN = 4  # a reason to stop that no kernel gives
 STOPS = {
     0: "end",
@@ -72,6 +75,7 @@ class March:
         check_step(self.model, scene.solver.time_step)
         check_loading(scene)
         check_turn(self.model, scene)
+        check_wall(scene)
         self.total, self.stride = step_counts(scene)
         self.beat = beat_of(self.model, scene)
         self.interval = self.stride * scene.solver.time_step
@@ -252,11 +256,11 @@ class March:
         size = FIRST_SLICE
         while not self.done:
             before = time.perf_counter()
-            self.advance(self._slice(size))
+            made = self._slice(size)
+            self.advance(made)
+            size = next_slice(size, made, time.perf_counter() - before)
             self._watch()
             self._timed_look()
-            spent = max(time.perf_counter() - before, 1e-6)
-            size = int(min(max(size * SLICE_SECONDS / spent, 16), 2 * size))
             if between_slices:
                 between_slices()
         return self.history()
@@ -331,6 +335,16 @@ class March:
         if not np.isfinite(ledger["residual"]):
             ledger = _ledger(self.tracks[-1])
         return {term: self.lean.model.folds * value for term, value in ledger.items()}
+
+
+def next_slice(size: int, made: int, seconds: float) -> int:
+    """Return the steps of the next slice: some 10 ms as the last ones went.
+
+    size, made : steps of the last slice, wanted and made: a slice that something cut
+        short tells of no more than its own, or it would be doubled for ever
+    """
+    wanted = made * SLICE_SECONDS / max(seconds, LEAST_SECONDS)
+    return int(min(max(wanted, LEAST_SLICE), 2 * size))
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:

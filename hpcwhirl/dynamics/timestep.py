@@ -27,6 +27,8 @@ MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
 PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
 FEWEST_ROWS = 160  # of a run
 FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
+FEWEST_IN_RISE = 50  # steps of a rigid casing: fewer miss a tenth of its impulse
+MOST_GROWTH = 0.05  # of a rigid casing's distortion in a step: misses 3 % of it
 
 
 def recursion(
@@ -160,6 +162,54 @@ def check_loading(scene: Scene) -> None:
         raise InputError(msg)
 
 
+def check_wall(scene: Scene) -> None:
+    """Raise InputError where a rigid casing would jump into the blades.
+
+    Contact takes back within a step whatever gap is missing at its end: a casing that
+    is inside the blades at once, or after few steps, gives an impulse that grows as the
+    step falls. One that comes to them in many steps gives the same at any.
+    """
+    casing, step = scene.engine.casing, scene.solver.time_step
+    limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
+    if not step <= limits.get("growth", math.inf):
+        most = MOST_GROWTH / step
+        msg = (
+            f"growth must be within +-{most:.6g} 1/s ({MOST_GROWTH:g} of a rigid "
+            f"casing's distortion in a time step), got {casing.growth:.6g}"
+        )
+        raise InputError(msg)
+    if not step <= limits.get("rise", math.inf):
+        msg = (
+            f"rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} time "
+            f"steps) where a rigid casing (amplitude {casing.amplitude:.6g} m) rises "
+            f"into the blades (gap {scene.gap:.6g} m), got {casing.rise:.6g}"
+        )
+        raise InputError(msg)
+
+
+def wall_limits(scene: Scene) -> dict[str, float]:
+    """Return the longest steps, s, that a rigid casing's growth and rise allow."""
+    casing = scene.engine.casing
+    if casing.kind == "ring" or casing.amplitude == 0.0:
+        return {}
+    out = {"growth": MOST_GROWTH / abs(casing.growth)} if casing.growth else {}
+    if _wall_reach(scene) > scene.gap:
+        out["rise"] = casing.rise / FEWEST_IN_RISE
+    return out
+
+
+def _wall_reach(scene: Scene) -> float:
+    """Return how far inward of round a rigid casing is at any blade after its rise, m.
+
+    During a rise that is too short, blades hardly move.
+    """
+    casing, blades = scene.engine.casing, scene.engine.rotor.blades
+    place = scene.speed * casing.rise + 2 * np.pi * np.arange(blades) / blades
+    with np.errstate(over="ignore"):
+        size = casing.amplitude * np.exp(casing.growth * casing.rise)
+    return float((size * np.cos(scene.nodal_diameter * place)).max())
+
+
 def longest_turn(model: Model, scene: Scene) -> float:
     """Return the time in which a blade passes half a wave of the casing, s."""
     waves = float(scene.nodal_diameter)
@@ -198,6 +248,7 @@ def with_step(scene: Scene, model: Model) -> Scene:
     limits = [*model.limits().values(), longest_turn(model, scene)]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
+    limits += [limit for limit in wall_limits(scene).values() if limit > 0.0]
     step = min(step, SAFE * min(limits))
     return apply_settings(scene, {"time_step": step})
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError
 
+from hpcwhirl.reduction.degenerate import aligned
 from hpcwhirl.reduction.engine_file import Given, read_rotor
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.whole import labels, modes_of
@@ -47,6 +48,7 @@ def _from_matrices(given: Given, blades: int, damping: float) -> ModalModel:
         _symmetric(given, name)[np.ix_(order, order)] for name in ("mass", "stiffness")
     )
     omega, shapes = _checked_modes(given, mass, stiffness)
+    shapes = aligned(shapes, omega, blades)
     ratios: float | Floats = damping
     if "damping" in given:
         whole = _symmetric(given, "damping")[np.ix_(order, order)]
@@ -71,7 +73,7 @@ def _from_modes(given: Given, blades: int, damping: float) -> ModalModel:
         _check_size(given, "modal_centre", (2, len(omega)))
         shapes = np.vstack([shapes, given["modal_centre"]])
     order = np.argsort(omega, kind="stable")
-    shapes = np.ascontiguousarray(shapes[:, order])
+    shapes = aligned(np.ascontiguousarray(shapes[:, order]), omega[order], blades)
     none = np.zeros((0, 0)), np.zeros((0, 0))
     return _model(none, shapes, omega[order], blades, damping, kept=0)
 
@@ -85,7 +87,7 @@ def _model(
     *,
     kept: int,
 ) -> ModalModel:
-    diameter, rank, phase = labels(shapes, blades)
+    diameter, rank, phase = labels(shapes, omega, blades)
     return ModalModel(
         mass=matrices[0],
         stiffness=matrices[1],

@@ -10,7 +10,8 @@ from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.craig_bampton import craig_bampton
-from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.cyclic import diameters
+from hpcwhirl.reduction.degenerate import diameter_shares, dominant
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.structure import CyclicStructure
 
@@ -19,31 +20,16 @@ Integers = NDArray[np.int64]
 NEAR = 0.1  # ln of a frequency ratio up to which modes are taken for the same
 
 
-def diameter_shares(shapes: Floats, blades: int) -> Floats:
-    """Return the share of each nodal diameter in each mode's tips, (N // 2 + 1, m).
-
-    Parameters
-    ----------
-    shapes : (n, m), the tips (radial, tangential of blade 0, 1, ...) first
-    blades : N
-    """
-    tips = shapes[: 2 * blades].reshape(blades, 2, -1)
-    power = (np.abs(np.fft.fft(tips, axis=0)) ** 2).sum(axis=1)
-    folded = np.array([
-        power[k] + power[-k] * (not is_simple(k, blades)) for k in diameters(blades)
-    ])  # fmt: skip
-    return np.asarray(folded / np.maximum(folded.sum(axis=0), np.finfo(float).tiny))
-
-
-def labels(shapes: Floats, blades: int) -> tuple[Integers, Integers, Integers]:
+def labels(
+    shapes: Floats, omega: Floats, blades: int
+) -> tuple[Integers, Integers, Integers]:
     """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
 
-    The diameter is the dominant one; the modes of a diameter are counted in pairs as
-    they come (one by one for a simple harmonic). Exact where the rotor is tuned, a
-    name where it is not: a localised mode has many diameters.
+    The diameter is the dominant one, see `dominant`; the modes of a diameter are
+    counted in pairs as they come (one by one for a simple harmonic). Exact where the
+    rotor is tuned, a name where it is not: a localised mode has many diameters.
     """
-    shares = diameter_shares(shapes, blades)
-    diameter = np.asarray(np.argmax(shares, axis=0), dtype=np.int64)
+    diameter = dominant(shapes, omega, blades)
     place = np.zeros_like(diameter)
     for k in diameters(blades):
         own = diameter == k
@@ -115,7 +101,7 @@ def whole_model(structure: CyclicStructure, damping: float, eta: int) -> ModalMo
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
     omega, shapes = modes_of(mass, stiffness)
     blades = structure.sectors
-    diameter, rank, phase = labels(shapes, blades)
+    diameter, rank, phase = labels(shapes, omega, blades)
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
     springs = structure.centre_stiffness * (hub**2).sum(axis=0)
     return ModalModel(

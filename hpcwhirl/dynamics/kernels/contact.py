@@ -94,9 +94,14 @@ def rigid_radial(scene, time, angle):
 
 @njit(error_model="numpy", cache=True)
 def rigid_amplitude(scene, time):
-    """Return A0 e^{sigma t} with its smooth rise; scene: gap, k, A0, sigma, rise."""
+    """Return A0 e^{sigma t} with its smooth rise; scene: gap, k, A0, sigma, rise.
+
+    Without a rise the wall has always stood there, before t = 0, too.
+    """
+    if scene[2] == 0.0:  # e^{sigma t} may be infinite
+        return 0.0
     ramp = 1.0
-    if time < scene[4]:
+    if scene[4] > 0.0 and time < scene[4]:
         ramp = 0.5 * (1.0 - math.cos(math.pi * time / scene[4]))
     return scene[2] * math.exp(scene[3] * time) * ramp
 
