@@ -26,7 +26,7 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
-from hpcwhirl.report.maps import REGIMES
+from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.saving import save
 from hpcwhirl.store.cases import Cases
 
@@ -140,7 +140,7 @@ def draw_opposed(cases: Cases, line: list[int]) -> Any:
 
 
 def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
-    """Return static-frame orbits with transient and steady part (Figs. 9, 11, 13)."""
+    """Return static-frame orbits with transient and window (Figs. 9, 11, 13)."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 5.6), layout="constrained")
@@ -151,7 +151,7 @@ def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
             continue
         case = case_at(cases, speed)
         traces, row = cases.traces(case), cases.rows[case]
-        late = motions.steady(traces["time"], row)
+        late = motions.in_window(traces["time"], row)
         motions.draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
         unit = axes.get_label()
         axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
@@ -191,10 +191,10 @@ def draw_convergence(found: Found) -> Any:
 def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
     """Draw regime and whirl of each row beside one another, as the map has them."""
     for x, row in enumerate(rows):
-        colour, letter = REGIMES[row["regime"]]
+        look = WORDS[sweeps.shown_word(row)]
         whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
-        axes.text(x, level, f"{letter} {whirl}", ha="center", va="center",
-                  bbox={"fc": colour, "ec": "none"})  # fmt: skip
+        axes.text(x, level, f"{look.letter} {whirl}", ha="center", va="center",
+                  color=look.ink, bbox={"fc": look.colour, "ec": "none"})  # fmt: skip
     axes.set_xlim(-0.5, len(rows) - 0.5)
 
 

@@ -266,8 +266,6 @@ def _size(count: int) -> str:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
-    from hpcwhirl.report.maps import draw_map
-
     if not ending.complete:
         why = f": {ending.reason}" if ending.reason else ""
         print(
@@ -286,9 +284,7 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
         )
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps: list[Path] = []
-    if ending.failed < ending.cases:
-        maps = draw_map(ending.results, args.out)
+    maps = _maps(ending.results, args.out)
     facts["maps"] = [str(path) for path in maps]
     pages = _pages(args, ending)
     facts["report"] = str(pages[0]) if pages else None
@@ -306,6 +302,18 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
 
     wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
     return [write_page(args.out)] if wanted[args.report] else []
+
+
+def _maps(results: Path, out: Path) -> list[Path]:
+    """Draw the map; where it must be told what to show, say so in one line."""
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.report.maps import draw_map
+
+    try:
+        return draw_map(results, out)
+    except InputError as refused:
+        print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
+        return []
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:

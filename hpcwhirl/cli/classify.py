@@ -46,7 +46,7 @@ def thresholds_of(settings: list[str]) -> Thresholds:
 
 def run(args: argparse.Namespace) -> int:
     """Rename every case from its stored evidence and say what changed."""
-    from hpcwhirl.report.page.build import NAME, is_stale
+    from hpcwhirl.report.fresh import refresh
     from hpcwhirl.store.relabel import relabel
 
     limits = thresholds_of(args.settings)
@@ -63,9 +63,10 @@ def run(args: argparse.Namespace) -> int:
         "changed": dict(moved + turned),
         "thresholds": asdict(limits),
     }
-    if is_stale(args.folder):
-        told = f"{NAME} in {args.folder} shows the words as they were"
-        print(f"hpcwhirl: {told}: hpcwhirl report renews it", file=sys.stderr)
+    drawn, stale = refresh(args.folder)
+    facts["drawn again"] = [str(path) for path in drawn]
+    for line in stale:
+        print(f"hpcwhirl: {line}", file=sys.stderr)
     if args.json:
         print_json(facts)
         return 0

@@ -12,11 +12,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind", action="append", metavar="NAME",
         help="frequency, cascade, bifurcation, interaction, growth (all speeds); "
+        "shapes, campbell (the engine); "
         "orbit, section, contributions, contacts, ledger (one a case); default: all",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",
         help="number of a case; of figures over the speed, the ones like it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V[,V]",
+        help="cases by an input's value instead of their number: speed=410",
     )  # fmt: skip
     parser.add_argument(
         "--transient", action="store_true", help="show the transient part, too"
@@ -27,12 +32,24 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw the figures; one line for each, also where there can be none."""
-    from hpcwhirl.report.figures import draw_figures
+    """Draw the figures; one line for each, also where there can be none.
+
+    Where nothing at all could be drawn, what was asked for is wrong: exit code 2.
+    """
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.report.figures import cases_at, draw_figures
 
     out = args.out or args.folder / "figures"
-    for line in draw_figures(
-        args.folder, out, args.kind, args.cases, transient=args.transient
+    only = args.cases
+    if args.at:
+        only = sorted({*(only or []), *cases_at(args.folder, args.at)})
+    drawn = 0
+    for made in draw_figures(
+        args.folder, out, args.kind, only, transient=args.transient
     ):
-        print(line)
+        drawn += isinstance(made, Path)
+        print(made)
+    if not drawn:
+        msg = f"nothing drawn of {args.folder}"
+        raise InputError(msg)
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 
@@ -34,4 +35,16 @@ def run(args: argparse.Namespace) -> int:
         return 2
     if root:
         print(path)
+        _refresh(args.folder)
     return 0
+
+
+def _refresh(folder: Path) -> None:
+    """Draw a map again that there is, and say what else shows older results."""
+    from hpcwhirl.report.fresh import refresh
+
+    drawn, stale = refresh(folder)
+    for made in drawn:
+        print(made)
+    for line in stale:
+        print(f"hpcwhirl: {line}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""`hpcwhirl map`: the regime map of a campaign."""
+"""`hpcwhirl map`: regimes, whirl or a number over a campaign's inputs."""
 
 from __future__ import annotations
 
@@ -10,17 +10,50 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
+    for side in ("x", "y"):
+        parser.add_argument(
+            f"--{side}", metavar="NAME", help="swept input of this axis, as in the TOML"
+        )
     parser.add_argument(
-        "--y",
-        metavar="NAME",
-        help="swept input of the second axis (default: the first)",
+        "--panel", action="append", default=[], metavar="NAME", dest="panels",
+        help="swept input that gets a panel for each of its values; of two, for each "
+        "pair; default: those that differ besides, up to 12 panels",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V[,V]",
+        help="only cases with this value of an input",
+    )  # fmt: skip
+    parser.add_argument(
+        "--colour", "--color", default="regime", metavar="WHAT", dest="colour",
+        help="regime (default), whirl, a number of the file such as growth_rate, or "
+        "one over another: orbit_radius/gap",
+    )  # fmt: skip
+    parser.add_argument("--rpm", action="store_true", help="speeds in rpm")
+    parser.add_argument(
+        "--critical", action="store_true",
+        help="mark the critical speeds of Eq. 13 and its super-harmonics",
+    )  # fmt: skip
+    parser.add_argument(
+        "--csv", action="store_true", help="also write what is drawn to map.csv"
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw map.png and map.svg."""
-    from hpcwhirl.report.maps import draw_map
+    """Draw map.png and map.svg, and write map.csv if asked."""
+    from hpcwhirl.report.maps import drawing_of, save_map
+    from hpcwhirl.report.picture import Wish
 
-    for path in draw_map(args.folder / "results.h5", args.out or args.folder, args.y):
+    wish = Wish(
+        args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,
+        rpm=args.rpm, critical=args.critical,
+    )  # fmt: skip
+    out = args.out or args.folder
+    drawing = drawing_of(args.folder / "results.h5", wish)
+    paths = save_map(drawing, out)
+    if args.csv:
+        from hpcwhirl.report.table import write_picture
+
+        paths.append(write_picture(out / "map.csv", drawing.picture))
+    for path in paths:
         print(path)
     return 0

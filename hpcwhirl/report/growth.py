@@ -9,7 +9,8 @@ import numpy as np
 from hpcwhirl.analysis.closure import SLOW, growth_of_diameter
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.report.sweeps import colour_of, heading, regime_legend
+from hpcwhirl.report.palette import WORDS
+from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
 from hpcwhirl.store.cases import Cases
 
 
@@ -33,7 +34,9 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
         label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
-        upper.plot(row["speed"], row["growth_rate"], "o", c=colour_of(row), ms=5)
+        look = WORDS[shown_word(row)]
+        upper.plot(row["speed"], row["growth_rate"], "o", mfc=look.colour,
+                   mec=look.stroke, ms=5)  # fmt: skip
     upper.axhline(0.0, c="grey", lw=0.6)
     upper.set_ylabel("growth of ln amplitude, 1/s\n(dots: measured in the window)")
     upper.set_title(f"Growth, {heading(cases, line)}")

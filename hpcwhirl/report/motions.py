@@ -17,6 +17,7 @@ from hpcwhirl.store.cases import Cases
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
+WINDOW = "window of the words"  # steady or not: a divergent orbit is not
 
 
 def title_of(row: dict[str, Any]) -> str:
@@ -26,7 +27,7 @@ def title_of(row: dict[str, Any]) -> str:
     return f"Ω = {row['speed']:g} rad/s, k = {row['nodal_diameter']}: {words}"
 
 
-def steady(time: Floats, row: dict[str, Any]) -> NDArray[np.bool_]:
+def in_window(time: Floats, row: dict[str, Any]) -> NDArray[np.bool_]:
     """Return which samples lie in the window of the words."""
     return np.asarray(time > row["end_time"] - row["window"])
 
@@ -40,7 +41,7 @@ def unit_of(largest: float) -> tuple[float, str]:
 
 
 def draw_orbits(cases: Cases, case: int, *, transient: bool = False) -> Any:
-    """Return the orbit in the static and in the rotating frame, steady part alone.
+    """Return the orbit in the static and in the rotating frame, in the window alone.
 
     Parameters
     ----------
@@ -55,7 +56,7 @@ def draw_orbits(cases: Cases, case: int, *, transient: bool = False) -> Any:
         "static": (traces["centre"], "$X_o$", "$Y_o$"),
         "rotating": (rotating(traces, row["speed"]), "$x_o$", "$y_o$"),
     }
-    late = steady(traces["time"], row)
+    late = in_window(traces["time"], row)
     for axes, (name, (path, x, y)) in zip(
         figure.subplots(1, 2), frames.items(), strict=True
     ):
@@ -80,7 +81,7 @@ def draw_orbit(
     ----------
     axes : of matplotlib
     path : (n, 2), m
-    late : (n,), which samples are steady
+    late : (n,), which samples are in the window
     gap : m
     transient : whether the others are drawn
     """
@@ -89,7 +90,7 @@ def draw_orbit(
     axes.set_label(unit)
     if transient:
         axes.plot(*(factor * path[~late]).T, c=LIGHT, lw=0.5, label="transient")
-    axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label="steady part")
+    axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label=WINDOW)
     if 0.05 * gap < np.abs(shown).max(initial=0.0):
         turn = np.linspace(0, 2 * np.pi, 200)
         circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
@@ -121,7 +122,7 @@ def draw_contributions(cases: Cases, case: int) -> Any:
     hub.set(title="suspension (k = 1)", xlabel="time, s")
     top = amplitude["1F"].max(initial=0.0)
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
-    for axes in (whole, second):
+    for axes in figure.axes:
         axes.set_ylabel("|$q_k$|, m √kg")
     figure.legend(handles=whole.get_legend_handles_labels()[0][::-1], title="k",
                   loc="outside right center", fontsize=8)  # fmt: skip
@@ -181,7 +182,7 @@ def draw_section(cases: Cases, case: int, *, transient: bool = False) -> Any:
     from matplotlib.figure import Figure
 
     traces, row = cases.traces(case), cases.rows[case]
-    late = steady(traces["time"], row) | transient
+    late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
     factor, unit = unit_of(float(np.abs(points).max(initial=0.0)))
     figure = Figure(figsize=(6.8, 6), layout="constrained")

@@ -1,6 +1,6 @@
 """The looks of words, one table for every figure and page.
 
-Lightness falls from `missing` to `failed` in steps of at least 12 (CIE L*), so that
+Lightness falls from `missing` to `failed` in steps of at least 11 (CIE L*), so that
 print in grey keeps the words apart, and no two colours come close to the colour-blind;
 `tests/test_palette.py` measures both. A letter says the same without colour.
 """
@@ -25,6 +25,7 @@ class Look:
     letter : that stands for the word
     marker : of a point, as Matplotlib names it
     told : the word in a legend
+    line : colour of thin lines and dots on white, where the fill is too light for them
     """
 
     colour: str
@@ -32,20 +33,32 @@ class Look:
     letter: str
     marker: str
     told: str
+    line: str = ""
+
+    @property
+    def stroke(self) -> str:
+        """Colour of thin lines and dots on white."""
+        return self.line or self.colour
 
 
 WORDS = {
-    "damped": Look("#7DB8DF", "#000000", "d", "o", "damped"),
-    "sustained": Look("#F2DC3A", "#000000", "S", "s", "sustained"),
+    "damped": Look("#7DB8DF", "#000000", "d", "o", "damped", "#3F86B5"),
+    "sustained": Look("#F2DC3A", "#000000", "S", "s", "sustained", "#A88F00"),
     "divergent": Look("#C63D0F", "#FFFFFF", "X", "^", "divergent"),
     "undecided": Look("#8D8D8D", "#000000", "?", "D", "undecided"),
     "unstable": Look("#57267A", "#FFFFFF", "U", "P", "unstable"),
     "failed": Look("#0C0C0C", "#FFFFFF", "!", "X", "failed"),
-    "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed"),
+    "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed", "#BBBBBB"),
 }
 WHIRLS: dict[str, str | None] = {
     "forward": "^", "backward": "v", "mixed": "o", "none": None,
 }  # fmt: skip
+WHIRL_LOOKS = {  # where the colour tells the whirl
+    "forward": Look("#2F6DB3", "#FFFFFF", "F", "^", "forward"),
+    "mixed": Look("#4BA386", "#000000", "M", "o", "mixed"),
+    "backward": Look("#F0AE45", "#000000", "B", "v", "backward"),
+    "none": Look("#DBD9DD", "#000000", "–", ".", "no whirl"),
+}
 SEQUENTIAL = "cividis"  # of numbers: perceptual, and the same to the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 

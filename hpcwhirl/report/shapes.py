@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.modes import ModalModel, modal_model
-from hpcwhirl.scene import Rotor
+from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
 Floats = NDArray[np.float64]
 NODE = 3  # DoF a node: radial, tangential, rotation
 LARGEST = 0.2  # of a drawn displacement, tip radii
+MIN_BLADES = 3
 HUB = 10.0  # the centre is amplified so much more
 
 
@@ -41,7 +43,9 @@ def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
     model = full_rotor(rotor)
     figure = Figure(figsize=(9, 9.4), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
-    for axes, k in zip(panels, diameters, strict=True):
+    for axes in panels[len(diameters) :]:
+        axes.axis("off")
+    for axes, k in zip(panels, diameters, strict=False):
         own = (model.diameter == k) & (model.rank == 0) & (model.phase == 0)
         mode = int(np.flatnonzero(own)[0])
         _shape(axes, rotor, model.shapes[:, mode])
@@ -53,6 +57,17 @@ def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
         f"{HUB:g} times more; full model"
     )
     return figure
+
+
+def draw_shapes_of(scene: Scene) -> Any:
+    """Return the shapes of 1F of a scene's rotor, if its blades are equal."""
+    rotor = scene.engine.rotor
+    if scene.engine.file or rotor.mistuning or rotor.blades < MIN_BLADES:
+        msg = f"shapes need equal blades, {MIN_BLADES} at least, and no rotor from file"
+        raise InputError(msg)
+    found = [k for k in (0, 1, 3, 4) if k <= rotor.blades // 2]
+    rest = [k for k in range(rotor.blades // 2 + 1) if k not in found]
+    return draw_shapes(rotor, tuple(sorted([*found, *rest][:4])))
 
 
 def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
@@ -89,7 +104,7 @@ def draw_veering(rotor: Rotor, families: int = 12) -> Any:
         axes.set(xlabel="nodal diameter k", title=f"{count} families of modes")
         axes.axvspan(0.6, 1.4, color="#0072B2", alpha=0.12, lw=0)
     whole.set(ylabel="frequency, kHz", ylim=(0, None))
-    low.set_ylim(0, 0.3)
+    low.set(ylabel="frequency, kHz", ylim=(0, None))
     low.legend(loc="center right", fontsize=8)
     return figure
 

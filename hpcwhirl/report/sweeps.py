@@ -14,15 +14,21 @@ from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.report.maps import REGIMES
+from hpcwhirl.report.palette import SEQUENTIAL, WORDS, word_of
+from hpcwhirl.report.ranges import (
+    centre_top,
+    highest_order,
+    own_waves,
+    rotating_top,
+    wave_limits,
+)
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
-TOP_HZ = 300.0
+FEW_TURNS = 50  # drawn as larger dots
 DECADES = 4.0  # shown below the largest amplitude
 AT_REST = 1e-9  # mm
-ORDERS = 9  # of the casing's super-harmonics in the interaction diagram
 
 
 def edges_of(values: Floats) -> Floats:
@@ -57,7 +63,7 @@ def _mesh(
     norm = LogNorm(largest * 10.0**-DECADES, largest)
     shown = np.maximum(amplitude, largest * 10.0**-DECADES)
     return axes.pcolormesh(
-        edges_of(speeds), edges, shown, norm=norm, cmap="jet", rasterized=True
+        edges_of(speeds), edges, shown, norm=norm, cmap=SEQUENTIAL, rasterized=True
     )
 
 
@@ -97,7 +103,7 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
     spectra = frequency_spectra(cases, line)
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
-    edges = np.linspace(0.0, TOP_HZ, 301)
+    edges = np.linspace(0.0, rotating_top(cases, line), 301)
     for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
@@ -114,15 +120,15 @@ def heading(cases: Cases, line: list[int]) -> str:
     """Return the inputs that the cases of a line share."""
     row = cases.rows[line[0]]
     told = f"k = {row['nodal_diameter']}, gap {1e3 * row['gap']:g} mm, "
-    other = cases.others(line[0])
+    other = cases.others(line[0], but=("nodal_diameter", "gap", "friction"))
     return told + f"μ = {row['friction']:g}" + (f", {other}" if other else "")
 
 
 def draw_cascade(cases: Cases, line: list[int], *, transient: bool = False) -> Any:
-    """Return the full-spectrum cascade of the static-frame centre, steady part."""
+    """Return the full-spectrum cascade of the static-frame centre, in the window."""
     from matplotlib.figure import Figure
 
-    top = 2 * np.pi * TOP_HZ / 2
+    top = centre_top(cases, line)
     edges = np.linspace(-top, top, 401)
     speeds = np.array([cases.rows[i]["speed"] for i in line])
     spectra = []
@@ -155,7 +161,7 @@ def _part(traces: dict[str, Floats], row: dict[str, Any], *, transient: bool) ->
 
 
 def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) -> Any:
-    """Return X_o and |Z| once a revolution over the speed, steady part."""
+    """Return X_o and |Z| once a revolution over the speed, in the window."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 6), layout="constrained")
@@ -166,9 +172,10 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
         points = section(traces["time"][part], traces["centre"][part], row["speed"])
         at = np.full(len(points), row["speed"])
         colour = colour_of(row)
-        upper.plot(at, 1e3 * points[:, 0], ".", ms=2, c=colour, mew=0)
-        lower.plot(at, 1e3 * np.hypot(*points.T), ".", ms=2, c=colour, mew=0)
-    gap = 1e3 * cases.rows[line[0]]["gap"]
+        look = {"c": colour, "mew": 0, "ms": 2 if len(points) > FEW_TURNS else 5}
+        upper.plot(at, 1e3 * points[:, 0], ".", **look)
+        lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
+    gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
     upper.set_yscale("symlog", linthresh=gap)
     lower.axhline(gap, c="k", ls="--", lw=0.8)
     lower.set(yscale="log", xlabel="Ω, rad/s", ylabel="|Z|, mm (dashed: gap)")
@@ -181,22 +188,26 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
 
 
 def colour_of(row: dict[str, Any]) -> str:
-    """Return the colour of a row's regime, dark enough for a dot."""
-    return "#B8A800" if row["regime"] == "sustained" else _shade(row["regime"])
+    """Return the colour of a row's word, dark enough for a dot."""
+    return WORDS[shown_word(row)].stroke
 
 
-def _shade(regime: str) -> str:
-    return "#888888" if regime in {"undecided", "none"} else REGIMES[regime][0]
+def shown_word(row: dict[str, Any]) -> str:
+    """Return the word that a finished case is shown by."""
+    return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
 def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
     """Tell the colours of the regimes below a figure."""
     from matplotlib.lines import Line2D
 
-    rows = {cases.rows[i]["regime"]: cases.rows[i] for i in line}
+    found = {shown_word(cases.rows[i]) for i in line}
     keys = [
-        Line2D([], [], marker="o", ls="", c=colour_of(row), label=regime)
-        for regime, row in sorted(rows.items())
+        Line2D(
+            [], [], marker="o", ls="", mfc=look.colour, mec=look.stroke, label=look.told
+        )
+        for word, look in WORDS.items()
+        if word in found
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
 
@@ -216,12 +227,20 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
         raise InputError(msg)
     figure = Figure(figsize=(10, 6), layout="constrained")
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(8, 1))
-    speeds = np.array([cases.rows[i]["speed"] for i in line])
-    _waves(axes, table, k, speeds)
-    _crossings(axes, table, k, speeds)
-    cells = edges_of(speeds)
+    cells = edges_of(np.array([cases.rows[i]["speed"] for i in line]))
+    span = cells[[0, -1]]
+    first = first_family(table, "casing").get(k, 0.0)
+    limits = wave_limits(own_waves(table, k), k, span)
+    orders = highest_order(first, limits)
+    _waves(axes, own_waves(table, k), k, span)
+    _harmonics(axes, first, orders)
+    axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
+    axes.set_ylim(limits)
+    _crossings(axes, table, k, span, orders)
     for i, case in enumerate(line):
-        strip.axvspan(cells[i], cells[i + 1], color=colour_of(cases.rows[case]), lw=0)
+        fill = WORDS[shown_word(cases.rows[case])].colour
+        strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
+    strip.set_xlim(span)
     strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
     axes.legend(loc="upper left", fontsize=8)
@@ -229,44 +248,42 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     return figure
 
 
-def _waves(axes: Any, table: list[Line], k: int, speeds: Floats) -> None:
-    """Draw both waves of 1F and suspension, and the casing's harmonics."""
-    span = np.array([speeds.min(), speeds.max()])
-    wanted = ("1F", "suspension")
-    own = {
-        m.family: 2 * np.pi * m.frequency_hz
-        for m in table
-        if m.body == "rotor" and m.nodal_diameter == k and m.family in wanted
-    }
-    colours = dict(zip(wanted, ("#0072B2", "#009E73"), strict=True))
+def _waves(axes: Any, own: dict[str, float], k: int, span: Floats) -> None:
+    """Draw both waves of 1F and suspension, {family: rad/s}, over a span of speeds."""
+    colours = {"1F": "#0072B2", "suspension": "#009E73"}
     for name, (plus, minus) in campbell(own, k, span).items():
         label = f"{name}: kΩ ± ω$_{{bd}}$"
         axes.plot(span, plus, c=colours[name], lw=1.2, label=label)
         axes.plot(span, minus, c=colours[name], lw=1.2, ls="--")
-    first = first_family(table, "casing").get(k, 0.0)
-    for n in range(-ORDERS, ORDERS + 1):
-        told = f"±n ω$_c$, n = 1..{ORDERS}" if n == 1 else None
-        if n:
-            axes.axhline(n * first, c="#D55E00", lw=0.6, label=told)
-    axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
-    axes.set_ylim(-1000, 1400)
 
 
-def _crossings(axes: Any, table: list[Line], k: int, speeds: Floats) -> None:
-    """Mark the coincidences of 1F; the speed is told for n = 1 and the highest."""
+def _harmonics(axes: Any, first: float, orders: int) -> None:
+    """Draw the casing's frequency and its multiples, of waves both ways."""
+    told = "±ω$_c$" if orders == 1 else f"±n ω$_c$, n = 1..{orders}"
+    for n in range(1, orders + 1):
+        for sign in (-1, 1):
+            label = told if n == sign == 1 else None
+            axes.axhline(sign * n * first, c="#D55E00", lw=0.6, label=label)
+
+
+def _crossings(axes: Any, table: list[Line], k: int, span: Floats, orders: int) -> None:
+    """Mark the coincidences of 1F; the speed is told for the first and last in view."""
     rotor, casing = (
         {k: f[k]} if k in (f := first_family(table, body)) else {}
         for body in ("rotor", "casing")
     )
-    for found in coincidences(rotor, casing, ORDERS):
-        speed, n = float(found["speed"]), int(found["order"])
-        if not speeds.min() <= speed <= speeds.max() or found["side"] == 1:
-            continue
-        height = (1.0 if found["side"] == -1 else -1.0) * n * casing[k]
+    seen = [
+        row for row in coincidences(rotor, casing, orders)
+        if span[0] <= row["speed"] <= span[-1] and row["side"] != 1
+    ]  # fmt: skip
+    named = [int(row["order"]) for row in seen if row["side"] == -1]
+    for row in seen:
+        speed, n = float(row["speed"]), int(row["order"])
+        height = (1.0 if row["side"] == -1 else -1.0) * n * casing[k]
         axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3)
-        if n in {1, ORDERS} and found["side"] == -1:
+        if row["side"] == -1 and n in {named[0], named[-1]}:
             name = "Eq. 13" if n == 1 else f"n = {n}"
-            place = (6, -34) if n == 1 else (6, 18)
+            place = (6, -34) if n == named[0] else (6, 18)
             axes.annotate(f"{name}: {speed:.0f} rad/s", (speed, height), place,
                           textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5})  # fmt: skip

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import h5py
 import numpy as np
@@ -12,11 +14,44 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import resolve
+from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
 
 Traces = dict[str, NDArray[np.float64]]
+
+
+def plain(value: Any) -> Any:
+    """Return an input as a number or as the text that a results file has of it."""
+    return json.dumps(value) if isinstance(value, list) else value
+
+
+class Rows(Sequence[dict[str, Any]]):
+    """Rows of columns, each made when it is asked for.
+
+    Parameters
+    ----------
+    columns
+        {name: (cases,)}
+    """
+
+    def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
+        self.columns = columns
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.columns["status"])
+
+    @overload
+    def __getitem__(self, case: int) -> dict[str, Any]: ...
+    @overload
+    def __getitem__(self, case: slice) -> list[dict[str, Any]]: ...
+    def __getitem__(self, case: int | slice) -> Any:
+        """Return numbers and words of a case by the names of `ROW`."""
+        if isinstance(case, slice):
+            return [self[i] for i in range(*case.indices(len(self)))]
+        return {n: column[case].item() for n, column in self.columns.items()}
 
 
 class Cases:
@@ -48,7 +83,7 @@ class Cases:
         if any(len(column) != count for column in columns.values()):
             msg = f"{self.path} and its campaign.json differ: gather the campaign again"
             raise StoreError(msg)
-        self.rows = [{n: c[i].item() for n, c in columns.items()} for i in range(count)]
+        self.rows = Rows(columns)
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -86,18 +121,38 @@ class Cases:
 
     def like(self, case: int) -> list[int]:
         """Return the finished cases that differ from one in speed alone, by speed."""
-        own = self._others(case)
-        same = [
-            i for i, row in enumerate(self.rows)
-            if row["status"] == "ok" and self._others(i) == own
-        ]  # fmt: skip
-        return sorted(same, key=lambda i: float(self.rows[i]["speed"]))
+        own, speeds = self._others(case), self.rows.columns["speed"]
+        same = [i for i in self.finished() if self._others(i) == own]
+        return sorted(same, key=lambda i: float(speeds[i]))
+
+    def slices(self) -> list[list[int]]:
+        """Return the finished cases, those alike but for speed together, by speed."""
+        found: dict[str, list[int]] = {}
+        for case in self.finished():
+            key = json.dumps(self._others(case), sort_keys=True)
+            found.setdefault(key, []).append(case)
+        speeds = self.rows.columns["speed"]
+        return [sorted(line, key=lambda i: float(speeds[i])) for line in found.values()]
+
+    def finished(self) -> list[int]:
+        """Return the cases that gave a result."""
+        found = np.flatnonzero(self.rows.columns["status"] == "ok")
+        return [int(i) for i in found]
+
+    def inputs(self) -> dict[str, NDArray[Any]]:
+        """Return {variable: (cases,)} of the swept inputs, as the file names them."""
+        swept = {variable_name(dotted): dotted for dotted in self._plan.swept}
+        base, settings = self._plan.base, self._plan.settings
+        return {
+            name: np.array([plain(row.get(dotted, base[dotted])) for row in settings])
+            for name, dotted in swept.items()
+        }
 
     def _others(self, case: int) -> dict[str, Any]:
         settings = self._plan.settings[case]
         return {n: v for n, v in settings.items() if n != "speed"}
 
-    def others(self, case: int) -> str:
-        """Return the swept inputs of a case but its speed, for a title."""
-        parts = (f"{n.rsplit('.', 1)[-1]} = {v}" for n, v in self._others(case).items())
-        return ", ".join(parts)
+    def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
+        """Return the swept inputs of a case but its speed, for a title or a name."""
+        own = ((n.rsplit(".", 1)[-1], v) for n, v in self._others(case).items())
+        return ", ".join(f"{name}{sign}{v}" for name, v in own if name not in but)

@@ -19,7 +19,6 @@ from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
 Traces = dict[str, NDArray[np.float64]]
 WHOLE = 1e-6  # of an interval: the end of a run need not be a sample
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
-NAMED = ("status", "outcome", "regime", "whirl")
 
 
 class Excerpt:
@@ -89,11 +88,11 @@ class Excerpt:
                         {"time": (1.0 + np.arange(count)) * interval[case]} | own,
                     )
 
-    def words_digest(self) -> str:
-        """Return a digest of the words and thresholds: another one after `classify`."""
+    def digest(self) -> str:
+        """Return a digest of rows and thresholds: another one after `classify`."""
         found = hashlib.sha256()
-        for name in NAMED:
-            found.update(" ".join(self.columns[name]).encode())
+        for name in sorted(ROW | STATUS):
+            found.update(self.columns[name].tobytes())
         limits = {n: v for n, v in self.facts.items() if n.startswith("threshold_")}
         found.update(repr(sorted(limits.items())).encode())
         return found.hexdigest()

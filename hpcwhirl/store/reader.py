@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.schema import ENUMS, FORMAT
 
 if TYPE_CHECKING:
     import xarray
@@ -41,8 +41,8 @@ def open_results(path: Path | str) -> xarray.Dataset:
     Returns
     -------
     xarray.Dataset over `case` (and `time`, `xy`, ... where traces were kept), units
-    and long names on every variable; words are integers with `flag_meanings`, see
-    `words`
+    and long names on every variable; words and texts are text. Numbers are read from
+    the file when they are asked for, traces case by case with `isel`
 
     Raises
     ------
@@ -54,24 +54,49 @@ def open_results(path: Path | str) -> xarray.Dataset:
     place = Path(path)
     place = place / "results.h5" if place.is_dir() else place
     check_file(place)
-    options: dict[str, Any] = {"engine": "h5netcdf", "mask_and_scale": False}
     try:
-        with xarray.open_dataset(place, **options) as root:
-            data = root.load()
-        with xarray.open_dataset(place, group="performance", **options) as speed:
-            merged = data.merge(speed.load(), combine_attrs="override")
+        root = xarray.open_dataset(place, engine="h5netcdf", decode_cf=False)
+        speed = xarray.open_dataset(
+            place, engine="h5netcdf", group="performance", decode_cf=False
+        )
+        # its dimension `case` has its values in the root alone
+        merged = root.merge(speed.drop_vars("case", errors="ignore"))
+        return _decoded(merged.assign_attrs(root.attrs))
     except (OSError, ValueError, KeyError) as failed:
         msg = f"{place} is damaged: {failed}"
         raise StoreError(msg) from None
-    names = str(merged.attrs.get("coordinates", "")).split()
-    return merged.set_coords([n for n in names if n in merged])
+
+
+def _decoded(data: xarray.Dataset) -> xarray.Dataset:
+    """Return the file's variables with words and texts as text, nothing else read."""
+    import xarray
+
+    for name, variable in data.variables.items():
+        if variable.dtype.kind == "S":  # xarray decodes it when it is asked for
+            data[name].attrs["_Encoding"] = "utf-8"
+    data = xarray.decode_cf(data, mask_and_scale=False, decode_times=False)
+    for name in ENUMS.keys() & data.variables.keys():
+        data[name] = _named(data[name])
+    return data
+
+
+def _named(variable: xarray.DataArray) -> xarray.DataArray:
+    """Return an enumeration, a byte a case, as words that compare with text."""
+    attrs = {n: v for n, v in variable.attrs.items() if not n.startswith("flag_")}
+    return variable.copy(data=words(variable)).assign_attrs(attrs)
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
-    """Return the words of an enumeration such as `regime`, (cases,) of str.
+    """Return the words of a variable such as `regime`, (cases,) of str.
 
-    Where xarray has masked a case (`Dataset.where`), the word is empty.
+    Where xarray has masked a case (`Dataset.where`), the word is empty. Also takes the
+    integers of a file that something else has opened, by their `flag_meanings`.
     """
+    values = variable.to_numpy()
+    if values.dtype.kind == "O":  # text, and NaN where xarray has masked it
+        values = np.array([v if isinstance(v, str) else "" for v in values], str)
+    if values.dtype.kind == "U":
+        return values
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
-    values = np.asarray(variable.to_numpy(), dtype=np.float64)
-    return np.asarray(meanings[np.where(np.isnan(values), -1, values).astype(int)])
+    codes = np.asarray(values, dtype=np.float64)
+    return np.asarray(meanings[np.where(np.isnan(codes), -1, codes).astype(int)])

@@ -69,14 +69,14 @@ def _rename(
     columns: dict[str, Any] = {n: file[n][:] for n in numeric}
     for word in (*WORDS, "stop"):
         columns[word] = np.array(ENUMS[word])[file[word][:]]
+    given = np.flatnonzero(file["status"][:] == ENUMS["status"].index("ok"))
     changes = []
-    for case in range(len(file["case"])):
-        if file["status"][case] != ENUMS["status"].index("ok"):
-            continue
+    for case in given.tolist():
         row = {n: values[case].item() for n, values in columns.items()}
         old: Words = (row["outcome"], row["regime"], row["whirl"])
-        new = name(row)
-        for word, value in zip(WORDS, new, strict=True):
-            file[word][case] = ENUMS[word].index(value)
-        changes.append((old, new))
+        changes.append((old, name(row)))
+    for place, word in enumerate(WORDS):
+        codes = file[word][:]
+        codes[given] = [ENUMS[word].index(new[place]) for _, new in changes]
+        file[word][:] = codes
     return changes

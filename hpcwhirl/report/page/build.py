@@ -25,7 +25,7 @@ NAME = "report.html"
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "data", "words", "axes", "map", "charts", "case", "table",
            "main")  # fmt: skip
-DIGEST = re.compile(rb'<meta name="hpcwhirl-words" content="([0-9a-f]{64})">')
+DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # within which that line stands
 
 
@@ -47,13 +47,13 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
 
 
 def is_stale(folder: Path, path: Path | None = None) -> bool:
-    """Return whether there is a page whose words are not those of the results."""
+    """Return whether there is a page that shows other results than there are."""
     try:
         with (path or folder / NAME).open("rb") as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
     except OSError:
         return False
-    return not found or found[1].decode() != Excerpt(folder).words_digest()
+    return not found or found[1].decode() != Excerpt(folder).digest()
 
 
 def page_of(told: Told) -> str:

@@ -1,11 +1,12 @@
-// Conditions on named numbers and words: the language of hpcwhirl.analysis.expression.
+// Conditions on named numbers and words: the language of hpcwhirl.analysis.expression
+// (rules) and of `hpcwhirl cases --where` (filter), whose `in` it knows, too.
 // parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing is
 // run as code.
 
 const FUNCTIONS = { abs: 1, min: 2, max: 2 };
 const COMPARED = ["==", "!=", "<=", ">=", "<", ">"];
 const TOKEN =
-  /\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([\p{L}_][\p{L}\p{N}_]*)|'([^']*)'|"([^"]*)"|(==|!=|<=|>=|[<>()+\-*\/,]))/uy;
+  /\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([\p{L}_][\p{L}\p{N}_.]*)|'([^']*)'|"([^"]*)"|(==|!=|<=|>=|[<>()[\]{}+\-*\/,]))/uy;
 
 function tokens(text) {
   const found = [];
@@ -55,6 +56,8 @@ function parse(text) {
   };
   const compared = () => {
     let before = sum();
+    const away = named("not");
+    if (away || named("in")) return member(before, away);
     let tree = null;
     while (is(...COMPARED)) {
       const sign = list[at++][1];
@@ -64,6 +67,21 @@ function parse(text) {
       before = after;
     }
     return tree ?? before;
+  };
+  const member = (one, away) => {
+    if (away) at += 1;
+    if (!named("in")) throw new Error("'in' is missing");
+    at += 1;
+    const close = { "(": ")", "[": "]", "{": "}" }[list[at]?.[0] === "sign" ? list[at][1] : ""];
+    if (!close) throw new Error("a list such as (damped, sustained) is missing after 'in'");
+    at += 1;
+    let tree = ["==", one, sum()];
+    while (is(",")) {
+      at += 1;
+      if (!is(close)) tree = ["or", tree, ["==", one, sum()]];
+    }
+    expect(close);
+    return away ? ["not", tree] : tree;
   };
   const sum = () => left(product, "+", "-");
   const product = () => left(signed, "*", "/");
@@ -80,7 +98,7 @@ function parse(text) {
       expect(")");
       return tree;
     }
-    if (kind === "sign" || (kind === "name" && ["and", "or", "not"].includes(value)))
+    if (kind === "sign" || (kind === "name" && ["and", "or", "not", "in"].includes(value)))
       throw new Error(`'${value}' stands where a number or name should`);
     if (kind === "name" && is("(")) return call(value);
     return [kind, value];
@@ -123,12 +141,21 @@ const MEANING = {
   max: (a, b) => (i) => Math.max(a(i), b(i)),
 };
 
+// As `cases --where` takes equality: to nine digits.
+const near = (x, y) =>
+  x === y || (typeof x === "number" && Math.abs(x - y) <= 1e-9 * Math.abs(y));
+const LENIENT = {
+  ...MEANING,
+  "==": (a, b) => (i) => near(a(i), b(i)),
+  "!=": (a, b) => (i) => !near(a(i), b(i)),
+};
+
 // lookup(name) gives a function of the case, or null where the name is a word itself.
-function compile(tree, lookup) {
+function compile(tree, lookup, meaning = MEANING) {
   const [kind, ...parts] = tree;
   if (kind === "number" || kind === "word") return () => parts[0];
   if (kind === "name") return lookup(parts[0]) ?? (() => parts[0]);
-  return MEANING[kind](...parts.map((part) => compile(part, lookup)));
+  return meaning[kind](...parts.map((part) => compile(part, lookup, meaning)));
 }
 
 function namesIn(tree) {

@@ -113,11 +113,14 @@ const WORDS = new Set([
   ...swept.filter((s) => !s.numeric).flatMap((s) => s.levels.map(String)),
 ]);
 
+// An input may be named as in the file, as in the TOML, or by an ending of that.
 function filterName(name) {
+  const ends = (full) => full === name || full.endsWith(`.${name}`);
   const known = FILTER_NAMES[name] ?? columns.get(name)?.value;
   if (known) return known;
-  const full = swept.find((s) => s.name === name);
-  if (full) return full.numeric ? full.value : (i) => String(full.value(i));
+  const inputs = [...swept, ...told.inputs].filter((input) => ends(input.name));
+  const column = inputs.length === 1 && columns.get(inputs[0].variable ?? inputs[0].name.split(".").pop());
+  if (column) return column.value;
   if (!WORDS.has(name)) throw new Error(`no number or word '${name}'`);
   return null;
 }
@@ -131,7 +134,7 @@ function applyFilter() {
   const text = element("filter").value.trim();
   try {
     const tree = text ? parse(text) : null;
-    state.matches = tree ? compile(tree, filterName) : () => true;
+    state.matches = tree ? compile(tree, filterName, LENIENT) : () => true;
     const count = CASES.filter(state.matches).length;
     element("filter-note").textContent = text ? `${count} of ${counted(COUNT)}` : "";
     element("filter").removeAttribute("aria-invalid");
@@ -362,7 +365,7 @@ function drawHead() {
   element("warning").hidden = !others;
   element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR names them anew.`;
   element("about-body").replaceChildren(
-    heading("h4", "Campaign"), tableOf([...Object.entries(told.facts), ["words", told.digest.slice(0, 12)]]),
+    heading("h4", "Campaign"), tableOf([...Object.entries(told.facts), ["digest", told.digest.slice(0, 12)]]),
     heading("h4", "Inputs that all cases share"),
     tableOf(told.inputs.map((s) => [s.name, JSON.stringify(s.value), s.meaning])),
   );

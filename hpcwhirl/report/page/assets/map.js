@@ -6,7 +6,7 @@ const WHIRL_MARKS = { forward: "▲", backward: "▼", mixed: "●", none: "" };
 // {fill(i), ink(i), legend()} of what colours the cells.
 function colouring(name, shown) {
   if (name === "regime") return byWords((i) => words.shown[i], told.looks, shown);
-  if (name === "whirl") return { ...byWords((i) => words.whirl[i], WHIRL_LOOKS, shown), isWhirl: true };
+  if (name === "whirl") return { ...byWords((i) => words.whirl[i], told.whirls, shown), isWhirl: true };
   const column = columns.get(name);
   const title = withUnit(name, column.unit);
   const numbers = shown.map((i) => column.value(i)).filter(Number.isFinite);
@@ -37,13 +37,6 @@ function scaleFor(numbers, low, high) {
     return { type: "log", scheme: "cividis", domain: [least, high] };
   return { type: "linear", scheme: "cividis", domain: low < high ? [low, high] : [low - 1, low + 1] };
 }
-
-const WHIRL_LOOKS = {
-  forward: { colour: "#F2DC3A", ink: "#000", letter: "▲", told: "forward" },
-  backward: { colour: "#57267A", ink: "#fff", letter: "▼", told: "backward" },
-  mixed: { colour: "#7DB8DF", ink: "#000", letter: "●", told: "mixed" },
-  none: { colour: "#FFFFFF", ink: "#000", letter: "·", told: "none" },
-};
 
 function byWords(word, looks, shown) {
   const counts = d3.rollup(shown, (v) => v.length, word);

@@ -1,0 +1,127 @@
+"""What a map says in words: title, panels, legend, notes."""
+
+from __future__ import annotations
+
+import textwrap
+import tomllib
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
+from hpcwhirl.report.colours import Colours
+from hpcwhirl.report.palette import WHIRLS
+from hpcwhirl.report.picture import RPM, Picture, Wish
+from hpcwhirl.store.select import told
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hpcwhirl.report.sheet import Sheet
+
+FIXED = {"speed": "Ω", "nodal_diameter": "k", "gap": "gap", "friction": "μ"}
+LETTERS_AN_INCH = 13  # of a title
+
+
+def engine_of(data: xarray.Dataset) -> str:
+    """Return the name of the engine, from the scene or the title of the file."""
+    try:
+        scene = tomllib.loads(str(data.attrs["scene"]))
+        return str(scene["engine"]["name"])
+    except (KeyError, TypeError, tomllib.TOMLDecodeError):
+        return str(data.attrs.get("title", "hpcwhirl campaign")).rpartition(", ")[2]
+
+
+def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -> str:
+    """Return engine, inputs that all cases share, duration, preset; notes below."""
+    parts, wide = [], max(int(LETTERS_AN_INCH * width), 30)
+    shown = {*picture.panels[0], picture.x.name, picture.y.name}
+    own = [n for n in picture.inputs if n not in FIXED]
+    for name in [*FIXED, *own]:
+        known = set(data[name].to_numpy()[picture.case].tolist())
+        if len(known) == 1 and name not in shown:
+            parts.append(_fixed(data, name, known.pop(), rpm=wish.rpm))
+    end = np.unique(data["duration"].to_numpy()[picture.case])
+    if len(end) == 1 and "duration" not in shown:
+        parts.append(f"{told(end[0])} s")
+    if data.attrs.get("preset"):
+        parts.append(f"preset {data.attrs['preset']}")
+    text = f"{engine_of(data)}: {', '.join(parts)}"
+    lines = [text, *picture.along]
+    return "\n".join(textwrap.fill(line, wide) for line in lines)
+
+
+def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
+    unit = str(data[name].attrs.get("units", ""))
+    if rpm and name == "speed":
+        value, unit = RPM * value, "rpm"
+    shown = "" if unit in {"", "1"} else f" {unit}"
+    text = told(value)
+    text = text if len(text) <= 40 else text[:39] + "…"
+    return f"{FIXED.get(name, name.replace('_', ' '))} = {text}{shown}"
+
+
+def panel_title(values: dict[str, Any]) -> str:
+    """Return what the cases of a panel share."""
+    parts = []
+    for name, value in values.items():
+        text = told(value)
+        text = text if len(text) <= 30 else text[:29] + "…"
+        parts.append(f"{name.replace('_', ' ')} = {text}")
+    return ", ".join(parts)
+
+
+def add_legend(
+    figure: Any, blocks: Sequence[Any], layers: Sequence[Colours], sheet: Sheet
+) -> None:
+    """Tell the words that occur, and how many cases have each.
+
+    Below the panels, or beside those of each layer where there are several.
+
+    Parameters
+    ----------
+    figure : of the map
+    blocks : (rows, columns) of axes for each layer
+    layers, sheet : what they show
+    """
+    for block, colours in zip(blocks, layers, strict=True):
+        counts = Counter(colours.kind.tolist())
+        words = [word for word in colours.looks if counts[word]]
+        keys = [_key(word, counts[word], colours, sheet) for word in words]
+        marked = sheet.lettered and colours.name != "whirl"
+        if marked or (sheet.picture.scattered and not sheet.points):
+            good = ~np.isin(sheet.picture.word, list(HATCHES))
+            keys += _whirl_keys(set(sheet.picture.whirl[good].tolist()))
+        if len(layers) > 1:
+            block[0, -1].legend(handles=keys, loc="upper left", fontsize=8,
+                                bbox_to_anchor=(1.0, 1.0), frameon=False)  # fmt: skip
+        elif keys:
+            figure.legend(handles=keys, loc="outside lower center", fontsize=8,
+                          ncols=max(int(figure.get_figwidth() / 1.6), 1),
+                          frameon=False)  # fmt: skip
+
+
+def _key(word: str, count: int, colours: Colours, sheet: Sheet) -> Any:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    look = colours.looks[word]
+    told_ = f"{look.letter}  {look.told}" if sheet.lettered else look.told
+    label, fill = f"{told_}: {count}", fill_of(word, colours)
+    if sheet.points:
+        return Line2D([], [], ls="", marker=look.marker, mfc=fill, mec="black", mew=0.5,
+                      label=label)  # fmt: skip
+    hatch = HATCHES[word] if hatched(colours, [word]) else None
+    return Patch(fc=fill, ec=HATCHED, lw=0.5, hatch=hatch, label=label)
+
+
+def _whirl_keys(found: set[str]) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], marker=m, c="black", ls="", mfc="white", ms=4.5, label=w)
+        for w, m in WHIRLS.items()
+        if m and w in found
+    ]

@@ -1,0 +1,136 @@
+"""Critical speeds on a map: Eq. 13 and the super-harmonics of the casing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.report.axes import Axis, straight
+from hpcwhirl.report.picture import RPM, Picture
+from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.store.plan import read_plan
+
+ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
+MOST_MODELS = 7  # along the other axis; between them the curve is straight
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A level of the axis across the speed: its cell's ends, and a case there."""
+
+    low: float
+    high: float
+    case: int
+
+
+def mark_critical(
+    panels: Iterable[Any], picture: Picture, folder: Path, *, rpm: bool
+) -> None:
+    """Draw where Omega = (omega_bd + n omega_c) / k in every panel.
+
+    Parameters
+    ----------
+    panels : axes, those of further panels than there are not used
+    picture : what is shown
+    folder : the campaign's directory, whose plan has the scenes
+    rpm : whether speeds are in rpm
+    """
+    if "speed" not in {picture.x.name, picture.y.name}:
+        msg = "--critical marks speeds: speed must be on an axis"
+        raise InputError(msg)
+    plan, known = read_plan(folder), input_names()
+
+    def scene(case: int) -> Scene:
+        given = plan.base | plan.settings[case]
+        return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
+
+    upright = picture.x.name == "speed"
+    across = picture.y if upright else picture.x
+    for number, axes in zip(range(len(picture.panels)), panels, strict=False):
+        found = _levels(across, picture, number)
+        lines = [(level, speeds_of(scene(level.case))) for level in found]
+        _draw(axes, lines, RPM if rpm else 1.0, upright=upright)
+
+
+def speeds_of(scene: Scene) -> dict[int, float]:
+    """Return {order n: speed, rad/s} of the scene's own nodal diameter."""
+    table, k = modal_table(model_of(scene)), scene.nodal_diameter
+    bodies = (first_family(table, body) for body in ("rotor", "casing"))
+    rotor, casing = ({k: f[k]} if k in f else {} for f in bodies)
+    rows = critical_speeds(rotor, casing, ORDERS)
+    return {int(row["order"]): float(row["speed"]) for row in rows}
+
+
+def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
+    """Return levels at which models are made: all of few, some of many."""
+    rows = np.flatnonzero(picture.panel == number)
+    index = across.index[rows]
+    chosen = np.unique(index)
+    cells = across.edges()
+    low, high = cells[chosen], cells[chosen + 1]
+    if len(chosen) > MOST_MODELS and not across.names and not across.whole:
+        some = np.linspace(0, len(chosen) - 1, MOST_MODELS).round().astype(int)
+        low, high = _halfway(across, chosen[some])
+        chosen = chosen[some]
+    first = [int(picture.case[rows[np.argmax(index == i)]]) for i in chosen]
+    return [
+        _Level(float(a), float(b), case)
+        for a, b, case in zip(low, high, first, strict=True)
+    ]
+
+
+def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Return lower and upper ends of wider cells around the chosen levels."""
+    at = straight(across.levels[chosen], across.scale)
+    middle = (at[1:] + at[:-1]) / 2
+    inner = np.exp(middle) if across.scale == "log" else middle
+    ends = across.edges()
+    return np.r_[ends[0], inner], np.r_[inner, ends[-1]]
+
+
+def _draw(
+    axes: Any,
+    lines: list[tuple[_Level, dict[int, float]]],
+    factor: float,
+    *,
+    upright: bool,
+) -> None:
+    """Draw a piece of line for each level and order, within the axis of the speed."""
+    low, high = sorted(axes.get_xlim() if upright else axes.get_ylim())
+    named: set[int] = set()
+    for level, speeds in lines[::-1]:  # names stand where the lines end
+        for order, speed in speeds.items():
+            if not low <= factor * speed <= high:
+                continue
+            piece = [factor * speed] * 2, [level.low, level.high]
+            axes.plot(
+                *(piece if upright else piece[::-1]), scalex=False, scaley=False,
+                c="black", ls="-" if order == 1 else "--",
+                lw=1.6 if order == 1 else 0.8, gid=f"n{order}",
+            )  # fmt: skip
+            if order not in named:
+                named.add(order)
+                _name(axes, order, factor * speed, upright=upright)
+
+
+def _name(axes: Any, order: int, at: float, *, upright: bool) -> None:
+    """Write which order a line is at its end, on white."""
+    text = "Eq. 13" if order == 1 else f"n={order}"
+    look = {"fontsize": 6.5, "textcoords": "offset points"}
+    box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
+    if upright:
+        axes.annotate(text, (at, 1.0), (0, -2), axes.get_xaxis_transform(),
+                      ha="center", va="top", bbox=box, **look)  # fmt: skip
+    else:
+        axes.annotate(text, (1.0, at), (-2, 0), axes.get_yaxis_transform(),
+                      ha="right", va="center", bbox=box, **look)  # fmt: skip

@@ -1,0 +1,140 @@
+"""Which cases are meant: inputs by the names of the TOML or of the file, and values."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene import input_names
+from hpcwhirl.store.layout import variable_name
+
+if TYPE_CHECKING:
+    import xarray
+
+SAME = 1e-9  # relative difference of numbers that are one value
+MOST_TOLD = 8  # values in a message
+Mask = NDArray[np.bool_]
+
+
+def swept_of(data: xarray.Dataset) -> list[str]:
+    """Return the variables of the swept inputs, in the order of the file."""
+    return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
+
+
+def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> str:
+    """Return the variable of an input named as in the file or as in the TOML.
+
+    Parameters
+    ----------
+    name : a variable, a dotted name, or an ending of one that is unique in `known`
+    known : variables to choose from
+    what : they are, for the message
+    """
+    among = list(known)
+    if name in among:
+        return name
+    dotted = [n for n in input_names() if n == name or n.endswith(f".{name}")]
+    found = sorted({variable_name(n) for n in dotted} & set(among))
+    if len(found) > 1:
+        msg = f"{what} '{name}' is one of {', '.join(found)}: say which"
+        raise InputError(msg)
+    if not found:
+        raise unknown(what, name, among)
+    return found[0]
+
+
+def dotted_of(variable: str) -> str:
+    """Return the dotted name of the input that a variable of the file holds."""
+    return next(n for n in input_names() if variable_name(n) == variable)
+
+
+def told(value: Any) -> str:
+    """Return a value as one writes it in a setting: the fewest digits that tell it."""
+    if isinstance(value, float | np.floating):
+        return f"{value:.10g}"
+    return str(value)
+
+
+def where(
+    settings: Sequence[str], columns: Mapping[str, NDArray[Any]], option: str = "--at"
+) -> Mask | None:
+    """Return which cases have the values of ``NAME=V[,V...]``; None for no settings.
+
+    Several settings of one input admit any of their values.
+
+    Parameters
+    ----------
+    settings : such as ``speed=410``
+    columns : {variable: (cases,)} of the inputs that may be named
+    option : for messages
+    """
+    admitted: dict[str, Mask] = {}
+    for text in settings:
+        name, sign, raw = text.partition("=")
+        if not sign or not raw.strip():
+            msg = f"{option} must be NAME=VALUE, got '{text}'"
+            raise InputError(msg)
+        variable = variable_of(name.strip(), columns, f"input of {option}")
+        found = _equal(columns[variable], raw.strip(), f"{option} {variable}")
+        admitted[variable] = admitted.get(variable, np.False_) | found
+    if not admitted:
+        return None
+    both = np.logical_and.reduce(list(admitted.values()))
+    if not both.any():
+        msg = f"{option} {' '.join(settings)}: no case has all of these values"
+        raise InputError(msg)
+    return np.asarray(both)
+
+
+def _equal(values: NDArray[Any], raw: str, what: str) -> Mask:
+    if values.dtype.kind in "OUS":
+        raw = _numbered(values, raw)
+        found = np.array([_same_text(str(value), raw) for value in values])
+        if not found.any():
+            raise unknown(f"value of {what}", raw, {str(v) for v in values})
+        return found
+    parts = [_number(part, what) for part in raw.split(",")]
+    each = [np.isclose(values, part, rtol=SAME, atol=0.0) for part in parts]
+    for part, one in zip(parts, each, strict=True):
+        if not one.any():
+            msg = f"{what} = {told(part)}: no case has it, {_nearest(values, part)}"
+            raise InputError(msg)
+    return np.asarray(np.logical_or.reduce(each))
+
+
+def _numbered(values: NDArray[Any], raw: str) -> str:
+    """Return the text that ``#2`` stands for: the second there is; else `raw`."""
+    order = list(dict.fromkeys(values.astype(str).tolist()))
+    known = {f"#{i + 1}": text for i, text in enumerate(order)}
+    return known.get(raw, raw)
+
+
+def _number(text: str, what: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        msg = f"{what} must be a number, got '{text.strip()}'"
+        raise InputError(msg) from None
+
+
+def _same_text(value: str, raw: str) -> bool:
+    if value == raw or not value.startswith("["):
+        return value == raw
+    try:
+        return bool(json.loads(value) == json.loads(raw))
+    except ValueError:
+        return False
+
+
+def _nearest(values: NDArray[Any], wanted: float) -> str:
+    """Return all values of an input if few, else the nearest to the one wanted."""
+    known = np.unique(values[np.isfinite(values)])
+    if len(known) <= MOST_TOLD:
+        return "known: " + ", ".join(map(told, known))
+    near = np.sort(known[np.argsort(abs(known - wanted))[:2]])
+    return "nearest: " + ", ".join(map(told, near))
