@@ -13,7 +13,20 @@ function cut(text, most) {
 
 const counted = (count) => `${count} ${count === 1 ? "case" : "cases"}`;
 
-const levelText = (value) => (typeof value === "number" ? short(value) : String(value));
+// A list by its runs of equal numbers: "21 × 0, 0.01".
+function runsOf(values) {
+  const runs = [];
+  for (const value of values) {
+    if (runs.at(-1)?.[1] === value) runs.at(-1)[0] += 1;
+    else runs.push([1, value]);
+  }
+  return runs.map(([count, v]) => (count > 1 ? `${count} × ${levelText(v)}` : levelText(v))).join(", ");
+}
+
+function levelText(value) {
+  if (Array.isArray(value)) return runsOf(value) || "none";
+  return typeof value === "number" ? short(value) : String(value);
+}
 
 // What can stand on an axis: swept inputs of several levels; speed and gap otherwise.
 const axes = (() => {

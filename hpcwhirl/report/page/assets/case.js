@@ -11,7 +11,8 @@ function inputsOf(i) {
   const names = swept.length ? swept.map((s) => s.variable) : ["speed", "gap"];
   return names.map((name) => {
     const { unit, value } = columns.get(name);
-    return `${name.replaceAll("_", " ")} ${levelText(value(i))}${UNITLESS.has(unit) ? "" : ` ${unit}`}`;
+    const level = swept.find((s) => s.variable === name)?.value ?? value;
+    return `${name.replaceAll("_", " ")} ${cut(levelText(level(i)), 60)}${UNITLESS.has(unit) ? "" : ` ${unit}`}`;
   });
 }
 

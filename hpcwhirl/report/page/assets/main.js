@@ -301,7 +301,7 @@ function limitRow(threshold) {
     if (number.value !== "") set(Number(number.value));
     slider.value = String(Math.log10(limits[threshold.name] || 1e-300));
   });
-  row.append(label, slider, number, textElement("small", threshold.meaning));
+  row.append(label, slider, number, textElement("small", threshold.meaning.replaceAll("`", "")));
   show();
   return { row, show };
 }

@@ -1,6 +1,7 @@
 // The map: cells to scale, or points where the design is no grid.
 
 const MOST_LETTERS = 300;
+const MOST_WORD = 20; // characters of a panel's name
 const WHIRL_MARKS = { forward: "▲", backward: "▼", mixed: "●", none: "" };
 
 // {fill(i), ink(i), legend()} of what colours the cells.
@@ -120,11 +121,14 @@ function facetsOf(choice) {
     scales[key] = {
       domain: d3.range(axis.levels.length),
       label: axis.title,
-      tickFormat: (j) => cut(levelText(axis.levels[j]), 24),
+      tickFormat: (j) => cut(levelText(axis.levels[j]), MOST_WORD),
     };
   }
   return { facet, scales };
 }
+
+const longest = (axis) =>
+  d3.max(axis.levels, (level) => cut(levelText(level), MOST_WORD).length);
 
 // Draw into `frame`; returns {plot, colour} with `data-case` on every cell.
 function drawMap(frame, choice, shown) {
@@ -140,7 +144,7 @@ function drawMap(frame, choice, shown) {
     height: Math.max(rows * (rows > 1 ? 170 : tall), tall) + 50,
     marginLeft: y.numeric ? 62 : 110,
     marginBottom: 40,
-    marginRight: choice.down ? 70 : 16,
+    marginRight: choice.down ? 40 + 6.5 * longest(axisOf(choice.down)) : 16,
     x: placed(x).scale,
     y: { ...placed(y).scale, reverse: false },
     color: { type: "identity" },
