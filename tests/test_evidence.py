@@ -48,8 +48,8 @@ def apart(one, other):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_no_variable_depends_on_what_is_kept(scheme, motion):
     settings = MOTIONS[motion] | {"scheme": scheme}
-    if scheme in {"general", "paper"}:
-        settings |= {"duration": 0.006}
+    if scheme in {"general", "paper"}:  # no certificate in so few steps
+        settings |= {"duration": 0.006, "gap": 1e-4}
     rows = [simulate(scene(**settings, **kept)).row for kept in KEPT]
     assert all(apart(rows[0], row) == set() for row in rows[1:])
     assert rows[0]["contacts"] > 0 or rows[0]["certificate"] > 0

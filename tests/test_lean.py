@@ -12,7 +12,7 @@ def found(**own):
     same = {"regime": "damped", "whirl": "none", "stop": "end", "folds": 1}
     same |= {"certificate": -1.0, "contacts": 0, "blades": 10, "seconds": 1.0}
     numbers = dict.fromkeys(LEAN["FLOORS"], 2.0)
-    return same | numbers | {"late_energy": 1.0} | own
+    return same | numbers | own
 
 
 def told(capsys, *pairs, certain=False):
@@ -39,17 +39,6 @@ def test_cases_of_which_nothing_is_left_out_dilute_no_difference(capsys):
     _, text = told(capsys, *[whole] * 50, off)
     assert "numbers of the 1 cases" in text
     assert "all: 1 cases, relative differences 4.8e-02 (median)" in text
-
-
-def test_the_rate_of_a_motion_at_rest_is_no_number_to_compare(capsys):
-    rates = {"growth_rate": -140.0}, {"growth_rate": -156.0}
-    for energy, shown in (
-        (1e-9, "1.0e-01 (largest: growth_rate)"),
-        (1e-200, "0.0e+00"),
-    ):
-        pair = [found(folds=2, late_energy=energy, **rate) for rate in rates]
-        _, text = told(capsys, pair)
-        assert shown in text
 
 
 def test_words_that_differ_are_counted_unless_the_whole_is_undecided(capsys):

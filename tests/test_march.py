@@ -493,10 +493,10 @@ def test_what_a_user_would_write_finds_the_same_impulse():
     assert found["solve_ivp, penalty"] == pytest.approx(found["modal"], rel=0.2)
 
 
-@pytest.mark.parametrize("scheme", ["modal", "exact"])
-def test_a_march_cut_into_any_number_of_slices_ends(scheme, monkeypatch):
+def test_a_march_cut_into_any_number_of_slices_ends(monkeypatch):
     monkeypatch.setattr(March, "_slice", lambda _, size: min(size, 2))  # as by looks
-    march = March(scene(scheme=scheme, nodal_diameter=2, force=1.0))
+    undamped = {"casing.damping": 0.0}  # no certificate: marched to the end
+    march = March(scene(nodal_diameter=2, force=1.0, **undamped))
     slices = []
     history = march.run(between_slices=lambda: slices.append(march.steps))
     assert len(slices) > 1100  # doubled so often, a slice is no number any more

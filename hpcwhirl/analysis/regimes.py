@@ -65,7 +65,7 @@ def levels(values: Floats, count: int) -> Floats:
     Blocks average the beating of close frequencies away.
     """
     means = np.array([block.mean() for block in np.array_split(values, count)])
-    moving = means > np.finfo(float).tiny
+    moving = means > NOTHING
     return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
 
 
@@ -75,7 +75,7 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     The error is that of the slope where each block errs as much as it stands off the
     middle of its neighbours: a smooth rise, however it accelerates, is not scatter. A
     body at rest has rate 0 and error 0; one that has come to rest meanwhile, its
-    amplitudes flushed to 0, the least rate that explains it.
+    energy below `NOTHING`, the least rate that explains it.
     """
     count = min(BLOCKS, len(time))
     if count < 3:
@@ -97,7 +97,7 @@ def _come_to_rest(at: Floats, level: Floats) -> float:
     rest = int(np.argmin(moving))
     if rest == 0 or moving[rest:].any():
         return 0.0
-    fall = 0.5 * np.log(np.finfo(float).tiny) - level[0]
+    fall = 0.5 * np.log(NOTHING) - level[0]
     return float(fall / (at[rest] - at[0]))
 
 

@@ -241,7 +241,8 @@ class Coast:
             centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
         ) = tracks  # fmt: skip
         centre[:] = self._centre(motion, z)
-        energy[:] = sum(self._energies(motion, z))
+        rotor, ring = self._energies(motion, z)
+        energy[:] = rotor + ring
         lost[:] = start.to_lose - energy
         impulse[:] = start.impulse
         fed[:], rubbed[:] = start.row[contact.WAS_FED], start.row[contact.WAS_RUBBED]
@@ -252,7 +253,7 @@ class Coast:
             blade_impulse[:] = start.blades
             casing[:] = self._ring(motion, z, steps)
 
-    def _ring(self, motion: _Motion, z: Complexes, steps: Floats) -> Floats:
+    def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
         """Return copies (samples, 2 ring_size) as the kernel's, so many steps on."""
         own, free = self.ring.own, slice(len(self.rotor.own), None)
         q = motion.alpha[free] * z[:, free] + motion.beta[free] * z[:, free].conj()
@@ -276,14 +277,15 @@ class Coast:
         counter[contact.STEP] += steps
         odd = int(counter[contact.STEP]) & 1
         (q, d), (_, old) = motion.at(steps), motion.at(steps - 1)
-        ends = sum(self._energies(motion, np.exp(np.outer([0, steps], motion.log))))
+        rotor, ring = self._energies(motion, np.exp(np.outer([0, steps], motion.log)))
         rate = np.concatenate([
             self.rotor_items[passes.RATE][own],
             self.ring_items[passes.RATE][self.ring.own],
         ])  # fmt: skip
         waits = float(rate @ np.abs(d + old) ** 2)
         state[4][:], state[5][:] = settled[2], settled[3]
-        state[4][4 * self.slots] += float(ends[0] - ends[1]) - waits
+        lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
+        state[4][4 * self.slots] += float(lost) - waits
         spin = self.ring_items[passes.SPIN][self.ring.own] * self.step
         now, then = np.exp(1j * spin * steps), np.exp(1j * spin * (steps - 1))
         for place, values, turn in (
