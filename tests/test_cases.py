@@ -57,6 +57,8 @@ def numpy_says(data):
             hpcwhirl.words(data.whirl), ["forward", "backward"]
         ),
         "case == 3": np.arange(12) == 3,
+        "1 == 1 and (2 > 3 or speed > 300) and 1 in (1, 2)": v["speed"] > 300,
+        "speed > 1 / 0": np.zeros(12, bool),
     }
 
 

@@ -526,6 +526,6 @@ def test_mistuning_may_be_swept_and_is_kept_in_the_results(tmp_path):
     assert [list(s.engine.rotor.mistuning) for s in design.cases] == lists
     prepare(design, tmp_path)
     data = open_results(gather(tmp_path, {}))
-    assert [bytes(v) for v in data["rotor_mistuning"].to_numpy()] == [
-        b"[0.0, 0.0, 0.1]", b"[0.0, 0.2, 0.0]",
+    assert data["rotor_mistuning"].to_numpy().tolist() == [
+        "[0.0, 0.0, 0.1]", "[0.0, 0.2, 0.0]",
     ]  # fmt: skip

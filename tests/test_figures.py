@@ -12,8 +12,10 @@ import pytest
 from hpcwhirl.campaign.case import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report import figures, growth, motions, shapes, sweeps
-from hpcwhirl.scene import Rotor, apply_settings
+from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.report import campbell, figures, growth, motions, ranges, shapes, sweeps
+from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.cases import Cases
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
@@ -117,11 +119,11 @@ def test_a_directory_without_results_is_one_line(tmp_path, capsys):
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_orbits_show_the_steady_part_alone_unless_asked(cases):
+def test_orbits_show_the_window_alone_unless_asked(cases):
     static, rotating = motions.draw_orbits(cases, 0).axes
-    late = motions.steady(cases.traces(0)["time"], cases.rows[0])
+    late = motions.in_window(cases.traces(0)["time"], cases.rows[0])
     drawn = {line.get_label(): len(line.get_xdata()) for line in static.lines}
-    assert drawn["steady part"] == late.sum()
+    assert drawn["window of the words"] == late.sum()
     assert "transient" not in drawn
     assert "static frame" in static.get_xlabel()
     assert "rotating frame" in rotating.get_xlabel()
@@ -133,8 +135,8 @@ def test_orbits_show_the_steady_part_alone_unless_asked(cases):
 def test_the_orbit_drawn_is_the_one_kept_in_its_unit(cases):
     axes = motions.draw_orbits(cases, 0, transient=True).axes[0]
     factor = {"mm": 1e3, "µm": 1e6, "nm": 1e9}[axes.get_label()]
-    late = motions.steady(cases.traces(0)["time"], cases.rows[0])
-    line = next(li for li in axes.lines if li.get_label() == "steady part")
+    late = motions.in_window(cases.traces(0)["time"], cases.rows[0])
+    line = next(li for li in axes.lines if li.get_label() == "window of the words")
     assert line.get_xydata() == pytest.approx(factor * cases.traces(0)["centre"][late])
 
 
@@ -161,7 +163,9 @@ def test_amplitudes_and_frames_are_told(cases):
 def test_regimes_lie_under_the_interaction_diagram(cases):
     waves, strip = sweeps.draw_interaction(cases, cases.like(0)).axes
     assert len(strip.patches) == 3
-    assert any("Eq. 13" in t.get_text() or "n = 9" in t.get_text() for t in waves.texts)
+    told = [t.get_text() for t in waves.texts]
+    assert told[0].startswith("Eq. 13: 27")  # the first cell begins below it
+    assert told[-1].startswith("n = 12")
     assert "casing's frame" in waves.get_ylabel()
 
 
@@ -199,6 +203,79 @@ def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
     monkeypatch.setattr(cases, "scene", lambda _: rigid)
     with pytest.raises(InputError, match="elastic casing"):
         sweeps.draw_interaction(cases, [0])
+
+
+@pytest.fixture(scope="module")
+def stiff(tmp_path_factory):
+    """A compressor: blades eight times as thick, 1F far above the paper's, two gaps."""
+    place = tmp_path_factory.mktemp("stiff")
+    (place / "stiff.toml").write_text(
+        FULL.replace("[410, 300, 520]", "[800, 1600]\ngap = [1.28e-4, 2.56e-4]")
+        .replace("0.1", "0.03").replace("4e-6", "2e-6")
+        + "[engine.rotor]\nroot_thickness = 0.085\n"
+    )  # fmt: skip
+    words = ["campaign", str(place / "stiff.toml"), "--out", str(place / "out")]
+    assert main(words) == 0
+    return place / "out"
+
+
+def test_ranges_are_those_of_the_engine(stiff):
+    cases = Cases(stiff)
+    line = cases.slices()[0]
+    table = modal_table(model_of(cases.scene(0)))
+    first = first_family(table, "rotor")
+    hertz = max(first.values()) / (2 * np.pi)
+    assert hertz > 250
+    frequency = sweeps.draw_frequency(cases, line).axes[0]
+    assert frequency.get_ylim()[1] > hertz
+    waves = sweeps.draw_interaction(cases, line).axes[0]
+    low, high = waves.get_ylim()
+    speeds = [cases.rows[i]["speed"] for i in line]
+    assert high > max(speeds) + first[1]
+    assert low < min(speeds) - first[1]
+    cascade = sweeps.draw_cascade(cases, line).axes[0]
+    assert cascade.get_ylim()[1] > first[1] + max(speeds)
+
+
+def test_no_axis_of_frequency_is_beyond_what_the_samples_tell(cases, monkeypatch):
+    line = cases.like(0)
+    rows = [row | {"sample_interval": 5e-3} for row in cases.rows]
+    monkeypatch.setattr(cases, "rows", rows)
+    assert ranges.rotating_top(cases, line) == 100.0
+    assert ranges.centre_top(cases, line) == pytest.approx(2 * np.pi * 100.0)
+
+
+def test_each_line_of_speeds_has_a_file_of_its_own(stiff, tmp_path, capsys):
+    words = ["figures", str(stiff), "--kind", "interaction", "--out", str(tmp_path)]
+    assert main(words) == 0
+    names = ["interaction-gap=0.000128.png", "interaction-gap=0.000256.png"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == names
+    capsys.readouterr()
+    assert main([*words, "--at", "gap=2.56e-4"]) == 0
+    assert capsys.readouterr().out.split() == [str(tmp_path / names[1])]
+
+
+def test_figures_that_draw_nothing_are_wrong_input(finished, tmp_path, capsys):
+    words = ["figures", str(finished), "--out", str(tmp_path), "--kind", "contacts"]
+    assert main(words) == 2
+    told = capsys.readouterr()
+    assert "needs traces = full" in told.out
+    assert "nothing drawn" in told.err
+
+
+def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):
+    words = ["figures", str(finished), "--out", str(tmp_path)]
+    assert main([*words, "--kind", "shapes", "--kind", "campbell"]) == 0
+    assert {p.name for p in tmp_path.iterdir()} == {"shapes.png", "campbell.png"}
+    axes = campbell.draw_campbell(Scene(), np.array([200.0, 500.0])).axes[0]
+    assert any(t.get_text() == "Eq. 13: 272 rad/s" for t in axes.texts)
+    assert axes.get_ylabel() == "frequency, Hz (rotating frame)"
+
+
+def test_a_mistuned_rotor_has_no_shapes_by_diameter():
+    scene = apply_settings(Scene(), {"mistuning": [0.01] + [0.0] * 21})
+    with pytest.raises(InputError, match="equal blades"):
+        shapes.draw_shapes_of(scene)
 
 
 def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():

@@ -116,7 +116,7 @@ def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
         return np.array([at[0] - half, at[0] + half])
     middle = (at[1:] + at[:-1]) / 2
     edges = np.r_[2 * at[0] - middle[0], middle, 2 * at[-1] - middle[-1]]
-    return np.exp(edges) if scale == "log" else edges
+    return np.asarray(np.exp(edges) if scale == "log" else edges)
 
 
 def scale_of(levels: Floats) -> str:

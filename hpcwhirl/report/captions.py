@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hpcwhirl.report.sheet import Sheet
 
 FIXED = {"speed": "Ω", "nodal_diameter": "k", "gap": "gap", "friction": "μ"}
+NO_BREAK = "\xa0"
 LETTERS_AN_INCH = 13  # of a title
 
 
@@ -48,9 +49,10 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
         parts.append(f"{told(end[0])} s")
     if data.attrs.get("preset"):
         parts.append(f"preset {data.attrs['preset']}")
-    text = f"{engine_of(data)}: {', '.join(parts)}"
-    lines = [text, *picture.along]
-    return "\n".join(textwrap.fill(line, wide) for line in lines)
+    whole = [part.replace(" ", NO_BREAK) for part in parts]
+    text = f"{engine_of(data)}: {', '.join(whole)}"
+    lines = [textwrap.fill(line, wide) for line in (text, *picture.along)]
+    return "\n".join(lines).replace(NO_BREAK, " ")
 
 
 def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
@@ -91,7 +93,8 @@ def add_legend(
         words = [word for word in colours.looks if counts[word]]
         keys = [_key(word, counts[word], colours, sheet) for word in words]
         marked = sheet.lettered and colours.name != "whirl"
-        if marked or (sheet.picture.scattered and not sheet.points):
+        marked = marked or (len(layers) == 1 and sheet.picture.scattered)
+        if marked and not sheet.points:
             good = ~np.isin(sheet.picture.word, list(HATCHES))
             keys += _whirl_keys(set(sheet.picture.whirl[good].tolist()))
         if len(layers) > 1:

@@ -14,7 +14,10 @@ from hpcwhirl.report.palette import WHIRLS, Look
 
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++"}
 HATCHED = "#8A8A8A"
-MOST_VORONOI = 3000  # cases of a panel with a cell each; above, points
+MOST_VORONOI = 20_000  # cases of a panel with a cell each; above, points
+MOST_MARKED = 300  # scattered cases of a map whose places and whirl are marked
+FEW_LEVELS = 12
+COVER = 0.35  # share of a panel that points cover, if they may be so large
 NO_CELL = -1
 NARROW = 9.0  # points that a letter or a marker needs
 Floats = NDArray[np.float64]
@@ -220,6 +223,8 @@ def draw_scattered(axes: Any, part: Part, *, points: bool) -> Any:
         return _points(axes, part)
     polygons = voronoi(part, limits)
     drawn = _polygons(axes, part, polygons)
+    if len(part.x.place) > MOST_MARKED or part.colours.name == "whirl":
+        return drawn
     x, y = part.x.place[part.rows], part.y.place[part.rows]
     good = ~np.isin(part.kind, list(HATCHES))
     still = (part.whirl == "none") | ~good
@@ -232,8 +237,8 @@ def _margins(axis: Axis) -> tuple[float, float]:
     """Return limits a little beyond the cases."""
     at = np.unique(axis.scaled())
     more = 0.02 * np.ptp(at) or 0.5
-    if axis.names:
-        more = 0.5
+    if len(at) <= FEW_LEVELS:  # as far as the cells of a grid would reach
+        more = 0.5 * np.ptp(at) / max(len(at) - 1, 1) or 0.5
     low, high = at[0] - more, at[-1] + more
     return (np.exp(low), np.exp(high)) if axis.scale == "log" else (low, high)
 
@@ -269,7 +274,10 @@ def _polygons(axes: Any, part: Part, polygons: list[Floats]) -> Any:
     from matplotlib.collections import PolyCollection
 
     kind, drawn = part.kind, None
-    line = {"edgecolors": "white", "linewidths": 0.6}
+    marked = len(part.x.place) <= MOST_MARKED
+    line: dict[str, Any] = {"edgecolors": "white" if marked else "face",
+                            "linewidths": 0.6 if marked else 0.2,
+                            "rasterized": not marked}  # fmt: skip
     if part.colours.number is not None and (kind == "").any():
         own = np.flatnonzero(kind == "")
         numbers = part.colours.number[part.rows][own]
@@ -296,9 +304,9 @@ def _polygons(axes: Any, part: Part, polygons: list[Floats]) -> Any:
 def _points(axes: Any, part: Part) -> Any:
     """Draw a point for each case, its shape the word's; return that of numbers."""
     x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
-    size = float(np.clip(6000 / max(len(x), 1), 2.0, 40.0))
+    size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
     many = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",
-            "rasterized": len(x) > MOST_VORONOI}  # fmt: skip
+            "rasterized": len(x) > MOST_MARKED}  # fmt: skip
     drawn = None
     if part.colours.number is not None and (kind == "").any():
         own = kind == ""

@@ -20,6 +20,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.plan import read_plan
 
 ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
+CLOSE = 0.035  # of the axis: nearer than that, names would be over each other
 MOST_MODELS = 7  # along the other axis; between them the curve is straight
 Floats = NDArray[np.float64]
 
@@ -107,7 +108,7 @@ def _draw(
 ) -> None:
     """Draw a piece of line for each level and order, within the axis of the speed."""
     low, high = sorted(axes.get_xlim() if upright else axes.get_ylim())
-    named: set[int] = set()
+    named: dict[int, float] = {}
     for level, speeds in lines[::-1]:  # names stand where the lines end
         for order, speed in speeds.items():
             if not low <= factor * speed <= high:
@@ -118,9 +119,11 @@ def _draw(
                 c="black", ls="-" if order == 1 else "--",
                 lw=1.6 if order == 1 else 0.8, gid=f"n{order}",
             )  # fmt: skip
-            if order not in named:
-                named.add(order)
-                _name(axes, order, factor * speed, upright=upright)
+            at = factor * speed
+            near = (abs(at - other) for other in named.values())
+            if order not in named and min(near, default=high) > CLOSE * (high - low):
+                named[order] = at
+                _name(axes, order, at, upright=upright)
 
 
 def _name(axes: Any, order: int, at: float, *, upright: bool) -> None:

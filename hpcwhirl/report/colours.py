@@ -68,7 +68,7 @@ class Colours:
 
     def _known(self) -> Floats:
         number = self.number if self.number is not None else np.zeros(0)
-        return number[(self.kind == "") & np.isfinite(number)]
+        return np.asarray(number[(self.kind == "") & np.isfinite(number)])
 
 
 def colours_of(

@@ -34,9 +34,9 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
         label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
-        look = WORDS[shown_word(row)]
-        upper.plot(row["speed"], row["growth_rate"], "o", mfc=look.colour,
-                   mec=look.stroke, ms=5)  # fmt: skip
+        shown = WORDS[shown_word(row)]
+        upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
+                   mec=shown.stroke, ms=5)  # fmt: skip
     upper.axhline(0.0, c="grey", lw=0.6)
     upper.set_ylabel("growth of ln amplitude, 1/s\n(dots: measured in the window)")
     upper.set_title(f"Growth, {heading(cases, line)}")

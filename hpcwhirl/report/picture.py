@@ -273,9 +273,9 @@ def label_of(data: xarray.Dataset, name: str, *, rpm: bool = False) -> str:
 
 
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:
-    """Return whether the cases leave more than half of the grid's cells empty."""
+    """Return whether the cases leave more than a third of the grid's cells empty."""
     cells = sum(
         len(np.unique(x.place[panel == p])) * len(np.unique(y.place[panel == p]))
         for p in np.unique(panel)
     )
-    return len(panel) > 5 and cells > 2 * len(panel)
+    return len(panel) > 5 and 2 * cells > 3 * len(panel)

@@ -47,7 +47,7 @@ def centre_top(cases: Cases, line: Sequence[int]) -> float:
 
 def nyquist(cases: Cases, line: Sequence[int]) -> float:
     """Return the highest frequency that the samples of all cases tell, Hz."""
-    return 0.5 / max(cases.rows[i]["sample_interval"] for i in line)
+    return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
 
 def own_waves(table: Sequence[Line], k: int) -> dict[str, float]:

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.report.captions import add_legend, panel_title, title_of
-from hpcwhirl.report.cells import MOST_VORONOI, Part, draw_grid, draw_scattered, rooms
+from hpcwhirl.report.cells import (
+    MOST_MARKED,
+    MOST_VORONOI,
+    Part,
+    draw_grid,
+    draw_scattered,
+    rooms,
+)
 from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.picture import Picture, Wish
 
@@ -68,7 +75,8 @@ def sheet_of(picture: Picture) -> Sheet:
     rows = _rows(picture)
     columns = -(-len(picture.panels) // rows)
     width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
-    height = min(0.62 * width, LOWEST) if picture.y.name else 1.9
+    few = BESIDE[1] + A_LEVEL * len(picture.y.levels)
+    height = min(0.62 * width, LOWEST, few) if picture.y.name else 1.9
     if picture.y.names:
         height = BESIDE[1] + 0.55 * len(picture.y.levels)
     plain = Sheet(picture, rows, columns, width, max(height, 1.5))
@@ -139,7 +147,7 @@ def _layers(data: xarray.Dataset, sheet: Sheet) -> list[Colours]:
     layers = [picture.colours]
     if picture.colours.name != "regime" or len(np.unique(picture.whirl)) == 1:
         return layers
-    marked = picture.scattered and not sheet.points
+    marked = picture.scattered and not sheet.points and len(picture) <= MOST_MARKED
     if sheet.lettered:
         fits = [np.logical_or(*rooms(part)) for part in sheet.parts(picture.colours)]
         marked = bool(np.concatenate(fits).all())

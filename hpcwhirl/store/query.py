@@ -80,8 +80,7 @@ def matching(text: str, source: Source) -> Mask:
         msg = f"--where: cannot read '{text}': {getattr(failed, 'msg', failed)}"
         raise InputError(msg) from None
     with np.errstate(all="ignore"):
-        found = _truth(tree, source, 0)
-    return np.broadcast_to(found, (source.cases,)).copy()
+        return _truth(tree, source, 0)
 
 
 def _refuse(node: ast.AST, why: str = "") -> InputError:
@@ -97,19 +96,23 @@ def _truth(node: ast.expr, source: Source, depth: int) -> Mask:
         raise _refuse(node, "is nested too deep")
     match node:
         case ast.BoolOp(op=ast.And(), values=parts):
-            return np.logical_and.reduce([_truth(p, source, depth + 1) for p in parts])
+            return _joined(np.logical_and, parts, source, depth)
         case ast.BoolOp(values=parts):
-            return np.logical_or.reduce([_truth(p, source, depth + 1) for p in parts])
+            return _joined(np.logical_or, parts, source, depth)
         case ast.UnaryOp(op=ast.Not(), operand=part):
             return np.asarray(~_truth(part, source, depth + 1))
         case ast.Compare(left=left, ops=ops, comparators=others):
-            sides = [left, *others]
-            found = [
-                _compared(op, a, b, source)
-                for op, a, b in zip(ops, sides[:-1], sides[1:], strict=True)
-            ]
-            return np.logical_and.reduce(found)
+            found = np.ones(source.cases, dtype=bool)
+            for op, a, b in zip(ops, [left, *others], others, strict=False):
+                found &= _compared(op, a, b, source)
+            return found
     raise _refuse(node, "is no condition: compare it with something")
+
+
+def _joined(join: np.ufunc, parts: list[ast.expr], source: Source, depth: int) -> Mask:
+    """Return and or or of conditions."""
+    found = np.stack([_truth(part, source, depth + 1) for part in parts])
+    return np.asarray(join.reduce(found, axis=0))
 
 
 def _compared(op: ast.cmpop, a: ast.expr, b: ast.expr, source: Source) -> Any:
@@ -118,7 +121,9 @@ def _compared(op: ast.cmpop, a: ast.expr, b: ast.expr, source: Source) -> Any:
             if not isinstance(b, ast.Tuple | ast.List | ast.Set):
                 raise _refuse(b, "must be a list such as (damped, sustained)")
             each = [_equal(a, item, source) for item in b.elts]
-            any_of = np.logical_or.reduce(each) if each else np.False_
+            any_of = np.zeros(source.cases, dtype=bool)
+            for one in each:
+                any_of |= one
             return any_of if isinstance(op, ast.In) else ~any_of
         case ast.Eq():
             return _equal(a, b, source)

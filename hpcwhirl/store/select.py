@@ -111,7 +111,7 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
     """Return the text that ``#2`` stands for: the second there is; else `raw`."""
     order = list(dict.fromkeys(values.astype(str).tolist()))
     known = {f"#{i + 1}": text for i, text in enumerate(order)}
-    return known.get(raw, raw)
+    return str(known.get(raw, raw))
 
 
 def _number(text: str, what: str) -> float:
