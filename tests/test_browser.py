@@ -143,6 +143,7 @@ def test_the_map_has_every_case_under_its_word(page, made):
 def test_a_clicked_cell_shows_its_case(page, made):
     click(page, 7)
     assert data_of(page, "case") == "7"
+    assert text_of(page, "#tip").startswith("case 7: ")
     assert "Case 7 · speed 350 rad/s · gap 0.0002 m · friction 0.1" in text_of(
         page, "#case h3"
     )
@@ -259,6 +260,20 @@ def test_a_filter_that_cannot_be_read_says_why_and_keeps_the_last(page):
     enter(page, "#filter", "sped > 400")
     assert text_of(page, "#filter-note") == "no number or word 'sped'"
     assert len(page.find_elements("css selector", "#map .faded")) == 8
+
+
+def test_orbits_show_what_came_before_when_asked(page):
+    def places():
+        return int(text_of(page, "#case figcaption").split()[3])
+
+    late = places()
+    find(page, "#early").click()
+    assert places() > 2 * late
+    assert page.switch_to.active_element.get_attribute("id") == "early"
+    find(page, "#after").click()
+    assert find(page, "#early").is_selected()
+    find(page, "#early").click()
+    assert errors(page) == []
 
 
 def test_arrow_keys_go_from_case_to_case_and_say_where(page):

@@ -287,7 +287,29 @@ def test_report_writes_where_it_is_told_and_prints_it(made, tmp_path, capsys):
     out = tmp_path / "new" / "page.html"
     assert main(["report", str(made), "--out", str(out)]) == 0
     assert capsys.readouterr().out == f"{out}\n"
-    assert out.read_text(encoding="utf-8").startswith("<!doctype html>")
+    page = out.read_text(encoding="utf-8")
+    assert page.startswith("<!doctype html>")
+    assert page == page_of(made)  # the same bytes of the same results
+
+
+def test_a_case_without_samples_among_others_has_no_orbit(tmp_path):
+    folder = made_up.campaign(
+        tmp_path / "out", {"sweep": {"speed": [1, 2, 3]}}, samples=30
+    )
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["centre"][1] = np.nan
+    slots = data._records(Excerpt(folder))[2]
+    assert slots.tolist() == [0, -1, 1]
+
+
+def test_damaged_traces_are_one_line(tmp_path, capsys):
+    folder = made_up.campaign(tmp_path / "out", GRID, samples=3000)
+    path = folder / "results.h5"
+    with path.open("rb+") as file:
+        file.truncate(path.stat().st_size // 2)
+    assert main(["report", str(folder)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert [*folder.glob("report*")] == []
 
 
 def test_report_of_no_campaign_is_one_line(tmp_path, capsys):

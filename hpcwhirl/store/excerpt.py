@@ -74,19 +74,24 @@ class Excerpt:
         """
         if not len(cases):  # there may be no traces at all
             return
+        try:
+            with h5py.File(self.path, "r") as file:
+                yield from self._read({n: file[n] for n in names}, cases)
+        except (OSError, RuntimeError) as failed:
+            msg = f"{self.path} is damaged: {failed}"
+            raise StoreError(msg) from None
+
+    def _read(
+        self, data: dict[str, h5py.Dataset], cases: Sequence[int]
+    ) -> Iterator[tuple[int, Traces]]:
         interval, end = self.columns["sample_interval"], self.columns["end_time"]
-        with h5py.File(self.path, "r") as file:
-            data = {name: file[name] for name in names}
-            each = sum(8 * int(np.prod(d.shape[1:])) for d in data.values())
-            for block in _blocks(cases, max(BLOCK // max(each, 1), 1)):
-                read = {n: d[block[0] : block[-1] + 1] for n, d in data.items()}
-                for case in block:
-                    count = int(end[case] / interval[case] + WHOLE)
-                    own = {n: r[case - block[0], :count] for n, r in read.items()}
-                    yield (
-                        case,
-                        {"time": (1.0 + np.arange(count)) * interval[case]} | own,
-                    )
+        each = sum(8 * int(np.prod(d.shape[1:])) for d in data.values())
+        for block in _blocks(cases, max(BLOCK // max(each, 1), 1)):
+            read = {n: d[block[0] : block[-1] + 1] for n, d in data.items()}
+            for case in block:
+                count = int(end[case] / interval[case] + WHOLE)
+                own = {n: r[case - block[0], :count] for n, r in read.items()}
+                yield case, {"time": (1.0 + np.arange(count)) * interval[case]} | own
 
     def digest(self) -> str:
         """Return a digest of rows and thresholds: another one after `classify`."""

@@ -215,6 +215,8 @@ def _records(excerpt: Excerpt) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     sizes = sizes_for(len(chosen))
     records: list[bytes] = []
     for case, traces in excerpt.traces(chosen.tolist(), NEEDED):
+        if not np.isfinite(traces["centre"]).any():  # it kept none, others did
+            continue
         numbers = (columns[n][case] for n in ("speed", "window", "line_frequency"))
         speed, window, line = (float(n) for n in numbers)
         slots[case] = len(records)

@@ -36,7 +36,7 @@ function showCase(place, i) {
 function noTraces(i) {
   if (valueOf("status", i) !== "ok") return "No result, hence no orbit.";
   if (told.traces.kept)
-    return `No orbit in this page: with more than ${told.traces.kept} cases only some have one.`;
+    return "No orbit in this page: this case kept none, or there are so many that only some have theirs here.";
   return "No orbits were kept: integrate it again with --set traces=orbit, or the campaign.";
 }
 

@@ -360,6 +360,7 @@ function drawHead() {
   element("lead").textContent = [
     over || "nothing is swept", `results of ${told.facts.created ?? "unknown time"}`,
     `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
+    ...(told.facts.preset ? [`preset ${told.facts.preset}: ${told.facts.preset_loses}`] : []),
   ].join(" · ");
   const others = otherwiseNamed().length;
   element("warning").hidden = !others;
