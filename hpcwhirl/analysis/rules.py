@@ -36,7 +36,8 @@ DEFINED = {
 }
 KEPT_UP = (
     "late_lost >= turnover * late_energy",
-    "min(late_fed, late_lost) >= replaced * max(late_fed, late_lost)",
+    "late_fed >= replaced * late_lost",
+    "late_lost >= replaced * late_fed",
 )
 # Of each list the first rule counts whose conditions all hold.
 OUTCOMES = (
