@@ -7,10 +7,10 @@ campaign as an `xarray.Dataset`, `words` gives the words of a variable such as `
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # `typing` itself would delay the first look at signals
 if TYPE_CHECKING:
+    from typing import Any
+
     from hpcwhirl.campaign.case import simulate
     from hpcwhirl.scene import Scene
     from hpcwhirl.store.grid import grid
@@ -30,6 +30,8 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
+        import importlib
+
         return getattr(importlib.import_module(_HOMES[name]), name)
     msg = f"module 'hpcwhirl' has no attribute '{name}'"
     raise AttributeError(msg)

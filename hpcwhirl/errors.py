@@ -6,11 +6,22 @@ Every class is also a builtin, so that a caller may catch either.
 from __future__ import annotations
 
 import difflib
+import errno
+import reprlib
 from collections.abc import Iterable
+from typing import Any
+
+LONGEST = 2000  # characters of a message
+SHOWN = 100  # characters of a value that a message repeats
+PASSING = {errno.ENOSPC, errno.EDQUOT}  # of what ends when someone makes room
 
 
 class WhirlError(Exception):
-    """Base of every error that hpcwhirl raises on purpose."""
+    """Base of every error that hpcwhirl raises on purpose; its text is one line."""
+
+    def __str__(self) -> str:
+        """Return the message, whatever an input put into it, as one line."""
+        return one_line(super().__str__())
 
 
 class InputError(WhirlError, ValueError):
@@ -19,6 +30,10 @@ class InputError(WhirlError, ValueError):
 
 class MissingFileError(WhirlError, OSError):
     """A file or directory is missing, unreadable or cannot be written."""
+
+
+class NoRoomError(MissingFileError):
+    """A file cannot be written for want of room: that may pass."""
 
 
 class StoreError(WhirlError, ValueError):
@@ -33,6 +48,48 @@ class CaseError(WhirlError, RuntimeError):
     """One case of a campaign failed; the others go on."""
 
 
+def unwritable(told: str, failed: OSError | int) -> MissingFileError:
+    """Return the error of what cannot be written; its class tells if it may pass.
+
+    Parameters
+    ----------
+    told : the message
+    failed : what the system said, or its number
+    """
+    number = failed if isinstance(failed, int) else failed.errno
+    return NoRoomError(told) if number in PASSING else MissingFileError(told)
+
+
+def one_line(text: str, most: int = LONGEST) -> str:
+    """Return a text without control characters, of a long one its two ends."""
+    if len(text) > most:
+        cut = len(text) - most
+        text = f"{text[: most // 2]} ({cut} characters) {text[-most // 2 :]}"
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+class _Short(reprlib.Repr):
+    """Values as in Python, shortened."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = SHOWN
+        self.maxdict = self.maxlist = self.maxtuple = 8
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Return a number; Python itself refuses to print one of 4,300 digits."""
+        if x.bit_length() > 300:
+            return f"a whole number of {x.bit_length()} bits"
+        return super().repr_int(x, level)
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message repeats it: short, on one line."""
+    return one_line(_Short().repr(value), 4 * SHOWN)
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` for the nearest known name, or ``""``."""
     found = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
@@ -42,5 +99,6 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
     """Return the error for an unknown name, with the nearest known one."""
     names = sorted(known)
+    word = one_line(word, SHOWN)
     hint = nearest(word, names) or f"; known: {', '.join(names)}"
     return InputError(f"unknown {what} '{word}'{hint}")

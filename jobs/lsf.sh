@@ -10,6 +10,20 @@
 # Printed by: hpcwhirl job lsf campaign.toml --script jobs/lsf.sh
 # Submit with: bsub < jobs/lsf.sh
 
+# USR1: the time is nearly over; stop, keep all, come again.
+# TERM INT USR2: someone ended the job; stop, keep all, leave it at that.
+running='' again=yes told=no
+# shellcheck disable=SC2317,SC2329  # the traps call it
+stop() {
+  caught=yes told=yes
+  [ -n "$running" ] || return 0
+  kill -USR1 "$running" || true
+  # once more: a process that is just being made may lose a signal
+  { sleep 3; kill -USR1 "$running"; } >/dev/null 2>&1 &
+}
+trap stop USR1
+trap 'again=no; stop' TERM INT USR2
+
 set -eo pipefail
 file=campaign.toml
 out=campaign
@@ -26,24 +40,22 @@ export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 
 work=(hpcwhirl campaign "$file" --out "$out")
 
-# USR1: the time is nearly over; stop, keep all, come again.
-# TERM INT USR2: someone ended the job; stop, keep all, leave it at that.
-running='' again=yes
-# shellcheck disable=SC2317,SC2329  # the traps call it
-stop() {
-  caught=yes
-  [ -z "$running" ] || kill -USR1 "$running" || true
-}
-trap stop USR1
-trap 'again=no; stop' TERM INT USR2
-# USR2, which some schedulers send to all, must not kill the ranks
-(trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
-running=$!
-while :; do  # a signal that is caught ends the wait, not what is waited for
-  caught=no code=0
-  wait "$running" || code=$?
-  [ "$caught" = yes ] || break
-done
+code=75  # as of what was told to stop before it began
+if [ "$told" = no ]; then
+  # USR2, which some schedulers send to all, must not kill the ranks
+  (trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
+  running=$!
+  [ "$told" = no ] || stop  # told just now
+  while :; do  # a signal that is caught ends the wait, not what is waited for
+    caught=no code=0
+    wait "$running" || code=$?
+    [ "$caught" = yes ] || break
+  done
+fi
+# Told to stop before Python could hear it, ranks die of that: nothing is lost.
+if [ "$told" = yes ]; then
+  case $code in 0 | 1 | 2 | 70) ;; *) code=75 ;; esac
+fi
 
 used_up() {
   echo "hpcwhirl: started again $most_requeues times, and there is more to do:" \

@@ -44,7 +44,7 @@ def most():  # kB; ru_maxrss would count what started this process, too
 comm = communicator()
 before = most()
 start = time.perf_counter()
-gather(Path(sys.argv[1]), {}, comm, int(sys.argv[2]))
+gather(Path(sys.argv[1]), {}, comm, compress=int(sys.argv[2]))
 spent = time.perf_counter() - start
 peak = most()
 found = [(before, peak)] if comm is None else comm.gather((before, peak))

@@ -130,7 +130,7 @@ def test_a_killed_campaign_continues_to_the_same_bits(undisturbed, tmp_path, ran
         len(kept),
         6 - len(kept),
     )
-    assert launch("gather", out, ranks=ranks).returncode == 0
+    assert launch("gather", out, ranks=ranks).returncode == 1  # some are missing
     with h5py.File(out / "results.h5") as file:
         missing = [i for i, word in enumerate(file["status"][:]) if word == 2]
     assert sorted(missing + [record["case"] for record in kept]) == list(range(6))

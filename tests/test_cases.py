@@ -160,6 +160,8 @@ def test_words_and_texts_compare_with_text(data):
     ).tolist()
     assert (data.regime == "damped").any()
     assert (data.scheme == "modal").any()
+    assert "flag_values" not in data.regime.attrs
+    assert data.regime.attrs["flag_meanings"].split()[1] == "damped"
     assert (data.isel(case=data.status == "failed").message != "").all()
 
 

@@ -28,6 +28,7 @@ from hpcwhirl.store.runs import write_run
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]
+INCOMPLETE = "2 of 5 cases have no result: 1 failed, 1 missing"
 NETCDF4 = """
 import json, sys, netCDF4
 with netCDF4.Dataset(sys.argv[1]) as root:
@@ -49,7 +50,8 @@ def write(writer, folder):
         pytest.skip("h5py was built without MPI-IO")
     if writer == "mpi-io":
         done = launch("gather", folder, ranks=3)
-        return done.returncode, done.err
+        written = done.returncode == 1 and INCOMPLETE in done.err
+        return (0, "") if written else (done.returncode, done.err)
     try:
         gather(folder, {"version": hpcwhirl.__version__})
     except (MissingFileError, StoreError) as failed:
@@ -218,7 +220,7 @@ def damage(folder):
 
 
 def occupy(folder):
-    (folder / "results.h5.part").mkdir()
+    (folder / "owners").write_text("in the way of the claim")
 
 
 @pytest.mark.parametrize(
@@ -236,7 +238,7 @@ def test_where_gathering_fails_one_line_says_so_and_the_old_file_stays(
     assert told.count("hpcwhirl: error: ") == 1
     assert why in told
     assert (tmp_path / "results.h5").read_text() == "old"
-    assert not (tmp_path / "results.h5.part").is_file()
+    assert not list(tmp_path.glob("*.part"))
 
 
 @pytest.mark.mpi
@@ -246,7 +248,7 @@ def test_ranks_do_not_wait_for_one_that_cannot_write(tmp_path):
     done = launch("gather", tmp_path, ranks=2)
     assert done.returncode == 2
     assert done.err.count("hpcwhirl: error: cannot write") == 1
-    assert not (tmp_path / "results.h5.part").exists()
+    assert not list(tmp_path.glob("*.part"))
 
 
 def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
@@ -260,7 +262,7 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
     assert done.returncode != 0  # HDF5 itself may crash on the way out
     assert "\nhpcwhirl: error: cannot write" in "\n" + done.err
     assert (tmp_path / "results.h5").read_text() == "old"
-    assert not (tmp_path / "results.h5.part").exists()
+    assert not list(tmp_path.glob("*.part"))
 
 
 @pytest.mark.mpi
@@ -271,7 +273,7 @@ def test_compressed_traces_are_the_same_traces(tmp_path, one_interval):
     plain = root_variables(tmp_path)
     for ranks in (0, 3) if has_mpi_io() else (0,):
         done = launch("gather", tmp_path, "--compress", 4, ranks=ranks)
-        assert done.returncode == 0, done.err
+        assert (done.returncode, INCOMPLETE in done.err) == (1, True), done.err
         assert root_variables(tmp_path) == plain
         with h5py.File(tmp_path / "results.h5") as file:
             assert file["tips"].compression == "gzip"
@@ -287,7 +289,7 @@ def test_ranks_without_a_case_take_part_in_every_write(tmp_path, ranks):
     write("serial", tmp_path)
     plain = root_variables(tmp_path)
     done = launch("gather", tmp_path, "--compress", 1, ranks=ranks)
-    assert done.returncode == 0, done.err
+    assert (done.returncode, INCOMPLETE in done.err) == (1, True), done.err
     assert root_variables(tmp_path) == plain
 
 

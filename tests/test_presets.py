@@ -4,7 +4,7 @@ import h5py
 import pytest
 
 from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.run import facts_of
+from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.dynamics.march import March

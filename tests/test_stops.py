@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from hpcwhirl.campaign import stop
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import (
     SIGNALS,
@@ -51,6 +52,15 @@ def test_the_clock_and_the_first_reason_count(monkeypatch):
     assert "wall-time" in stopping.reason
     stopping.ask("another")
     assert "wall-time" in stopping.reason
+
+
+def test_a_directory_that_cannot_be_looked_into_does_not_end_a_campaign(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(stop, "LOOK_EVERY", 0.0)
+    stopping = Stopping()
+    stopping.watch(tmp_path / ("x" * 300), None)  # which is an error, not an absence
+    assert not stopping()
 
 
 def test_the_stop_file_is_looked_for_once_a_second(tmp_path, monkeypatch):

@@ -272,7 +272,7 @@ def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
     script = (
         "import sys, numpy as np\n"
         "from pathlib import Path\n"
-        "from hpcwhirl.store.hdf5 import reason, writing\n"
+        "from hpcwhirl.store.hdf5 import refusal, writing\n"
         "try:\n"
         "    with writing(Path(sys.argv[1])) as file:\n"
         "        for i in range(60):\n"
@@ -280,12 +280,12 @@ def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
         "            for k in range(0, 20000, 500):\n"
         "                data[k : k + 500] = 1.0\n"
         "except (OSError, RuntimeError) as failed:\n"
-        "    print(reason(failed))\n"
+        "    print(refusal(sys.argv[1], failed))\n"
     )
     call = [sys.executable, "-c", script, place / "x.h5"]
     done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0
-    assert done.stdout == "No space left on device\n"
+    assert done.stdout == f"cannot write {call[-1]}: No space left on device\n"
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from typing import Any, overload
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -33,10 +33,9 @@ from hpcwhirl.scene.files import (
     takes_list,
 )
 from hpcwhirl.scene.inputs import anchored
-from hpcwhirl.store.plan import PHYSICS, Plan
+from hpcwhirl.store.plan import CONTENT, PHYSICS, Plan
 
 Settings = dict[str, Value]
-CONTENT = f"{FILE} (SHA-256)"  # in the plan: a changed file is a changed input
 TABLES = ("sweep", "zip", "cases", "campaign")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
@@ -78,6 +77,7 @@ class Design:
     settings : {dotted input: value} of each case
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
+    contents : {engine file: SHA-256} as first read; what a case is known by
     """
 
     base: Scene
@@ -85,20 +85,45 @@ class Design:
     settings: tuple[Settings, ...]
     swept: tuple[str, ...]
     rules: dict[str, Any] = field(default_factory=dict)
+    contents: dict[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
-        return _sent, (self.base, self.settings, self.swept)
+        return _sent, (self.base, self.settings, self.swept, self.contents)
 
     @cached_property
     def digests(self) -> tuple[str, ...]:
-        """Digest of each case; a rank that does a few of them asks their scenes."""
-        return tuple(digest(scene) for scene in self.cases)
+        """Digest of each case; a rank that does a few of them asks `digest`."""
+        return tuple(digest(s, self.content(s.engine.file)) for s in self.cases)
+
+    def digest(self, case: int) -> str:
+        """Return the digest of a case, that of the plan on every rank at any time."""
+        scene = self.cases[case]
+        return digest(scene, self.content(scene.engine.file))
+
+    def content(self, file: str) -> str:
+        """Return the SHA-256 that an engine's file had when it was first asked for."""
+        if file not in self.contents:
+            self.contents[file] = content_digest(file)
+        return self.contents[file]
+
+    def check_engine(self, case: int) -> None:
+        """Raise where the engine's file of a case is not what was planned.
+
+        Raises
+        ------
+        CaseError, MissingFileError
+            naming the file
+        """
+        file = str(self.settings[case].get(FILE, self.base.engine.file))
+        if file and content_digest(file) != self.content(file):
+            msg = f"{FILE} {file} has changed since the campaign was begun: put it "
+            raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
     def plan(self) -> Plan:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
-        content: dict[str, Value] = {CONTENT: content_digest(file)} if file else {}
+        content: dict[str, Value] = {CONTENT: self.content(file)} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
         return Plan(
             engine=self.base.engine.name,
@@ -111,9 +136,13 @@ class Design:
 
 
 def _sent(
-    base: Scene, settings: tuple[Settings, ...], swept: tuple[str, ...]
+    base: Scene,
+    settings: tuple[Settings, ...],
+    swept: tuple[str, ...],
+    contents: dict[str, str],
 ) -> Design:
-    return Design(base, Scenes(base, settings), settings, swept)
+    scenes = Scenes(base, settings)
+    return Design(base, scenes, settings, swept, contents=contents)
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
@@ -163,7 +192,7 @@ def design_of(
 def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
     content = document.get("campaign", {})
     if not isinstance(content, Mapping):
-        msg = f"[campaign] must be a table, got {content!r}"
+        msg = f"[campaign] must be a table, got {shown(content)}"
         raise InputError(msg)
     return dict(content)
 
@@ -171,7 +200,7 @@ def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
 def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
     content = document.get(table, {})
     if not isinstance(content, Mapping):
-        msg = f"[{table}] must be a table, got {content!r}"
+        msg = f"[{table}] must be a table, got {shown(content)}"
         raise InputError(msg)
     flat = _flat(content, "")
     full = _resolved(flat, f"[{table}]")
@@ -208,7 +237,7 @@ def _values(table: str, name: str, given: Any) -> list[Value]:
     if isinstance(given, list) and given and all(isinstance(v, kinds) for v in given):
         return list(given)
     msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
-    raise InputError(msg + f"got {given!r}")
+    raise InputError(msg + f"got {shown(given)}")
 
 
 def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
@@ -217,17 +246,19 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
             raise unknown(f"key of range {name}", key, RANGE_KEYS)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or not abs(value) < LARGEST:
-            msg = f"range {name}: {key} must be a finite number, got {value!r}"
+            msg = f"range {name}: {key} must be a finite number, got {shown(value)}"
             raise InputError(msg)
     if not {"start", "stop"} <= given.keys() or len(given) != 3:
-        msg = f"range {name} takes start, stop and either step or num, got {given!r}"
+        msg = (
+            f"range {name} takes start, stop and either step or num, got {shown(given)}"
+        )
         raise InputError(msg)
     start, stop = given["start"], given["stop"]
     if "num" in given:
         return _spaced(name, start, stop, given["num"])
     step = given["step"]
     if step == 0 or (stop - start) / step < 0 or (stop - start) / step > MOST_CASES:
-        msg = f"range {name}: step must lead from start to stop, got {given!r}"
+        msg = f"range {name}: step must lead from start to stop, got {shown(given)}"
         raise InputError(msg)
     # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
     a, b, d = (Decimal(str(v)) for v in (start, stop, step))
@@ -238,7 +269,7 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
 
 def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
     if not isinstance(num, int) or not 1 <= num <= MOST_CASES:
-        msg = f"range {name}: num must be a whole number > 0, got {num!r}"
+        msg = f"range {name}: num must be a whole number > 0, got {shown(num)}"
         raise InputError(msg)
     return [float(v) for v in np.linspace(start, stop, num)]
 
@@ -271,7 +302,7 @@ def _rows(
 
 def _explicit(given: Any) -> list[Settings]:
     if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
-        msg = f"[[cases]] must be tables of inputs, got {given!r}"
+        msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
         raise InputError(msg)
     return [_resolved(_flat(case, ""), "[[cases]]") for case in given]
 

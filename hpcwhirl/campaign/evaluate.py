@@ -32,7 +32,6 @@ from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
-from hpcwhirl.scene import digest
 from hpcwhirl.store.journal import Journal, Record
 from hpcwhirl.store.running import Running
 
@@ -74,13 +73,24 @@ class Evaluator:
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
         """Compute a unit and return the status of each of its cases."""
         cases = self.units[unit]
-        self._digests = {case: digest(self.design.cases[case]) for case in cases}
+        self._digests = {case: self.design.digest(case) for case in cases}
         self.desk.running.begin(self._digests.values())
-        done = self._together(cases, between_slices) if len(cases) > 1 else {}
+        done: dict[int, str] = {}
+        if len(cases) > 1 and self._as_planned(cases):
+            done = self._together(cases, between_slices)
         for case in cases:
             if case not in done:
                 done[case] = self._alone(case, between_slices)
         return [done[case] for case in cases]
+
+    def _as_planned(self, cases: Unit) -> bool:
+        """Return whether the engines of a unit are; alone, each case tells if not."""
+        try:
+            for case in cases:
+                self.design.check_engine(case)
+        except WhirlError:
+            return False
+        return True
 
     def _together(self, cases: Unit, between: Callable[[], None]) -> dict[int, str]:
         """Compute a batch; what it could not finish is left to be computed alone."""
@@ -130,6 +140,7 @@ class Evaluator:
     def _alone(self, case: int, between: Callable[[], None]) -> str:
         start = time.perf_counter()
         try:
+            self.design.check_engine(case)
             if self.desk.policy.isolate or case in self.desk.suspects:
                 result = self._isolated(case, between)
             else:
@@ -176,6 +187,11 @@ class Evaluator:
         return {"case": case, "digest": self._digests[case], "ended": time.time()}
 
     def _keep(self, case: int, result: Result) -> str:
+        """Keep a result, unless its engine is no longer known to be the plan's."""
+        try:
+            self.design.check_engine(case)
+        except WhirlError as changed:
+            return self._fail(case, changed, float(result.performance["seconds"]))
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
         self._append(record, result.traces)

@@ -10,7 +10,7 @@ import numpy as np
 from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps, stepped
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.run import facts_of
+from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.errors import WhirlError

@@ -11,6 +11,7 @@ from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.errors import InputError, unknown
 
 RETRIES = ("failed", "timeout", "crashed")
+PATIENCE = 30.0  # s for all ranks to stop; a slice takes milliseconds
 SAVE_EVERY = 600.0  # s of a case's computing between states kept of it
 
 
@@ -28,6 +29,7 @@ class Policy:
     isolate : whether each case is computed in a process of its own
     save_every : s of a case's computing between states kept of it
     shard : compute this share alone; the last shard to end gathers
+    patience : s after a wish to stop in which all ranks have to; then all are ended
     """
 
     retry: frozenset[str] = frozenset()
@@ -38,6 +40,7 @@ class Policy:
     isolate: bool = False
     save_every: float = SAVE_EVERY
     shard: Shard | None = None
+    patience: float = PATIENCE
 
     @property
     def limit(self) -> float:
@@ -80,4 +83,5 @@ CHECKS: dict[str, tuple[Any, str]] = {
     "max_fails": (int, "a whole number > 0"),
     "isolate": (bool, "true or false"),
     "save_every": (int | float, "a number of seconds > 0"),
+    "patience": (int | float, "a number of seconds > 0"),
 }

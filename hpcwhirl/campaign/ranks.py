@@ -86,7 +86,9 @@ def launched_ranks() -> int:
     sizes = [os.environ[name] for name in LAUNCHERS if name in os.environ]
     if {"PMIX_RANK", "PMI_RANK", "SLURM_PROCID"} & os.environ.keys():
         sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", "1"))
-    return max([int(size) for size in sizes if size.isdigit()], default=1)
+    return max(
+        [int(size) for size in sizes if size.isdecimal() and len(size) < 10], default=1
+    )
 
 
 def communicator() -> Any:

@@ -14,7 +14,7 @@ from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.journal import Record, is_whole, scan
-from hpcwhirl.store.plan import NAME, check_same, read_plan, write_plan
+from hpcwhirl.store.plan import NAME, check_same, is_sealed, read_plan, write_plan
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
 
@@ -37,7 +37,7 @@ def prepare(design: Design, folder: Path) -> None:
     if (folder / NAME).exists():
         old = read_plan(folder)
         check_same(old, plan, folder)
-        if old == plan:
+        if old == plan and is_sealed(folder):
             return
     check_steps(design)
     write_plan(folder, plan)

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import datetime as dt
-import platform
-import shlex
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import asdict, dataclass
-from importlib import metadata
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import hpcwhirl
-from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.cost import (
     Costs,
@@ -27,54 +18,29 @@ from hpcwhirl.campaign.cost import (
     predicted_steps,
 )
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.ending import Ending, cases_of, conclude
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
 from hpcwhirl.campaign.resume import suspects, to_do
-from hpcwhirl.campaign.shards import Shard, share
 from hpcwhirl.campaign.shares import keep_shares
 from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.units import Unit, units_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import MissingFileError
 from hpcwhirl.reduction.plan import folds_of
-from hpcwhirl.scene import digest, loss_of, preset_inputs, preset_of, to_toml
-from hpcwhirl.store.gather import RESULTS, gather
-from hpcwhirl.store.journal import Journal, claim_run, read_records
+from hpcwhirl.store.journal import Journal, claim_run
+from hpcwhirl.store.owner import Claim
 from hpcwhirl.store.running import Running
 
 PROGRESS_EVERY = 5.0  # s, at first
 PROGRESS_SHARE = 0.02  # of the time spent so far, later
 PROGRESS_RAREST = 300.0  # s
-LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a campaign ended on this call.
-
-    Attributes
-    ----------
-    complete : whether all cases have ended and results were written
-    cases, failed : of the campaign; those without a result, once it is complete
-    results : the file
-    reason : why it stopped early
-    gave_up : whether it was for too many failures
-    left : cases of other shards that have no result yet
-    """
-
-    complete: bool
-    cases: int
-    failed: int
-    results: Path | None
-    reason: str = ""
-    gave_up: bool = False
-    left: int = 0
 
 
 def run_campaign(
@@ -83,6 +49,7 @@ def run_campaign(
     comm: Any = None,
     policy: Policy | None = None,
     stopping: Stopping | None = None,
+    own: Claim | None = None,
 ) -> Ending:
     """Integrate what is left of a campaign and gather its results.
 
@@ -95,11 +62,18 @@ def run_campaign(
     comm : MPI communicator; None for one process
     policy : limits, retries, isolation; the same on every rank
     stopping : that has taken over the signals already; None: while this runs
+    own : rank 0's claim on the directory; None: one is made while this runs
+
+    Raises
+    ------
+    InputError
+        where another run computes there
     """
     policy = policy or Policy()
     node = _node_of(comm)
     with ExitStack() as stack:
         stopping = stopping or stack.enter_context(Stopping())
+        stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
         first = node is None or node.rank == 0
         stopping.watch(folder if first else None, policy.seconds)
         costs = nothing_known()  # on other ranks: they hand nothing out
@@ -110,41 +84,15 @@ def run_campaign(
         with _desk(folder, work, comm, policy, stopping) as desk:
             agenda = _agenda(work, costs, comm)
             complete, gave_up = _compute(design, work, desk, comm, node, agenda)
+        stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
-            return _conclude(design, folder, comm, policy.shard)
+            return conclude(design, folder, comm, policy, stopping)
         reasons = [stopping.reason]
         reasons = comm.allgather(stopping.reason) if comm is not None else reasons
     return Ending(
         complete=False, cases=len(design.cases), failed=0, results=None,
         reason=next(filter(None, reasons), ""), gave_up=gave_up,
     )  # fmt: skip
-
-
-def _conclude(design: Design, folder: Path, comm: Any, shard: Shard | None) -> Ending:
-    """Gather a campaign that has been computed; a full disk stops it here."""
-    cases, failed, others, results, told = len(design.cases), 0, 0, None, ""
-    if comm is None or comm.rank == 0:
-        failed = _count_failed(design, folder, shard)
-        others = len(to_do(design, folder)) if shard else 0
-    others = comm.bcast(others, root=0) if comm is not None else others
-    if others:
-        return Ending(
-            complete=True, cases=cases, failed=failed, results=None, left=others
-        )
-    # Two shards that end at once both gather, each under a name of its own.
-    part = f"{RESULTS}.part-{shard.number}" if shard else f"{RESULTS}.part"
-    try:
-        results = gather(folder, facts_of(design, comm), comm, part)
-    except MissingFileError as error:  # the same on every rank
-        told = str(error)
-    return Ending(results is not None, cases, failed, results, told)
-
-
-def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
-    """Return the cases that a shard computes; without one, all."""
-    if shard is None:
-        return frozenset(range(len(design.cases)))
-    return share([predicted_steps(scene) for scene in design.cases], shard)
 
 
 @dataclass(frozen=True)
@@ -242,12 +190,6 @@ def _ignore(unit: int, statuses: list[str]) -> None:
     del unit, statuses
 
 
-def _count_failed(design: Design, folder: Path, shard: Shard | None) -> int:
-    records = read_records(folder)
-    own = (records.get(design.digests[case]) for case in cases_of(design, shard))
-    return sum(r is not None and r["status"] != "ok" for r in own)
-
-
 def _warm(design: Design, work: _Work, desk: Desk, node: Any) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     if node is None or node.rank == 0:
@@ -257,6 +199,16 @@ def _warm(design: Design, work: _Work, desk: Desk, node: Any) -> None:
         node.Barrier()
 
 
+def _kinds(design: Design, work: _Work) -> list[int]:
+    """Return a case of each kernel that the work needs, the first of its kind."""
+    kinds = {}
+    left = [c for unit in work.units for c in unit if c not in work.suspects]
+    for case in reversed(left):
+        scene = design.cases[case]
+        kinds[scene.solver.scheme, folds_of(scene)] = case
+    return list(kinds.values())
+
+
 def _compile(design: Design, work: _Work, desk: Desk) -> None:
     """Take a step of a case of each scheme, and of a batch if there is one."""
 
@@ -264,16 +216,15 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
         if desk.stopping():
             raise Stop
 
-    left = [c for unit in work.units for c in unit if c not in work.suspects]
-    scenes = [design.cases[case] for case in reversed(left)]
-    first = {(s.solver.scheme, folds_of(s)): s for s in scenes}
-    desk.running.begin(digest(scene) for scene in first.values())
+    cases = _kinds(design, work)
+    first = [design.cases[case] for case in cases]
+    desk.running.begin(design.digest(case) for case in cases)
     if desk.policy.isolate:
-        desk.child.warm(list(first.values()), between)
+        desk.child.warm(first, between)
         return
     batch = next((unit for unit in work.units if len(unit) > 1), None)
     with breakable(between):
-        for scene in first.values():
+        for scene in first:
             try:
                 March(scene).advance(1)
             except Stop:
@@ -327,49 +278,3 @@ class _Report:
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
         progress = f"{self.finished} of {self.total} cases{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")
-
-
-def _git_state() -> str:
-    folder = Path(__file__).parent
-    call = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
-    try:
-        done = subprocess.run(
-            call, capture_output=True, text=True, timeout=5, check=True
-        )
-    except (OSError, subprocess.SubprocessError):
-        return "not a git checkout"
-    return done.stdout.strip()
-
-
-def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return the preset whose inputs all cases have, and what it loses, if any."""
-    name = preset_of(design.base)
-    if not name or set(design.swept) & preset_inputs(name).keys():
-        return {}
-    return {"preset": name, "preset_loses": loss_of(design.base)}
-
-
-def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
-    """Return the root attributes that tell where results came from."""
-    library = "none"
-    hosts = [socket.gethostname()]
-    if comm is not None:
-        from mpi4py import MPI
-
-        library = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
-        hosts = sorted(set(comm.allgather(hosts[0])))
-    now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
-    return {
-        "version": hpcwhirl.__version__,
-        "git": _git_state(),
-        "command": shlex.join(sys.argv),
-        "scene": to_toml(design.base),
-        **_preset_facts(design),
-        "hosts": " ".join(hosts),
-        "ranks": str(comm.size if comm is not None else 1),
-        "mpi": library,
-        "python": platform.python_version(),
-        "libraries": " ".join(f"{n} {metadata.version(n)}" for n in LIBRARIES),
-        "created": now,
-        **{f"threshold_{n}": v for n, v in asdict(Thresholds()).items()},
-    }

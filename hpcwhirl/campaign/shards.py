@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, shown
 
 MOST = 100_000  # shards: more than any scheduler's array has elements
 
@@ -32,10 +32,11 @@ def parse_shard(text: str) -> Shard:
         where it is not two whole numbers with 1 <= I <= N
     """
     number, slash, of = text.partition("/")
-    digits = all(part.isascii() and part.isdigit() for part in (number, of))
+    parts = number, of
+    digits = all(p.isascii() and p.isdigit() and len(p) < 20 for p in parts)
     if slash and digits and 1 <= int(number) <= int(of) <= MOST:
         return Shard(int(number), int(of))
-    msg = f"--shard must be I/N with 1 <= I <= N <= {MOST}, got {text!r}"
+    msg = f"--shard must be I/N with 1 <= I <= N <= {MOST}, got {shown(text)}"
     raise InputError(msg)
 
 

@@ -7,16 +7,17 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+from hpcwhirl import early
 from hpcwhirl.campaign.ranks import Stop
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, shown
 
+SIGNALS = early.SIGNALS
 FILE = "STOP"  # in the campaign's directory
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
 LOOK_EVERY = 1.0  # s between looks for the file
 BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
@@ -26,11 +27,18 @@ END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 class Stopping:
     """Whether this process is to end; asked between slices.
 
-    As a context it takes over TERM, USR1 and INT, and gives them back.
+    As a context it takes over TERM, USR1 and INT, those that came while the program
+    was being imported included, and gives them back.
+
+    Attributes
+    ----------
+    reason : why it is to end; empty: it is not
+    settled : whether all is computed: what is left to do is not ended by force
     """
 
     def __init__(self) -> None:
         self.reason = ""
+        self.settled = False
         self._file: Path | None = None
         self._deadline: float | None = None
         self._looked = 0.0
@@ -59,8 +67,9 @@ class Stopping:
             self.ask("the wall-time is nearly over")
         elif self._file is not None and now - self._looked >= LOOK_EVERY:
             self._looked = now
-            if self._file.exists():
-                self.ask(f"{self._file} is there")
+            with suppress(OSError):  # a file server that does not answer: later
+                if self._file.exists():
+                    self.ask(f"{self._file} is there")
         return bool(self.reason)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
@@ -82,6 +91,9 @@ class Stopping:
         if threading.current_thread() is threading.main_thread():
             for name in SIGNALS:
                 self._before[name] = signal.signal(name, self._hear)
+            for number in early.heard:
+                self._hear(number, None)
+            early.heard.clear()
         return self
 
     def __exit__(
@@ -155,15 +167,15 @@ def refuse_stop_file(folder: Path) -> None:
 def parse_walltime(text: str) -> float:
     """Return the seconds of ``HH:MM:SS``; hours have no upper limit."""
     parts = text.split(":")
-    plain = all(part.isascii() and part.isdigit() for part in parts)
+    plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
     if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got '{text}'"
+        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
         raise InputError(msg)
     seconds = 0.0
     for part in parts:
         seconds = 60.0 * seconds + int(part)
     if seconds == 0.0:
-        msg = f"--walltime must be > 00:00:00, got '{text}'"
+        msg = f"--walltime must be > 00:00:00, got {shown(text)}"
         raise InputError(msg)
     return seconds
 
@@ -184,7 +196,7 @@ def time_left(
     """
     ends = [walltime] if walltime is not None else []
     known = env.get(END_TIME, "")
-    if known.isascii() and known.isdigit():
+    if known.isascii() and known.isdigit() and len(known) < 20:
         ends.append(max(int(known) - time.time(), 0.0))
     if not ends:
         return None

@@ -5,16 +5,25 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import traceback
+from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
-from hpcwhirl.campaign.policy import Policy, retries, with_rules
+from hpcwhirl.campaign.patience import Patience
+from hpcwhirl.campaign.policy import PATIENCE, Policy, retries, with_rules
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
+from hpcwhirl.cli.command import (
+    COMPLETE,
+    FAILED,
+    STOPPED,
+    WRONG_INPUT,
+    tell_error,
+    tell_failure,
+)
 from hpcwhirl.cli.options import (
     add_explain,
     add_json,
@@ -24,9 +33,8 @@ from hpcwhirl.cli.options import (
     print_notes,
     tell_preset,
 )
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.errors import NoRoomError, WhirlError
 
-COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
 
 
@@ -84,8 +92,18 @@ def _add_ends(parser: argparse.ArgumentParser) -> None:
         help="start over; an old directory is renamed to DIR.1, DIR.2, ...",
     )  # fmt: skip
     parser.add_argument(
+        "--take-over", action="store_true",
+        help="take DIR from a run on another machine that is dead for certain; without "
+        "it, that counts as dead 2 minutes after its last sign of life",
+    )  # fmt: skip
+    parser.add_argument(
         "--walltime", metavar="HH:MM:SS",
         help="stop, resumable, shortly before this call has taken so long",
+    )  # fmt: skip
+    parser.add_argument(
+        "--patience", type=float, metavar="SECONDS",
+        help="time for all ranks to stop once asked to (default 30); then the job ends "
+        "with exit code 75 without those that hang, and all that was finished is kept",
     )  # fmt: skip
     parser.add_argument(
         "--case-limit", type=float, metavar="SECONDS",
@@ -115,7 +133,7 @@ def _policy(args: argparse.Namespace, design: Design) -> Policy:
         seconds=time_left(walltime),
         shard=parse_shard(args.shard) if args.shard is not None else None,
     )
-    names = ("case_limit", "max_fails", "isolate")
+    names = ("case_limit", "max_fails", "isolate", "patience")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
     return with_rules(with_rules(policy, design.rules), given)
 
@@ -125,7 +143,8 @@ def run(args: argparse.Namespace) -> int:
     args.began = time.monotonic()
     with Stopping() as stopping:  # to the end: a warning must not kill the gathering
         comm = communicator()
-        code = _guarded(args, comm, stopping)
+        with Patience(stopping, PATIENCE, comm) as args.patience_of:
+            code = _guarded(args, comm, stopping)
         if comm is not None:
             # Where a rank exits with 75, srun may send TERM to those that have not yet:
             # they are to end with 75, too.
@@ -135,18 +154,19 @@ def run(args: argparse.Namespace) -> int:
 
 def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     """Run; where one of several ranks fails, end all of them."""
-    if comm is None:
-        return _run(args, None, stopping)
     try:
         return _run(args, comm, stopping)
+    except NoRoomError as full:
+        _tell_stopped(args, str(full))
+        code = STOPPED
     except WhirlError as failed:
-        print(f"hpcwhirl: error: {failed}", file=sys.stderr)
+        tell_error(failed)
         code = WRONG_INPUT
-    except Exception:  # noqa: BLE001 - told, then ended below
-        traceback.print_exc()
-        code = INTERNAL
-    sys.stderr.flush()
-    comm.Abort(code)  # one rank's error must not hang the others
+    except Exception as failed:  # noqa: BLE001 - told, then ended below
+        code = tell_failure(failed)
+    if comm is not None:
+        sys.stderr.flush()
+        comm.Abort(code)  # one rank's error must not hang the others
     return code
 
 
@@ -155,35 +175,73 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
     from hpcwhirl.campaign.run import run_campaign
 
     root = comm is None or comm.rank == 0
-    design, policy, failure = None, None, ""
-    if root:
-        try:
-            design, policy = _prepared(args)
-        except WhirlError as failed:
-            failure = str(failed)
-    if comm is not None:
-        design, policy, failure = comm.bcast((design, policy, failure), root=0)
-    if failure:
+    design, policy, failure, own = None, None, None, None
+    with ExitStack() as stack:
         if root:
-            print(f"hpcwhirl: error: {failure}", file=sys.stderr)
-        return WRONG_INPUT
-    if args.dry_run or design is None or policy is None:
-        return COMPLETE
-    if policy.seconds is not None:  # the wall-time began with the command
-        spent = time.monotonic() - args.began
-        policy = replace(policy, seconds=policy.seconds - spent)
-    ending = run_campaign(design, args.out, comm, policy, stopping)
-    code = _conclude(args, ending) if root else COMPLETE
-    return int(comm.bcast(code, root=0)) if comm is not None else code
+            try:
+                design, policy = _prepared(args)
+                own = _owned(args, design, policy, stopping, stack)
+            except WhirlError as failed:
+                failure = failed
+        if comm is not None:
+            design, policy, failure = comm.bcast((design, policy, failure), root=0)
+        if failure is not None:
+            return _refused(args, failure, root=root)
+        if args.dry_run or design is None or policy is None:
+            return COMPLETE
+        args.patience_of.seconds = policy.patience
+        if own is not None:
+            args.patience_of.last = own.release
+        if policy.seconds is not None:  # the wall-time began with the command
+            spent = time.monotonic() - args.began
+            policy = replace(policy, seconds=policy.seconds - spent)
+        ending = run_campaign(design, args.out, comm, policy, stopping, own)
+        code = _conclude(args, ending) if root else COMPLETE
+        return int(comm.bcast(code, root=0)) if comm is not None else code
+
+
+def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
+    """Say on rank 0 why nothing is computed; return the exit code."""
+    from hpcwhirl.store.owner import BrokenOffError
+
+    stopped = isinstance(failure, BrokenOffError | NoRoomError)
+    if root and stopped:
+        _tell_stopped(args, str(failure))
+    elif root:
+        tell_error(failure)
+    return STOPPED if stopped else WRONG_INPUT
+
+
+def _owned(
+    args: argparse.Namespace,
+    design: Design,
+    policy: Policy,
+    stopping: Stopping,
+    stack: ExitStack,
+) -> Any:
+    """Claim the directory until the stack ends, and prepare it; None for a dry run."""
+    from hpcwhirl.campaign.owning import asking_of, claim_of
+    from hpcwhirl.campaign.resume import prepare, put_aside
+    from hpcwhirl.store.owner import CAMPAIGN, claim, claimed
+
+    if args.dry_run:
+        return None
+    asking = asking_of(stopping, take_over=args.take_over)
+    if args.fresh and args.out.exists():
+        with claimed(args.out, CAMPAIGN, asking) as old:  # no shard may be at it
+            aside = put_aside(args.out)
+            if aside:
+                old.moved(aside)
+                told = f"hpcwhirl: what was in {args.out} is now {aside}"
+                print(told, file=sys.stderr)
+    own = claim(args.out, claim_of(policy.shard), asking)
+    stack.callback(own.release)
+    prepare(design, args.out)
+    return own
 
 
 def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
-    from hpcwhirl.campaign.resume import (
-        check_folder,
-        check_steps,
-        prepare,
-        put_aside,
-    )
+    from hpcwhirl.campaign.resume import check_folder, check_steps
 
     settings = parsed(args.settings)
     if args.regimes_only:
@@ -197,11 +255,6 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     if args.dry_run:
         check_steps(design)
         _dry_run(args, design, policy.shard)
-        return design, policy
-    aside = put_aside(args.out) if args.fresh else None
-    if aside:
-        print(f"hpcwhirl: what was in {args.out} is now {aside}", file=sys.stderr)
-    prepare(design, args.out)
     return design, policy
 
 
@@ -225,8 +278,8 @@ def _explain(design: Design) -> None:
 
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
+    from hpcwhirl.campaign.ending import cases_of
     from hpcwhirl.campaign.forecast import forecast
-    from hpcwhirl.campaign.run import cases_of
 
     found = forecast(design, args.out, cases_of(design, shard))
     step = 1e6 * found.seconds / found.steps if found.steps else 0.0
@@ -266,22 +319,16 @@ def _size(count: int) -> str:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
+    if ending.lasting:
+        tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
+        return WRONG_INPUT
     if not ending.complete:
-        why = f": {ending.reason}" if ending.reason else ""
-        print(
-            f"hpcwhirl: stopped early{why}; finished cases are safe in {args.out}; "
-            "the same command continues",
-            file=sys.stderr,
-        )
+        _tell_stopped(args, ending.reason)
         return FAILED if ending.gave_up else STOPPED
     if ending.left:
         return _conclude_shard(args, ending)
     if ending.failed:
-        print(
-            f"hpcwhirl: {ending.failed} of {ending.cases} cases failed; see `message` "
-            f"in {ending.results}",
-            file=sys.stderr,
-        )
+        print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
     maps = _maps(ending.results, args.out)
@@ -316,8 +363,32 @@ def _maps(results: Path, out: Path) -> list[Path]:
         return []
 
 
+def _tell_stopped(args: argparse.Namespace, reason: str) -> None:
+    why = f": {reason}" if reason else ""
+    print(
+        f"hpcwhirl: stopped early{why}; finished cases are safe in {args.out}; "
+        "the same command continues",
+        file=sys.stderr,
+    )
+
+
+def _told(ending: Any) -> str:
+    """Return how many cases failed, and how to find out why."""
+    text = f"{ending.failed} of {ending.cases} cases failed"
+    if ending.missing:
+        text += f", {ending.missing} of them without a row: the same command "
+        text += "computes those"
+    return text + (f"; see `message` in {ending.results}" if ending.results else "")
+
+
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
-    """Tell that a shard is complete and others are not: they will gather."""
+    """Tell that a shard is complete and others are not: they will gather.
+
+    Cases that are left to others are no failure: an element of an array ends with 0
+    unless one of its own has no result. The last one ends with 1 where any has none.
+    """
+    if ending.failed:
+        print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
     facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
     if args.json:
         print_json(facts | {"failed": ending.failed, "results": None})

@@ -55,12 +55,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from hpcwhirl.errors import InputError
+    from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reader import open_results
 
     if args.limit < 0:
         msg = f"--limit must be >= 0, got {args.limit}"
         raise InputError(msg)
-    with open_results(args.folder) as data:
+    with reading(args.folder / "results.h5"), open_results(args.folder) as data:
         if args.columns == "?":
             _tell_columns(data)
             return 0

@@ -46,12 +46,15 @@ def thresholds_of(settings: list[str]) -> Thresholds:
 
 def run(args: argparse.Namespace) -> int:
     """Rename every case from its stored evidence and say what changed."""
+    from hpcwhirl.campaign.log import say
     from hpcwhirl.report.fresh import refresh
+    from hpcwhirl.store.owner import Asking
     from hpcwhirl.store.relabel import relabel
 
     limits = thresholds_of(args.settings)
-    path = args.folder / "results.h5"
-    changes = relabel(path, lambda row: name_regime(row, limits), asdict(limits))
+    path, words = args.folder / "results.h5", asdict(limits)
+    asking = Asking(say=say)
+    changes = relabel(path, lambda row: name_regime(row, limits), words, asking)
     moved = Counter(f"{old[1]} -> {new[1]}" for old, new in changes if old[1] != new[1])
     turned = Counter(
         f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2]

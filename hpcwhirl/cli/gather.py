@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
+
+COMPLETE, FAILED, WRONG_INPUT = 0, 1, 2
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,26 +20,52 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Gather what there is; cases without a result are rows with status missing."""
+    """Gather what there is; cases without a result are rows with status missing.
+
+    The exit code is 1 where a case failed or is missing, also while a campaign is
+    still at it: who goes on with the results of all may rely on 0.
+    """
     from hpcwhirl import __version__
+    from hpcwhirl.campaign.log import say
     from hpcwhirl.campaign.ranks import communicator
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.store.gather import gather
+    from hpcwhirl.store.owner import Asking
 
     comm = communicator()
-    root = comm is None or comm.rank == 0
+    root, facts = comm is None or comm.rank == 0, {"version": __version__}
     try:
-        path = gather(
-            args.folder, {"version": __version__}, comm, compress=args.compress
-        )
+        asking = Asking(say=say)
+        path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
     except WhirlError:  # raised on every rank, told by one
         if root:
             raise
-        return 2
+        return WRONG_INPUT
+    code = COMPLETE
     if root:
         print(path)
         _refresh(args.folder)
-    return 0
+        code = _code(path)
+    return _shared(code, comm)
+
+
+def _code(path: Path) -> int:
+    """Return the exit code of a results file; say how many cases have no result."""
+    from hpcwhirl.store.reader import count_statuses
+
+    found = count_statuses(path)
+    cases = sum(found.values())
+    bad = {name: count for name, count in found.items() if name != "ok"}
+    if not bad:
+        return COMPLETE
+    why = ", ".join(f"{count} {name}" for name, count in bad.items())
+    told = f"{sum(bad.values())} of {cases} cases have no result: {why}"
+    print(f"hpcwhirl: {told}; see `status` and `message` in {path}", file=sys.stderr)
+    return FAILED
+
+
+def _shared(code: int, comm: Any) -> int:
+    return int(comm.bcast(code, root=0)) if comm is not None else code
 
 
 def _refresh(folder: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
 from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.regular import read_regular
 
 TEXTS = {
     "out": ("DIR", "directory of the campaign (default campaign)"),
@@ -78,7 +79,7 @@ def _write(path: Path, text: str) -> None:
     from hpcwhirl.store.whole import write_whole
 
     try:
-        old = path.read_text(encoding="utf-8") if path.exists() else PRINTED
+        old = read_regular(path).decode() if path.exists() else PRINTED
     except (OSError, UnicodeDecodeError):
         old = ""
     if path.is_dir():

@@ -13,13 +13,14 @@ from hpcwhirl.cli.options import (
     print_notes,
     scene_of,
 )
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.explain import facts_of_plan
 from hpcwhirl.reduction.families import as_records, first_family, modal_table
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import blade_stiffness
 
+MOST_ORDERS = 10_000
 SHOWN_HZ = 300.0
 SHOWN_SPEED = 600.0  # rad/s
 
@@ -56,8 +57,8 @@ def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Print the model's facts."""
-    if args.orders < 1:
-        msg = f"--orders must be >= 1, got {args.orders}"
+    if not 1 <= args.orders <= MOST_ORDERS:
+        msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     facts = facts_of(scene, model_of(scene), args.orders)
@@ -85,6 +86,7 @@ def _show_plan(plan: dict[str, Any]) -> None:
 
 def _show(facts: dict[str, Any], up_to: float) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     console = Console()
@@ -98,7 +100,8 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
                 f"{mode['frequency_hz']:.3f}",
                 f"{mode['centre_share']:.3f}",
             )
-    console.print(f"engine {facts['engine']}, modes up to {up_to:g} Hz", table)
+    name = escape(one_line(facts["engine"], SHOWN))
+    console.print(f"engine {name}, modes up to {up_to:g} Hz", table)
     if facts["blade_stiffness"] is not None:
         console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
     if facts["critical_speeds"]:

@@ -1,14 +1,26 @@
-"""Reading an engine's HDF5 file: which arrays it has, of which kind. No mechanics."""
+"""Reading an engine's HDF5 file: which arrays it has, of which kind. No mechanics.
+
+What is read lies in the file itself, whose bytes the digest of a case is of: links to
+other files, raw data kept outside and virtual datasets are refused by name, and so is
+what the layout does not know. Types and sizes are checked before an array is read.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, nearest, one_line
+from hpcwhirl.regular import check_regular
+from hpcwhirl.scene.files import check_bytes
+
+if TYPE_CHECKING:
+    import h5py
 
 Array = NDArray[Any]
 # name: (dimensions, whether it holds indices); the layout of `export-model`
@@ -25,6 +37,16 @@ DATASETS = {
     "tip_tangential": (1, True),
     "centre": (1, True),
 }
+BODY = ("mass", "stiffness", "damping", "omega", "shapes", "nodal_diameter")
+# What `export-model` writes and nobody reads: labels, and the casing.
+LAYOUT = {
+    "rotor": (*DATASETS, "nodal_diameter"),
+    "casing": (*BODY, "radial_rows", "tangential_rows"),
+}
+LARGEST = 4000  # along each axis: coordinates or modes; a matrix is 128 MB then
+WIDEST = 16  # bytes of a number
+DEFLATE = 1032  # times its size that deflated data become, at most
+CHUNK = 1 << 28  # bytes that one chunk may become
 
 
 @dataclass(frozen=True)
@@ -59,43 +81,147 @@ class Given:
 def read_rotor(file: str) -> Given:
     """Return the arrays of an engine's file, finite and of the right kind.
 
+    Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
+    `scene.files.MOST_BYTES`. Nothing is read of a file that asks for more.
+
     Raises
     ------
     MissingFileError
         where the file cannot be read as HDF5
     InputError
-        where an array is not what the layout says
+        where it is not what the layout says, or is not all in this one file
     """
     import h5py
 
     given = Given(file, {})
-    try:
+    with _readable(file):
+        check_bytes(file, check_regular(file))
         with h5py.File(file, "r") as root:
-            group = root.get("rotor")
-            if not isinstance(group, h5py.Group):
-                raise given.refusal("has no group rotor")
-            for name in DATASETS.keys() & group.keys():
-                data = group.get(name)  # None where a link leads nowhere
-                dataset = isinstance(data, h5py.Dataset)
-                given.arrays[name] = np.asarray(data[()]) if dataset else None
-    except OSError as failed:
-        reason = failed.strerror or str(failed).splitlines()[0]
-        msg = f"cannot read engine.file {file}: {reason}"
-        raise MissingFileError(msg) from None
-    for name in DATASETS.keys() & given.arrays.keys():
+            _check_layout(given, root)
+            group = root["rotor"]
+            found = {name: group.get(name) for name in DATASETS if name in group}
+            for name, data in found.items():  # all of them before one is read
+                _check_kind(given, name, data)
+            given.arrays.update({name: data[()] for name, data in found.items()})
+    for name in found:
         given.arrays[name] = _checked(given, name)
     return given
 
 
-def _checked(given: Given, name: str) -> Array:
-    """Return the array as float64 or int64."""
+@contextmanager
+def _readable(file: str) -> Iterator[None]:
+    """Tell in one line what HDF5 says of a damaged file, in any of its ways."""
+    try:
+        yield
+    except (InputError, MissingFileError):
+        raise
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as failed:
+        said = getattr(failed, "strerror", None) or str(failed)
+        reason = said.splitlines()[0] if said else type(failed).__name__
+        msg = f"cannot read engine.file {file}: {reason}"
+        raise MissingFileError(msg) from None
+
+
+def _check_layout(given: Given, root: h5py.File) -> None:
+    """Refuse names that the layout does not have, and links out of the file.
+
+    Links are looked at before they are followed: a group may be one, too.
+    """
+    import h5py
+
+    _check_names(given, root, tuple(LAYOUT), "")
+    for name, known in LAYOUT.items():
+        body = root.get(name)
+        if name in root and isinstance(body, h5py.Group):
+            _check_names(given, body, known, f"{name}/")
+    if not isinstance(root.get("rotor"), h5py.Group):
+        raise given.refusal("has no group rotor")
+
+
+def _check_names(
+    given: Given, group: h5py.Group, known: tuple[str, ...], path: str
+) -> None:
+    for name in group:
+        if name not in known:
+            told = name if isinstance(name, str) else ascii(name)  # no UTF-8
+            hint = nearest(told, known) or f"; known: {', '.join(sorted(known))}"
+            raise given.refusal(f"has an unknown {path}{one_line(told, 100)}{hint}")
+        _check_link(given, group, name, path)
+
+
+def _check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
+    """Refuse a name that leads out of the file, or nowhere."""
+    import h5py
+
+    link = group.get(name, getlink=True)
+    if isinstance(link, h5py.ExternalLink):
+        raise given.refusal(
+            f"has {path}{name} as a link to another file, {link.filename}: "
+            "copy what it leads to"
+        )
+    if not isinstance(link, h5py.HardLink | h5py.SoftLink):
+        raise given.refusal(f"has {path}{name} as a link of a kind of its own")
+    try:
+        data = group[name]
+    except (KeyError, RuntimeError, OSError):
+        told = getattr(link, "path", "an object that cannot be opened")
+        raise given.refusal(
+            f"has {path}{name} as a link that leads nowhere: {told}"
+        ) from None
+    if isinstance(data, h5py.Dataset):
+        _check_inside(given, data, path + name)
+
+
+def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
+    """Refuse a dataset whose numbers lie elsewhere."""
+    if data.external:
+        raise given.refusal(
+            f"keeps {name} in another file, {data.external[0][0]}: write it into this"
+        )
+    if data.is_virtual:
+        raise given.refusal(
+            f"has {name} as a virtual dataset, of other files: write it into this"
+        )
+
+
+def _check_kind(given: Given, name: str, data: Any) -> None:
+    """Check type, dimensions and size of a dataset before it is read."""
     dimensions, indices = DATASETS[name]
-    array = given.arrays[name]
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
-    if not isinstance(array, np.ndarray) or array.dtype.kind not in kinds[0]:
-        raise given.wrong(name, f"hold {kinds[1]}", getattr(array, "dtype", "no array"))
-    if array.ndim != dimensions:
-        raise given.wrong(name, f"have {dimensions} dimensions", array.ndim)
+    shape = getattr(data, "shape", None)
+    if shape is None:
+        raise given.wrong(name, f"hold {kinds[1]}", "no array")
+    if data.dtype.kind not in kinds[0] or data.dtype.itemsize > WIDEST:
+        raise given.wrong(name, f"hold {kinds[1]}", data.dtype)
+    if len(shape) != dimensions:
+        raise given.wrong(name, f"have {dimensions} dimensions", len(shape))
+    if max(shape) > LARGEST:
+        raise given.wrong(name, f"have at most {LARGEST} entries along an axis", shape)
+    if data.chunks:
+        _check_chunks(given, name, data)
+
+
+def _check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
+    """Refuse chunks that may become far more than the array when they are read."""
+    size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
+    stored = 0
+
+    def look(chunk: Any) -> None:
+        nonlocal stored
+        stored = max(stored, chunk.size)
+
+    data.id.chunk_iter(look)
+    if data.id.get_create_plist().get_nfilters():
+        # A little more than it becomes is what noise takes; zeros take a thousandth.
+        size = max(size, DEFLATE * stored if stored > size + size // 8 + 1024 else 0)
+    if size > CHUNK:
+        allowed = f"have chunks of at most {CHUNK >> 20} MiB"
+        raise given.wrong(name, allowed, f"{size >> 20} MiB")
+
+
+def _checked(given: Given, name: str) -> Array:
+    """Return the array as float64 or int64, finite."""
+    array, indices = given.arrays[name], DATASETS[name][1]
     if not np.isfinite(array).all():
         raise given.wrong(name, "be finite", array[~np.isfinite(array)][0])
-    return array.astype(np.int64 if indices else np.float64)
+    return np.asarray(array, dtype=np.int64 if indices else np.float64)

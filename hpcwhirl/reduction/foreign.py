@@ -21,6 +21,11 @@ SYMMETRIC = 1e-9  # relative to the largest entry
 MODAL = 1e-6  # orthonormality of shapes, off-diagonals of Phi^T D Phi
 ROUND_OFF = 1e-6  # of the largest modal damping: the least that one is measured by
 TINY = 1e-300
+ROWS = {  # modal rows: of which coordinates
+    "modal_tip_radial": "tip_radial",
+    "modal_tip_tangential": "tip_tangential",
+    "modal_centre": "centre",
+}
 SEMIDEFINITE = 1e-9  # of the largest eigenvalue
 
 
@@ -34,6 +39,7 @@ def rotor_from(file: str, blades: int, damping: float) -> ModalModel:
     damping : modal damping ratio xi where the file has no rotor/damping
     """
     given = read_rotor(file)
+    _check_modal_rows(given)
     if "mass" in given or "stiffness" in given:
         return _from_matrices(given, blades, damping)
     return _from_modes(given, blades, damping)
@@ -192,6 +198,40 @@ def _check_given_shapes(given: Given) -> None:
     if not miss <= MODAL:
         allowed = f"be the frequencies of rotor/shapes to {MODAL:g} of the highest"
         raise given.wrong("omega", allowed, f"{miss:.2g}")
+
+
+def _check_modal_rows(given: Given) -> None:
+    """Check that modes said twice are the same: of shapes, and where they are met.
+
+    Beside matrices, modes that come without all their shapes cannot be compared, and
+    are refused: they would be ignored.
+    """
+    modal = [name for name in ("omega", *ROWS) if name in given]
+    if "shapes" in given:
+        for name in ROWS.keys() & set(modal):
+            _check_rows(given, name)
+    elif modal and ("mass" in given or "stiffness" in given):
+        raise given.refusal(
+            f"has rotor/{modal[0]} beside matrices without rotor/shapes, so that they "
+            "cannot be compared: leave it out"
+        )
+
+
+def _check_rows(given: Given, name: str) -> None:
+    """Check modal rows against those of the shapes; a clamped centre has none."""
+    shapes, places = given["shapes"], ROWS[name]
+    if places not in given and "mass" not in given:
+        return  # modes alone say no places
+    rows = np.asarray(given.arrays.get(places, ()), dtype=np.int64)
+    if len(rows) and not 0 <= rows.min() <= rows.max() < len(shapes):
+        allowed = f"be indices 0 to {len(shapes) - 1}"
+        raise given.wrong(places, allowed, rows[(rows < 0) | (rows >= len(shapes))][0])
+    own = shapes[rows] if len(rows) else np.zeros((2, shapes.shape[1]))
+    _check_size(given, name, own.shape)
+    miss = np.abs(given[name] - own).max(initial=0.0)
+    if not miss <= MODAL * max(np.abs(own).max(initial=0.0), TINY):
+        allowed = f"be the rows rotor/{places} of rotor/shapes to {MODAL:g}"
+        raise given.wrong(name, allowed, f"a difference of {miss:.2g}")
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:

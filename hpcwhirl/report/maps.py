@@ -8,9 +8,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import unwritable
+from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
 from hpcwhirl.report.sheet import figure_of
+from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reader import open_results
 
 KEY = "Description"  # of the files' metadata: how the map was asked for
@@ -40,7 +42,10 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
 def drawing_of(results: Path, wish: Wish) -> Drawing:
     """Return the map of a campaign; only columns of numbers are read, no traces."""
     with open_results(results) as data:
-        picture = picture_of(data, wish)
+        with reading(results):
+            picture = picture_of(data, wish)
+            for name in (*FIXED, "duration"):  # what the title tells
+                data[name].load()
         figure = figure_of(data, picture, wish, results.parent)
     return Drawing(figure, picture, wish)
 
@@ -53,12 +58,15 @@ def save_map(drawing: Drawing, out: Path, stem: str = "map") -> list[Path]:
         out.mkdir(parents=True, exist_ok=True)
         for path in paths:  # two shards may draw at once
             part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
-            drawing.figure.savefig(part, dpi=140, metadata=told)
-            part.replace(path)
+            try:
+                drawing.figure.savefig(part, dpi=140, metadata=told)
+                part.replace(path)
+            finally:
+                part.unlink(missing_ok=True)
             drawing.figure.set_layout_engine("none")  # it is laid out now
     except OSError as failed:
         msg = f"cannot write figures in {out}: {failed.strerror or failed}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
     return paths
 
 

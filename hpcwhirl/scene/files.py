@@ -13,12 +13,16 @@ from typing import Any, get_origin
 import tomli_w
 from pydantic import BaseModel, ValidationError
 
-from hpcwhirl.errors import InputError, MissingFileError, unknown
+from hpcwhirl.errors import InputError, MissingFileError, one_line, shown, unknown
+from hpcwhirl.regular import check_regular, open_regular, read_regular
 from hpcwhirl.scene.inputs import Scene, anchored
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
 PHYSICS_VERSION = 5  # raise when the same inputs would give other numbers
+MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
+WIDEST = 1000  # bits of a whole number: less than a float's largest
+DEEPEST = 32  # tables and lists inside one another
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 # an input that is not zero: what it sets, whatever was given for these
 SETS = {
@@ -106,7 +110,9 @@ def _one_line(error: Mapping[str, Any]) -> InputError:
         return InputError(f"{location or 'scene'}: {_allowed(error)}")
     unit = input_names().get(location, "")
     note = f" ({unit})" if unit else ""
-    return InputError(f"{location} {_allowed(error)}, got {error['input']!r}{note}")
+    return InputError(
+        f"{location} {_allowed(error)}, got {shown(error['input'])}{note}"
+    )
 
 
 def scene_from(data: Mapping[str, Any]) -> Scene:
@@ -153,11 +159,53 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
     return scene_from(data)
 
 
+def parsed_toml(text: str) -> dict[str, Any]:
+    """Return the document of a TOML text.
+
+    Raises
+    ------
+    ValueError
+        told in one line, where it is none, or nested as no scene is
+    """
+    try:
+        document = tomllib.loads(text)
+        depth, inside = 0, [document]
+        while inside:
+            values = [v for one in inside for v in _members(one)]
+            if any(isinstance(v, int) and v.bit_length() > WIDEST for v in values):
+                raise ValueError  # noqa: TRY301 - as where Python gives up
+            inside, depth = [v for v in values if _members(v)], depth + 1
+            if depth > DEEPEST:
+                raise RecursionError  # noqa: TRY301 - as where the parser gives up
+    except RecursionError:
+        msg = f"nested deeper than {DEEPEST} tables or lists"
+        raise ValueError(msg) from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # Python refuses to read such an integer
+        msg = f"a whole number of more than {WIDEST} bits"
+        raise ValueError(msg) from None
+    return document
+
+
+def _members(value: Any) -> list[Any]:
+    """Return what lies directly inside a table or a list."""
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []
+
+
 def _value(raw: str) -> Any:
     try:
-        return tomllib.loads(f"value = {raw}")["value"]
-    except tomllib.TOMLDecodeError:
-        pass
+        document = parsed_toml(f"value = {raw}")
+    except ValueError as failed:
+        if not isinstance(failed, tomllib.TOMLDecodeError):
+            raise
+    else:
+        if len(document) > 1:  # more lines, which would be lost
+            msg = "more than one line"
+            raise ValueError(msg)
+        return document["value"]
     try:
         return float(raw)  # .1 and 1e-6: numbers to an engineer, not to TOML
     except ValueError:
@@ -168,12 +216,17 @@ def parse_setting(text: str) -> tuple[str, Value]:
     """Return (name, value) of ``name=value``; a value is TOML or a bare word."""
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
-        msg = f"a setting is name=value, got '{text}'"
+        msg = f"a setting is name=value, got {shown(text)}"
         raise InputError(msg)
-    value, full = _value(raw), resolve(name.strip())
+    full = resolve(name.strip())
+    try:
+        value = _value(raw)
+    except ValueError as failed:
+        msg = f"{name} takes one value, got {failed}: {shown(raw)}"
+        raise InputError(msg) from None
     listed = isinstance(value, list) and takes_list(full)
     if not listed and not isinstance(value, bool | int | float | str):
-        msg = f"{name} takes one value, got '{raw}'"
+        msg = f"{name} takes one value, got {shown(raw)}"
         raise InputError(msg)
     return full, value
 
@@ -181,14 +234,14 @@ def parse_setting(text: str) -> tuple[str, Value]:
 def load_document(path: Path | str) -> dict[str, Any]:
     """Return the parsed TOML of a file, or raise one clear line."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = read_regular(path).decode().replace("\r\n", "\n")
     except (OSError, UnicodeDecodeError) as failed:
         msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
         raise MissingFileError(msg) from None
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as failed:
-        msg = f"{path} is not valid TOML: {failed}"
+        return parsed_toml(text)
+    except ValueError as failed:
+        msg = f"{path} is not valid TOML: {one_line(str(failed), 300)}"
         raise InputError(msg) from None
 
 
@@ -210,7 +263,7 @@ def scene_of_document(
         if table not in known:
             raise unknown("table", table, known)
         if table in SCENE_TABLES and not isinstance(content, Mapping):
-            msg = f"[{table}] must be a table, got {content!r}"
+            msg = f"[{table}] must be a table, got {shown(content)}"
             raise InputError(msg)
     data = dict(document.get("scene", {}))
     for table in SCENE_TABLES[1:]:
@@ -219,10 +272,18 @@ def scene_of_document(
             raise InputError(msg)
         if table in document:
             data[table] = document[table]
-    engine = data.get("engine", {})
-    if isinstance(engine.get("file"), str):
-        data["engine"] = {**engine, "file": anchored(engine["file"], folder)}
+    engine = data.get("engine")
+    if isinstance(engine, Mapping) and isinstance(engine.get("file"), str):
+        data["engine"] = {**engine, "file": _anchored(engine["file"], folder)}
     return scene_from(data)
+
+
+def _anchored(file: str, folder: Path | str) -> str:
+    try:
+        return anchored(file, folder)
+    except ValueError as failed:
+        msg = f"{FILE}: {failed}"
+        raise InputError(msg) from None
 
 
 def load_scene(path: Path | str) -> Scene:
@@ -242,25 +303,46 @@ def content_digest(file: str) -> str:
     if not file:
         return ""
     try:
+        check_bytes(file, check_regular(file))
         state = Path(file).stat()
-        return _sha256(file, state.st_mtime_ns, state.st_size)
+        return _sha256(file, (state.st_ino, state.st_ctime_ns, state.st_mtime_ns))
+    except MissingFileError:
+        raise
     except OSError as failed:
         msg = f"cannot read {FILE} {file}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 
 
+def check_bytes(file: str, size: int) -> None:
+    """Refuse an engine's file of more than `MOST_BYTES`, sparse or not."""
+    if size > MOST_BYTES:
+        msg = f"{FILE} {file} must have at most {MOST_BYTES} bytes, got {size}"
+        raise InputError(msg)
+
+
 @lru_cache(maxsize=64)
-def _sha256(file: str, changed: int, size: int) -> str:
-    del changed, size  # a campaign asks once a case: read again only what changed
-    with Path(file).open("rb") as handle:
+def _sha256(file: str, state: tuple[int, ...]) -> str:
+    del state  # a campaign asks twice a case: read again only what changed
+    with open_regular(file) as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
-def digest(scene: Scene) -> str:
+def digest(scene: Scene, content: str | None = None) -> str:
     """Return the SHA-256 of the resolved inputs and the physics version.
 
     The content of an engine's file is one of the inputs, beside its path.
+
+    Parameters
+    ----------
+    scene : of the case
+    content : `content_digest` of the file as it was planned; None: as it is now
     """
-    content = content_digest(scene.engine.file)
-    text = json.dumps([PHYSICS_VERSION, flatten(scene), content], sort_keys=True)
+    if content is None:
+        content = content_digest(scene.engine.file)
+    return digest_of(flatten(scene), content)
+
+
+def digest_of(values: Mapping[str, Value], content: str) -> str:
+    """Return the `digest` of a scene whose inputs `flatten` has told."""
+    text = json.dumps([PHYSICS_VERSION, values, content], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

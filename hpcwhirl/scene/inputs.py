@@ -15,6 +15,8 @@ from pydantic import (
     model_validator,
 )
 
+from hpcwhirl.errors import shown
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -41,8 +43,25 @@ OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
 
 
 def anchored(file: str, folder: Path | str = "") -> str:
-    """Return the absolute path of a file named from `folder`; "" stays ""."""
-    return str((Path(folder) / file).resolve()) if file else ""
+    """Return the absolute path of a file named from `folder`; "" stays "".
+
+    Raises
+    ------
+    ValueError
+        where no file can have such a name, or it cannot be stored as text
+    """
+    if not file:
+        return ""
+    try:
+        path = str((Path(folder) / file).resolve())
+        path.encode()  # results keep it
+    except UnicodeEncodeError:
+        msg = f"a path must be UTF-8, got {shown(file)}"
+        raise ValueError(msg) from None
+    except (OSError, RuntimeError, ValueError) as failed:  # a loop, NUL, no directory
+        msg = f"no file can be named {shown(file)}: {failed}"
+        raise ValueError(msg) from None
+    return path
 
 
 def end_time(duration: float, revolutions: float, speed: float) -> float:

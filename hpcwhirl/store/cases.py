@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import resolve
+from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
@@ -73,12 +74,12 @@ class Cases:
         self.path = folder / "results.h5"
         check_file(self.path)
         self._plan = read_plan(folder)
-        with h5py.File(self.path, "r") as file:
+        with reading(self.path), h5py.File(self.path, "r") as file:
             table = {n: v for n, v in (ROW | STATUS).items() if n in file}
             columns = {n: file[n][:] for n in table}
             self.kept = tuple(n for n in TRACES if n in file)
-        for name in columns.keys() & ENUMS.keys():
-            columns[name] = np.array(ENUMS[name])[columns[name]]
+            for name in columns.keys() & ENUMS.keys():
+                columns[name] = np.array(ENUMS[name])[columns[name]]
         count = len(self._plan.digests)
         if any(len(column) != count for column in columns.values()):
             msg = f"{self.path} and its campaign.json differ: gather the campaign again"
@@ -112,9 +113,9 @@ class Cases:
         if row["status"] != "ok" or not self.kept:
             msg = f"case {case} of {self.folder} has no traces: status {row['status']}"
             raise InputError(msg + f", kept: {', '.join(self.kept) or 'none'}")
-        count = round(row["end_time"] / row["sample_interval"])
-        out: Traces = {"time": (1.0 + np.arange(count)) * row["sample_interval"]}
-        with h5py.File(self.path, "r") as file:
+        with reading(self.path), h5py.File(self.path, "r") as file:
+            count = round(row["end_time"] / row["sample_interval"])
+            out: Traces = {"time": (1.0 + np.arange(count)) * row["sample_interval"]}
             for name in self.kept:
                 out[name] = file[name][case, :count]
         return out

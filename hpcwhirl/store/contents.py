@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -96,9 +96,15 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
     return sizes
 
 
-def contents_of(folder: Path) -> Contents:
-    """Return the index of a campaign directory; reads its journals once."""
-    contents = Contents(folder, read_plan(folder), shares=read_runs(folder))
+def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Contents:
+    """Return the index of a campaign directory; reads its journals once.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    say : told what is left out that no result depends on
+    """
+    contents = Contents(folder, read_plan(folder), shares=read_runs(folder, say))
     case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}

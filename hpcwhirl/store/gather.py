@@ -2,16 +2,16 @@
 
 Both writers define the same file with the same calls; they differ in who writes which
 cases. Cases are read and written in blocks, so that memory does not grow with their
-traces. The file is written under a temporary name, synced and renamed.
+traces. The file is written under a temporary name of its own, synced and renamed.
 """
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 import shutil
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,11 +19,15 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.layout import LIBVER, define
+from hpcwhirl.store.owner import RESULTS as OWNER_OF_RESULTS
+from hpcwhirl.store.owner import Asking, Claim, claimed
+from hpcwhirl.store.plan import read_plan
+from hpcwhirl.store.whole import part_of, publish, sweep
 
 RESULTS = "results.h5"
 
@@ -37,11 +41,14 @@ def gather(
     folder: Path,
     facts: Mapping[str, str | float],
     comm: Any = None,
-    part: str = RESULTS + ".part",
     *,
     compress: int = 0,
+    asking: Asking | None = None,
 ) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
+
+    One at a time does so, and what another writes is waited for: what is published
+    last is what was read last.
 
     Parameters
     ----------
@@ -49,8 +56,8 @@ def gather(
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
         its first. Every rank must call. None: this process writes
-    part : temporary name, of its own for each of those that may gather at once
     compress : level of gzip for traces, 1 to 9; 0 for none
+    asking : who is told what is waited for and left out; the same on every rank
 
     Raises
     ------
@@ -59,24 +66,47 @@ def gather(
     """
     size = comm.size if comm is not None else 1
     rank = comm.rank if comm is not None else 0
-    parallel = size > 1 and has_mpi_io()
-    final, temporary = folder / RESULTS, folder / part
-    begin = partial(_fitting, folder) if rank == 0 else None
-    content = _agreed(begin, temporary, comm)
-    write = publish = None
-    if parallel or rank == 0:
-        told = {**facts, "gather": _how(parallel, size)}
-        content = comm.bcast(content, root=0) if parallel else content
-        among = comm if parallel else None
-        write = partial(_write_file, temporary, content, told, compress, among)
-    _agreed(write, temporary, comm)
-    if rank == 0:
-        publish = partial(_publish, temporary, final)
-    _agreed(publish, temporary, comm)
+    parallel, final = size > 1 and has_mpi_io(), folder / RESULTS
+    with ExitStack() as stack:
+        asking = asking or Asking()
+        begin = partial(_begin, folder, stack, asking) if rank == 0 else None
+        begun = _agreed(begin, final, comm)
+        write = end = None
+        if parallel or rank == 0:
+            told = {**facts, "gather": _how(parallel, size)}
+            part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
+            among = comm if parallel else None
+            write = partial(_write_file, part, content, told, compress, among)
+        _agreed(write, final, comm)
+        if rank == 0:
+            end = partial(_end, begun[0], begun[1], final)
+        _agreed(end, final, comm)
     return final
 
 
-def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
+def _begin(
+    folder: Path, stack: ExitStack, asking: Asking
+) -> tuple[Claim, Path, Contents]:
+    """Return the claim, a temporary file and its contents, until the stack ends."""
+    if not folder.is_dir():
+        read_plan(folder)  # which tells that there is no campaign
+    own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
+    content = _fitting(folder, asking.say)
+    sweep(folder, RESULTS)
+    part = part_of(folder / RESULTS)
+    stack.callback(part.unlink, missing_ok=True)
+    return own, part, content
+
+
+def _end(own: Claim, part: Path, final: Path) -> None:
+    """Publish, unless this process was believed dead and another has written since."""
+    if not own.held:
+        msg = f"{final} is not written: another process has taken over meanwhile"
+        raise StoreError(msg)
+    publish(part, final)
+
+
+def _agreed(action: Callable[[], Any] | None, final: Path, comm: Any) -> Any:
     """Return what `action` does here; the error of one rank is raised on all."""
     value: Any = None
     error: Exception | None = None
@@ -85,17 +115,13 @@ def _agreed(action: Callable[[], Any] | None, part: Path, comm: Any) -> Any:
     except WhirlError as failed:
         error = failed
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        error = MissingFileError(
-            f"cannot write {part.with_suffix('')}: {reason(failed)}"
-        )
+        error = refusal(final, failed)
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
         error.__cause__ = failed
     errors = comm.allgather(error) if comm is not None else []
     for found in (error, *errors):
         if found is not None:
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
             raise found
     return value
 
@@ -117,7 +143,8 @@ def _write_file(
     with writing(part, libver=LIBVER, **options) as file:
         define(file, contents, facts, compress)
         for cases in ranges(contents.cases, rank, size, block_size(contents)):
-            block = _agreed(partial(read_block, contents, cases), part, comm)
+            read = partial(read_block, contents, cases)
+            block = _agreed(read, part, comm)
             for name, values in block.items():
                 _put(file[name], cases, values, collective=comm is not None)
 
@@ -146,23 +173,17 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
     return f"MPI-IO by {size} ranks" if parallel else "serial"
 
 
-def _publish(part: Path, final: Path) -> None:
-    with part.open("rb+") as file:
-        os.fsync(file.fileno())
-    part.replace(final)
-
-
-def _fitting(folder: Path) -> Contents:
+def _fitting(folder: Path, say: Callable[[str], None]) -> Contents:
     """Return what is to be written; raise before a byte is where there is no room.
 
     MPI-IO cannot be told to end once a write of one rank has failed: others may wait
     for that rank in a collective call. A quota, which no call tells, it meets still.
     """
-    contents = contents_of(folder)
+    contents = contents_of(folder, say)
     free = shutil.disk_usage(folder).free
     if contents.size > free:
         need, have = contents.size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
         msg = f"cannot write {folder / RESULTS}: {why}"
-        raise MissingFileError(msg)
+        raise NoRoomError(msg)
     return contents

@@ -3,15 +3,21 @@
 A line is the CRC-32 of the rest in hexadecimal, a space, and a JSON object. Lines are
 written whole, flushed and synced; what does not match its checksum is dropped, so a
 torn tail costs the one case that was being written.
+
+The CRC is for accidents: a torn write, a flipped bit, a copy that was cut short. It is
+no signature. Who may write in a campaign's directory can write rows that were never
+computed, with the right CRC, and they are gathered as results; rights of the file
+system keep others out, and nothing else does.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import stat
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -20,9 +26,13 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, unwritable
+from hpcwhirl.regular import open_regular
+from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
+from hpcwhirl.store.schema import ENUMS
 
+ENDS = frozenset(ENUMS["status"]) - {"missing"}  # how a case may have ended
 Record = dict[str, Any]
 T = TypeVar("T")
 
@@ -38,7 +48,11 @@ def opened(line: bytes) -> Record | None:
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None
-    return dict(json.loads(body))
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):  # sealed by something else than this program
+        return None
+    return record if isinstance(record, dict) else None
 
 
 class Journal:
@@ -56,11 +70,16 @@ class Journal:
         try:
             for part in ("journal", "traces"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
-            self._lines = (folder / "journal" / f"{name}.log").open("ab", buffering=0)
-            self._blocks = (folder / "traces" / f"{name}.bin").open("ab", buffering=0)
+            with ExitStack() as both:
+                log = folder / "journal" / f"{name}.log"
+                lines = both.enter_context(open_regular(log, "ab", 0))
+                bin_ = folder / "traces" / f"{name}.bin"
+                blocks = both.enter_context(open_regular(bin_, "ab", 0))
+                self._both = both.pop_all()
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
+        self._lines, self._blocks = lines, blocks
         self.folder, self._name = folder, f"{name}.bin"
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
@@ -90,8 +109,7 @@ class Journal:
         trace: TracebackType | None,
     ) -> None:
         """Close both files."""
-        self._lines.close()
-        self._blocks.close()
+        self._both.close()
 
 
 def _write(file: FileIO, data: bytes) -> int:
@@ -106,14 +124,13 @@ def _write(file: FileIO, data: bytes) -> int:
         with suppress(OSError):
             file.truncate(offset)
         msg = f"cannot write {file.name!s}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
     return offset
 
 
 def next_run(folder: Path) -> int:
     """Return a run number that no journal of the campaign has."""
-    names = [p.name.split("-")[0] for p in (folder / "journal").glob("*.log")]
-    return 1 + max((int(n) for n in names if n.isdigit()), default=0)
+    return 1 + max(map(run_of, _journals(folder)), default=0)
 
 
 def claim_run(folder: Path) -> int:
@@ -139,7 +156,7 @@ def claim_run(folder: Path) -> int:
                 return run
     except OSError as failed:
         msg = f"cannot write in {folder}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unwritable(msg, failed) from None
 
 
 def journal_name(run: int, rank: int) -> str:
@@ -148,18 +165,35 @@ def journal_name(run: int, rank: int) -> str:
 
 
 def _journals(folder: Path) -> list[Path]:
-    return sorted((folder / "journal").glob("*.log"))
+    return listed(folder / "journal", ".log")
 
 
 def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
-    """Yield (byte, record); torn lines are dropped."""
-    with journal.open("rb") as file:
-        start = 0
-        for line in file:
-            record = opened(line)
-            if record is not None:
-                yield start, record
-            start += len(line)
+    """Yield (byte, record); torn lines, and those that are of no case, are dropped.
+
+    Raises
+    ------
+    MissingFileError
+        where a journal that is there cannot be read: its cases are not to be lost
+    """
+    try:
+        with open_regular(journal) as file:
+            start = 0
+            for line in file:
+                record = opened(line)
+                if record is not None and _is_of_a_case(record):
+                    yield start, record
+                start += len(line)
+    except OSError as failed:
+        raise unreadable(journal, failed) from None
+
+
+def _is_of_a_case(record: Record) -> bool:
+    """Return whether a record tells a case and how it ended."""
+    name, status = record.get("digest"), record.get("status")
+    if not isinstance(name, str) or not isinstance(status, str) or status not in ENDS:
+        return False
+    return status != "ok" or isinstance(record.get("row"), dict)
 
 
 def read_journals(folder: Path) -> dict[str, list[Record]]:
@@ -187,11 +221,25 @@ def _has_traces(folder: Path, record: Record, sizes: dict[str, int]) -> bool:
     block = record.get("traces")
     if not block:
         return True
-    name, end = block["file"], block["offset"] + block["bytes"]
-    if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
-        traces = folder / "traces" / name
-        sizes[name] = traces.stat().st_size if traces.is_file() else 0
-    return bool(sizes[name] >= end)
+    try:
+        name, end = Path(block["file"]).name, block["offset"] + block["bytes"]
+        _ = block["crc"], block["shapes"]["time"][0]
+        if sizes.get(name, -1) < end:  # once a file, or again: it may have grown
+            sizes[name] = _size(folder / "traces" / name)
+        return bool(sizes[name] >= end)
+    except (KeyError, TypeError):  # no block of this program
+        return False
+
+
+def _size(traces: Path) -> int:
+    """Return the bytes of a trace file, 0 where there is none."""
+    try:
+        state = traces.stat()
+        return state.st_size if stat.S_ISREG(state.st_mode) else 0
+    except FileNotFoundError:
+        return 0
+    except OSError as failed:
+        raise unreadable(traces, failed) from None
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
@@ -217,7 +265,7 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
     """
     out: list[Record] = []
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             for start in starts:
                 file.seek(start)
                 record = opened(file.readline())
@@ -226,8 +274,7 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
                     raise StoreError(msg)
                 out.append(record)
     except OSError as failed:
-        msg = f"cannot read {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unreadable(path, failed) from None
     return out
 
 
@@ -235,7 +282,7 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
     """Return the arrays of a trace block, or raise where it is damaged."""
     path = folder / "traces" / Path(block["file"]).name
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(block["offset"])
             data = file.read(block["bytes"])
     except OSError as failed:

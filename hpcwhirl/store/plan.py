@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, WhirlError
+from hpcwhirl.regular import open_regular, read_regular
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    content_digest,
+    flatten,
+    input_names,
+)
+from hpcwhirl.scene.files import FILE, PHYSICS_VERSION, digest_of
 from hpcwhirl.store.schema import FORMAT
 from hpcwhirl.store.whole import write_whole
 
 NAME = "campaign.json"
+CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
+SEALED = b'{\n "seal": "%b",\n'
+SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
+REMEDY = (
+    "put back what it was, or move it away and give the campaign's command again: "
+    "finished cases are kept"
+)
 
 
 @dataclass(frozen=True)
@@ -39,30 +58,120 @@ class Plan:
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
-    """Store the plan of a campaign directory."""
-    write_whole(folder / NAME, json.dumps(asdict(plan), indent=1).encode())
+    """Store the plan of a campaign directory, sealed."""
+    body = json.dumps(asdict(plan), indent=1).encode()
+    write_whole(folder / NAME, SEALED % _sha256(body) + body[2:])
+
+
+def _sha256(body: bytes) -> bytes:
+    return hashlib.sha256(body).hexdigest().encode()
 
 
 def read_plan(folder: Path) -> Plan:
-    """Return the plan of a campaign directory, or raise one clear line."""
+    """Return the plan of a campaign directory, or raise one clear line.
+
+    Its seal, the SHA-256 of all that follows it, must fit. A file of before there were
+    seals is believed where the digests of its cases follow from its inputs.
+    """
     path = folder / NAME
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        text = read_regular(path)
     except OSError as failed:
         msg = f"{folder} is no campaign directory: {path.name}: {failed.strerror}"
         raise MissingFileError(msg) from None
-    except ValueError:
+    head = SEAL.match(text)
+    if head and _sha256(b"{\n" + text[head.end() :]) != head[1]:
+        msg = f"{path} is damaged or was edited: its seal does not fit; {REMEDY}"
+        raise StoreError(msg)
+    plan = _parsed(path, text)
+    if not head:
+        verify(plan, path)
+    return plan
+
+
+def is_sealed(folder: Path) -> bool:
+    """Return whether a plan has a seal; older ones have none."""
+    with open_regular(folder / NAME) as file:
+        return SEAL.match(file.read(len(SEALED % _sha256(b"")))) is not None
+
+
+def _parsed(path: Path, text: bytes) -> Plan:
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
         msg = f"{path} is damaged: not valid JSON"
         raise StoreError(msg) from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         found = data.get("format") if isinstance(data, dict) else None
-        msg = f"{path} has format {found!r}, this program reads {FORMAT}"
+        msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}"
         raise StoreError(msg)
-    try:
-        return Plan(**data)
-    except TypeError:
+    if SEAL.match(text):
+        del data["seal"]
+    if data.keys() != Plan.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
+        raise StoreError(msg)
+    return Plan(**data)
+
+
+def _has_types(data: dict[str, Any]) -> bool:
+    """Return whether the values of a plan are of the types that `Plan` tells."""
+    kinds = {"engine": str, "base": dict, "swept": list, "version": str}
+    lists = data["digests"], data["settings"]
+    return (
+        all(isinstance(data[name], kind) for name, kind in kinds.items())
+        and all(isinstance(values, list) for values in lists)
+        and len(lists[0]) == len(lists[1])
+        and all(isinstance(name, str) for name in (*data["swept"], *lists[0]))
+        and all(isinstance(settings, dict) for settings in lists[1])
+    )
+
+
+def verify(plan: Plan, path: Path) -> None:
+    """Raise StoreError where the digests of a plan do not follow from its inputs.
+
+    Some 50 us a case. The content of an engine's file that is swept is not in the plan:
+    it has to be there still, unchanged.
+    """
+    if plan.base.get(PHYSICS) != PHYSICS_VERSION:
+        msg = f"{path} has no seal, and is of another physics version than this "
+        msg += f"program ({PHYSICS_VERSION}): it cannot be checked. Gather it with "
+        raise StoreError(msg + f"hpcwhirl {plan.version}, which wrote it")
+    try:
+        first = next(_strangers(plan), None)
+    except WhirlError as failed:
+        msg = f"{path} has no seal and cannot be checked: {failed}"
         raise StoreError(msg) from None
+    if first is not None:
+        msg = f"{path} is damaged or was edited: case {first} is not that of its "
+        raise StoreError(msg + f"digest; {REMEDY}")
+
+
+def _strangers(plan: Plan) -> Iterator[int]:
+    """Yield the cases of a plan whose digests are not those of their inputs."""
+    known = input_names()
+    given = {name: value for name, value in plan.base.items() if name in known}
+    base = apply_settings(Scene(), given)
+    flat, file = flatten(base), base.engine.file
+    contents = {file: plan.base.get(CONTENT, "")}
+    memory: dict[str, Any] = {}
+
+    def value(name: str, raw: Any) -> Any:
+        """Return a swept value as a scene has it: checked once for all cases."""
+        key = f"{name} {raw!r}"
+        if key not in memory:
+            memory[key] = flatten(apply_settings(base, {name: raw}))[name]
+        return memory[key]
+
+    for case, settings in enumerate(plan.settings):
+        try:
+            values = flat | {name: value(name, raw) for name, raw in settings.items()}
+        except InputError:  # allowed together with others alone
+            values = flatten(apply_settings(base, settings))
+        own = str(values[FILE])
+        if own not in contents:
+            contents[own] = content_digest(own)
+        if digest_of(values, contents[own]) != plan.digests[case]:
+            yield case
 
 
 def check_same(old: Plan, new: Plan, folder: Path) -> None:

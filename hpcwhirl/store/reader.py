@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, shown
+from hpcwhirl.store.hdf5 import DAMAGE, reading
 from hpcwhirl.store.schema import ENUMS, FORMAT
 
 if TYPE_CHECKING:
@@ -23,12 +24,21 @@ def check_file(path: Path) -> None:
     try:
         with h5py.File(path, "r") as file:
             found = file.attrs.get("format")
-    except OSError as failed:
+    except DAMAGE as failed:
         msg = f"{path} is not a whole HDF5 file: {failed}"
         raise StoreError(msg) from None
-    if found != FORMAT:
-        msg = f"{path} has format {found!r}, this program reads {FORMAT}"
+    if not np.array_equal(found, FORMAT):
+        msg = f"{path} has format {shown(found)}, this program reads {FORMAT}"
         raise StoreError(msg)
+
+
+def count_statuses(path: Path) -> dict[str, int]:
+    """Return {status: cases}, `missing` among them, of a results file."""
+    check_file(path)
+    with reading(path), h5py.File(path, "r") as file:
+        found = np.bincount(file["status"][:], minlength=len(ENUMS["status"]))
+        names = zip(ENUMS["status"], found, strict=True)
+        return {name: int(n) for name, n in names if n}
 
 
 def open_results(path: Path | str) -> xarray.Dataset:
@@ -54,17 +64,21 @@ def open_results(path: Path | str) -> xarray.Dataset:
     place = Path(path)
     place = place / "results.h5" if place.is_dir() else place
     check_file(place)
-    try:
+    with reading(place):
         root = xarray.open_dataset(place, engine="h5netcdf", decode_cf=False)
         speed = xarray.open_dataset(
             place, engine="h5netcdf", group="performance", decode_cf=False
         )
         # its dimension `case` has its values in the root alone
         merged = root.merge(speed.drop_vars("case", errors="ignore"))
-        return _decoded(merged.assign_attrs(root.attrs))
-    except (OSError, ValueError, KeyError) as failed:
-        msg = f"{place} is damaged: {failed}"
-        raise StoreError(msg) from None
+        data = _decoded(merged.assign_attrs(root.attrs))
+
+    def close() -> None:
+        root.close()
+        speed.close()
+
+    data.set_close(close)
+    return data
 
 
 def _decoded(data: xarray.Dataset) -> xarray.Dataset:
@@ -82,8 +96,9 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
 
 def _named(variable: xarray.DataArray) -> xarray.DataArray:
     """Return an enumeration, a byte a case, as words that compare with text."""
-    attrs = {n: v for n, v in variable.attrs.items() if not n.startswith("flag_")}
-    return variable.copy(data=words(variable)).assign_attrs(attrs)
+    named = variable.copy(data=words(variable))
+    named.attrs = {n: v for n, v in variable.attrs.items() if n != "flag_values"}
+    return named
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
@@ -99,4 +114,7 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
         return values
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     codes = np.asarray(values, dtype=np.float64)
+    if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
+        msg = f"{variable.name} is damaged: it has a value that stands for no word"
+        raise StoreError(msg)
     return np.asarray(meanings[np.where(np.isnan(codes), -1, codes).astype(int)])

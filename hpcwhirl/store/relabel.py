@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
+from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
+from hpcwhirl.store.whole import replacing
 
 WORDS = ("outcome", "regime", "whirl")
 Words = tuple[str, str, str]
@@ -25,6 +25,7 @@ def relabel(
     path: Path,
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
+    asking: Asking | None = None,
 ) -> list[tuple[Words, Words]]:
     """Name every finished case anew; return (old, new) words of each.
 
@@ -33,33 +34,27 @@ def relabel(
     path : `results.h5`
     name : words of a row of numbers
     thresholds : kept as root attributes
+    asking : who is told what is waited for: what another process writes
     """
     check_file(path)
-    part = path.with_name(path.name + ".part")
     try:
-        shutil.copyfile(path, part)
-        with writing(part, "r+") as file:
-            changes = _rename(file, name)
-            for limit, value in thresholds.items():
-                file.attrs[f"threshold_{limit}"] = np.float64(value)
-        _settle(part, path)
+        with claimed(path.parent, RESULTS, asking), replacing(path) as part:
+            shutil.copyfile(path, part)
+            with writing(part, "r+") as file:
+                changes = _rename(file, name)
+                for limit, value in thresholds.items():
+                    file.attrs[f"threshold_{limit}"] = np.float64(value)
+    except WhirlError:
+        raise
     except KeyError as failed:
-        part.unlink(missing_ok=True)
         msg = f"{path} is not a campaign's results: {failed.args[0]}"
         raise StoreError(msg) from None
-    except (OSError, RuntimeError) as failed:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        msg = f"cannot write {path}: {reason(failed)}"
-        raise MissingFileError(msg) from None
+    except DAMAGE as failed:
+        if isinstance(failed, OSError) and failed.errno:
+            raise refusal(path, failed) from None
+        with reading(path):
+            raise
     return changes
-
-
-def _settle(part: Path, path: Path) -> None:
-    """Put the new file in the old one's place once it is on the disk."""
-    with part.open("rb+") as handle:
-        os.fsync(handle.fileno())
-    part.replace(path)
 
 
 def _rename(

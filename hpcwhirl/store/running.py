@@ -17,8 +17,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from hpcwhirl.errors import MissingFileError
-from hpcwhirl.store.journal import journal_name, opened, sealed
+from hpcwhirl.errors import MissingFileError, unwritable
+from hpcwhirl.regular import open_regular, read_regular
+from hpcwhirl.store.journal import Record, journal_name, opened, sealed
+from hpcwhirl.store.listing import listed
+from hpcwhirl.store.process import begun, is_alive
 
 
 class Running:
@@ -32,13 +35,15 @@ class Running:
 
     def __init__(self, folder: Path, run: int, rank: int) -> None:
         self._path = folder / "running" / journal_name(run, rank)
-        self._who = {"rank": rank, "host": socket.gethostname(), "pid": os.getpid()}
+        pid = os.getpid()
+        self._who: Record = {"rank": rank, "host": socket.gethostname(), "pid": pid}
+        self._who["ticks"] = begun(pid)
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._path.open("wb", buffering=0)
+            self._file = open_regular(self._path, "wb", 0)
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
-            raise MissingFileError(msg) from None
+            raise unwritable(msg, failed) from None
 
     def begin(self, digests: Iterable[str]) -> None:
         """Note the cases that are computed from now on, in place of those before.
@@ -75,6 +80,7 @@ class Note:
     rank, host, pid : of the process
     digests : of the cases it computes, several if they are a batch
     since : s since 1970; None in notes of a version that did not tell
+    ticks : when the process began, see `process.begun`; None if unknown
     """
 
     rank: int
@@ -82,31 +88,42 @@ class Note:
     pid: int
     digests: list[str]
     since: float | None
+    ticks: int | None = None
 
     @property
     def left_over(self) -> bool:
         """Whether its process has died for certain: only its own host can tell."""
-        if self.host != socket.gethostname():
-            return False
-        try:
-            os.kill(self.pid, 0)
-        except ProcessLookupError:
-            return True
-        except OSError:  # of another user
-            return False
-        return False
+        here = self.host == socket.gethostname()
+        return here and not is_alive(self.pid, self.ticks)
+
+
+def _note(path: Path) -> Note | None:
+    """Return a whole note of this program; None for anything else."""
+    try:
+        known = opened(read_regular(path)) or {}
+        rank, pid, host = known["rank"], known["pid"], known["host"]
+        since, ticks = known.get("since"), known.get("ticks")
+        digests = [str(name) for name in known["digests"]]
+    except (OSError, KeyError, TypeError):
+        return None
+    whole = all(isinstance(value, int) for value in (rank, pid, ticks or 0))
+    if not whole or not isinstance(host, str) or isinstance(since, str | list | dict):
+        return None
+    return Note(rank, host, pid, digests, since, ticks)
+
+
+def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
+    """Return the notes that can be read; results do not depend on the others."""
+    try:
+        paths = listed(folder / "running", ".log")
+    except MissingFileError:
+        return []
+    return [(path, note) for path in paths if (note := _note(path)) is not None]
 
 
 def notes(folder: Path) -> list[Note]:
     """Return all whole notes, of processes at work and of those that have died."""
-    found = []
-    for path in sorted((folder / "running").glob("*.log")):
-        with suppress(OSError):
-            known = opened(path.read_bytes())
-            if known:
-                who = known["rank"], known["host"], known["pid"]
-                found.append(Note(*who, known["digests"], known.get("since")))
-    return found
+    return [note for _, note in _whole_notes(folder)]
 
 
 def crashes(folder: Path) -> Counter[str]:
@@ -116,8 +133,10 @@ def crashes(folder: Path) -> Counter[str]:
 
 def forget_crashes(folder: Path, finished: Collection[str]) -> None:
     """Remove the notes of dead processes whose cases all have a result by now."""
-    for path in (folder / "running").glob("*.log"):
-        with suppress(OSError):
-            record = opened(path.read_bytes())
-            if record and set(record["digests"]) <= set(finished):
+    ended = set(finished)
+    here = socket.gethostname()
+    for path, note in _whole_notes(folder):
+        at_work = note.host == here and not note.left_over  # of another shard
+        if set(note.digests) <= ended and not at_work:
+            with suppress(OSError):
                 path.unlink()

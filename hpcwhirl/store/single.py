@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError
-from hpcwhirl.store.hdf5 import reason, writing
+from hpcwhirl.store.hdf5 import refusal, writing
+from hpcwhirl.store.whole import replacing
 
 Arrays = Mapping[str, tuple[NDArray[Any], str, str]]
 
@@ -25,21 +24,16 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
     arrays : {name, with groups by '/': (array, unit, long name)}
     facts : {attribute: text or number}
     """
-    part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with writing(part) as file:
+        with replacing(path) as part, writing(part) as file:
             for name, (array, unit, meaning) in arrays.items():
                 data = file.create_dataset(name, data=array)
                 data.attrs["units"], data.attrs["long_name"] = unit, meaning
             for name, value in facts.items():
                 file.attrs[name] = value
-        part.replace(path)
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
-        with contextlib.suppress(OSError):  # a file on the way is no directory
-            part.unlink(missing_ok=True)
-        msg = f"cannot write {path}: {reason(failed)}"
-        raise MissingFileError(msg) from None
+        raise refusal(path, failed) from None
 
 
 def write_case(

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.regular import open_regular
 from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.listing import listed
 from hpcwhirl.store.whole import write_whole
 
 Arrays = dict[str, NDArray[Any]]
@@ -60,7 +62,7 @@ def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
     """
     path = _path(folder, digest)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head, data = opened(file.readline()), file.read()
     except FileNotFoundError:
         return None
@@ -102,4 +104,4 @@ def drop_state(folder: Path, digest: str) -> None:
 
 def stored_states(folder: Path) -> set[str]:
     """Return the digests of the cases that a state is kept of."""
-    return {path.stem for path in (folder / "states").glob("*.state")}
+    return {path.stem for path in listed(folder / "states", ".state")}

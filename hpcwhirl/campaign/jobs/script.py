@@ -16,12 +16,19 @@ mkdir -p "$out"
 export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 """
 WAIT = """\
-running=$!
-while :; do  # a signal that is caught ends the wait, not what is waited for
-  caught=no code=0
-  wait "$running" || code=$?
-  [ "$caught" = yes ] || break
-done
+  running=$!
+  [ "$told" = no ] || stop  # told just now
+  while :; do  # a signal that is caught ends the wait, not what is waited for
+    caught=no code=0
+    wait "$running" || code=$?
+    [ "$caught" = yes ] || break
+  done
+"""
+EARLY = """\
+# Told to stop before Python could hear it, ranks die of that: nothing is lost.
+if [ "$told" = yes ]; then
+  case $code in 0 | 1 | 2 | 70) ;; *) code=75 ;; esac
+fi
 """
 USED_UP = """\
 used_up() {
@@ -36,6 +43,7 @@ def job_script(request: Request) -> str:
     scheduler = SCHEDULERS[request.scheduler]
     parts = [
         _head(request, scheduler),
+        _traps(scheduler),
         _settings(request, scheduler),
         ENVIRONMENT,
         _work(request, scheduler),
@@ -85,22 +93,35 @@ def _work(request: Request, scheduler: Scheduler) -> str:
     return _text(lines)
 
 
-def _start(request: Request, scheduler: Scheduler) -> str:
+def _traps(scheduler: Scheduler) -> str:
+    """Return what listens, from the first line on, to those who end the job."""
     warned, ended = scheduler.traps
     return _text([
         f"# {warned}: the time is nearly over; stop, keep all, come again.",
         f"# {ended}: someone ended the job; stop, keep all, leave it at that.",
-        "running='' again=yes",
+        "running='' again=yes told=no",
         "# shellcheck disable=SC2317,SC2329  # the traps call it",
         "stop() {",
-        "  caught=yes",
-        f'  [ -z "$running" ] || {scheduler.stop} || true',
+        "  caught=yes told=yes",
+        '  [ -n "$running" ] || return 0',
+        f"  {scheduler.stop} || true",
+        "  # once more: a process that is just being made may lose a signal",
+        f"  {{ sleep 3; {scheduler.stop}; }} >/dev/null 2>&1 &",
         "}",
         f"trap stop {warned}",
         f"trap 'again=no; stop' {ended}",
-        "# USR2, which some schedulers send to all, must not kill the ranks",
-        f"(trap '' USR2; exec {scheduler.launch(request)} \"${{work[@]}}\") &",
+    ])  # fmt: skip
+
+
+def _start(request: Request, scheduler: Scheduler) -> str:
+    return _text([
+        "code=75  # as of what was told to stop before it began",
+        'if [ "$told" = no ]; then',
+        "  # USR2, which some schedulers send to all, must not kill the ranks",
+        f"  (trap '' USR2; exec {scheduler.launch(request)} \"${{work[@]}}\") &",
         WAIT.rstrip("\n"),
+        "fi",
+        EARLY.rstrip("\n"),
     ])  # fmt: skip
 
 

@@ -1,0 +1,176 @@
+"""How a campaign ends: cases without a result are counted, results are gathered."""
+
+from __future__ import annotations
+
+import datetime as dt
+import platform
+import shlex
+import socket
+import subprocess
+import sys
+from dataclasses import asdict, dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import hpcwhirl
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.campaign.cost import predicted_steps
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.owning import asking_of
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.shards import Shard, share
+from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
+from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
+from hpcwhirl.store.gather import gather
+from hpcwhirl.store.journal import scan
+from hpcwhirl.store.owner import BrokenOffError
+from hpcwhirl.store.reader import count_statuses
+
+LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a campaign ended on this call.
+
+    Attributes
+    ----------
+    complete : whether all cases have ended and results were written
+    cases : of the campaign
+    failed : those without a result once it is complete, for whatever reason; where
+        other shards are not complete, of this shard
+    missing : those of them that have no row at all
+    results : the file
+    reason : why it stopped early
+    gave_up : whether it was for too many failures
+    left : cases of other shards that have no result yet
+    lasting : whether the same command would end for the same reason
+    """
+
+    complete: bool
+    cases: int
+    failed: int
+    results: Path | None
+    reason: str = ""
+    gave_up: bool = False
+    left: int = 0
+    missing: int = 0
+    lasting: bool = False
+
+
+def conclude(
+    design: Design, folder: Path, comm: Any, policy: Policy, stopping: Stopping
+) -> Ending:
+    """Gather a campaign that has been computed; a full disk stops it here.
+
+    A shard that is not the last leaves that to others: it has failed where one of its
+    own cases has no result, not where others are still to come.
+    """
+    found = None
+    if comm is None or comm.rank == 0:
+        found = _unfinished(design, folder, policy.shard)
+    found = comm.bcast(found, root=0) if comm is not None else found
+    cases = len(design.cases)
+    if found is not None and found.left:
+        return Ending(
+            complete=True, cases=cases, failed=found.failed, results=None,
+            left=found.left, missing=found.missing,
+        )  # fmt: skip
+    try:
+        facts, asking = facts_of(design, comm), asking_of(stopping)
+        results = gather(folder, facts, comm, asking=asking)
+    except (BrokenOffError, NoRoomError) as error:  # the same on every rank
+        return _stopped(cases, error)
+    except (MissingFileError, StoreError) as error:
+        return replace(_stopped(cases, error), lasting=True)
+    # of the file: what was published is what is told
+    ended = count_statuses(results) if comm is None or comm.rank == 0 else {}
+    failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
+    return Ending(
+        complete=True, cases=cases, failed=failed, results=results, missing=missing
+    )
+
+
+def _stopped(cases: int, error: Exception) -> Ending:
+    return Ending(
+        complete=False, cases=cases, failed=0, results=None, reason=str(error)
+    )
+
+
+class _Unfinished(NamedTuple):
+    """Cases of a shard without a result; of others, and of this one, without a row."""
+
+    failed: int
+    left: int
+    missing: int
+
+
+def _unfinished(design: Design, folder: Path, shard: Shard | None) -> _Unfinished:
+    """Return what a shard that has ended finds; nothing where there is no shard."""
+    if shard is None:
+        return _Unfinished(0, 0, 0)
+    ended, mine = scan(folder, lambda record: record["status"]), cases_of(design, shard)
+    of_case = [ended.get(name) for name in design.digests]
+    none = {case for case, status in enumerate(of_case) if status is None}
+    failed = sum(of_case[case] != "ok" for case in mine)
+    return _Unfinished(failed, len(none - mine), len(none & mine))
+
+
+def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
+    """Return the cases that a shard computes; without one, all."""
+    if shard is None:
+        return frozenset(range(len(design.cases)))
+    return share([predicted_steps(scene) for scene in design.cases], shard)
+
+
+def _as_text(given: str) -> str:
+    """Return what may hold bytes of a path that are no UTF-8, as a file keeps it."""
+    return given.encode("utf-8", "backslashreplace").decode()
+
+
+def _git_state() -> str:
+    folder = Path(__file__).parent
+    call = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        done = subprocess.run(
+            call, capture_output=True, text=True, timeout=5, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "not a git checkout"
+    return done.stdout.strip()
+
+
+def _preset_facts(design: Design) -> dict[str, str | float]:
+    """Return the preset whose inputs all cases have, and what it loses, if any."""
+    name = preset_of(design.base)
+    if not name or set(design.swept) & preset_inputs(name).keys():
+        return {}
+    return {"preset": name, "preset_loses": loss_of(design.base)}
+
+
+def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
+    """Return the root attributes that tell where results came from."""
+    library = "none"
+    hosts = [socket.gethostname()]
+    if comm is not None:
+        from mpi4py import MPI
+
+        library = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
+        hosts = sorted(set(comm.allgather(hosts[0])))
+    now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
+    return {
+        "version": hpcwhirl.__version__,
+        "git": _git_state(),
+        "command": _as_text(shlex.join(sys.argv)),
+        "scene": to_toml(design.base),
+        **_preset_facts(design),
+        "hosts": " ".join(hosts),
+        "ranks": str(comm.size if comm is not None else 1),
+        "mpi": library,
+        "python": platform.python_version(),
+        "libraries": " ".join(f"{n} {metadata.version(n)}" for n in LIBRARIES),
+        "created": now,
+        **{f"threshold_{n}": v for n, v in asdict(Thresholds()).items()},
+    }

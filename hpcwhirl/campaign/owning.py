@@ -1,0 +1,81 @@
+"""The claim of a run on its campaign's directory: how it is asked for, and heeded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.shards import Shard
+from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.store.owner import (
+    CAMPAIGN,
+    Asking,
+    BrokenOffError,
+    Claim,
+    claim,
+    shard_claim,
+)
+from hpcwhirl.store.plan import NAME
+from hpcwhirl.store.whole import sweep
+
+LONG_AGO = 3600.0  # s, after which nobody still writes a small file
+
+
+def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
+    """Return how a directory is asked for, until this process is asked to end."""
+
+    def check() -> None:
+        if stopping():
+            msg = f"{stopping.reason} while another process was waited for"
+            raise BrokenOffError(msg)
+
+    return Asking(take_over, say, check)
+
+
+def claim_of(shard: Shard | None) -> str:
+    """Return what a run claims of its directory: all, or the share of its shard."""
+    return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
+
+
+@contextmanager
+def owned(
+    folder: Path, shard: Shard | None, comm: Any, stopping: Stopping, own: Claim | None
+) -> Iterator[None]:
+    """Hold rank 0's claim on a directory, `own` or a new one, and heed its loss.
+
+    Raises
+    ------
+    InputError
+        on every rank, where another run computes there
+    """
+    new, error = None, None
+    if own is None and (comm is None or comm.rank == 0):
+        try:
+            own = new = claim(folder, claim_of(shard), asking_of(stopping))
+        except WhirlError as failed:
+            error = failed
+    error = comm.bcast(error, root=0) if comm is not None else error
+    if error is not None:
+        raise error
+    try:
+        if own is not None:
+            own.when_lost = stopping.ask
+            _tidy(own, shared=shard is not None)
+        yield
+    finally:
+        if new is not None:
+            new.release()
+
+
+def _tidy(own: Claim, *, shared: bool) -> None:
+    """Remove what runs before have left half written as they died."""
+    # Other shards may be writing now; nobody takes so long for a small file.
+    older = own.path.stat().st_mtime - LONG_AGO if shared else math.inf
+    for place in (own.folder / "states", own.folder / "runs"):
+        sweep(place, older=older)
+    sweep(own.folder, NAME, older)

@@ -1,0 +1,56 @@
+"""Listing what a campaign's directory holds: in order of number, never by halves."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from hpcwhirl.errors import MissingFileError
+
+NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
+
+
+def listed(folder: Path, ending: str) -> list[Path]:
+    """Return the files of a directory by run and rank; [] where there is none.
+
+    By number: as text, run 10000 stands before run 9999. Names that no run gives stand
+    first, as the oldest.
+
+    Parameters
+    ----------
+    folder : a directory of the campaign's
+    ending : of the names, e.g. ``.log``
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be listed: nothing there and nothing seen are not the same
+    """
+    try:
+        names = os.listdir(folder)  # noqa: PTH208 - glob is silent where it may not look
+    except FileNotFoundError as failed:
+        if not os.path.lexists(folder):
+            return []
+        raise unreadable(folder, failed) from None  # a link that leads nowhere
+    except OSError as failed:
+        raise unreadable(folder, failed) from None
+    found = (folder / name for name in names if name.endswith(ending))
+    return sorted(found, key=_order)
+
+
+def run_of(path: Path) -> int:
+    """Return the number of the run that a file is of, 0 for none."""
+    return _order(path)[0]
+
+
+def unreadable(path: Path, failed: OSError) -> MissingFileError:
+    """Return the error of what is there and cannot be read."""
+    return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
+
+
+def _order(path: Path) -> tuple[int, int, str]:
+    number = NUMBERED.fullmatch(path.name)
+    if number is None:
+        return 0, 0, path.name
+    return int(number[1]), int(number[2] or 0), path.name

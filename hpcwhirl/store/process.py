@@ -1,0 +1,65 @@
+"""Which process on which machine, such that a dead one is told from another alive."""
+
+from __future__ import annotations
+
+import os
+import socket
+from functools import cache
+from pathlib import Path
+
+DEAD = {"Z", "X", "x"}  # of /proc: ended, though nobody has asked how
+
+
+@cache
+def machine() -> str:
+    """Return what only processes that see each other's numbers have in common.
+
+    The machine since it was last started, and the name space of process numbers:
+    machines may share a name, and containers a machine.
+    """
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        space = os.readlink("/proc/self/ns/pid")  # noqa: PTH115 - no path at all
+    except OSError:  # no Linux
+        return socket.gethostname()
+    return f"{boot.strip()} {space}"
+
+
+def begun(pid: int) -> int | None:
+    """Return when a process of this machine began, clock ticks since the boot.
+
+    With its number, it is told from a later process of the same number. None where
+    there is no such process, or no way to know.
+    """
+    state = _state(pid)
+    return int(state[19]) if state else None
+
+
+def is_alive(pid: int, ticks: int | None = None) -> bool:
+    """Return whether a process of this machine is there, stopped ones included.
+
+    Parameters
+    ----------
+    pid : its number
+    ticks : when it began, as `begun` told; None: unknown
+    """
+    foreign = False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError, ValueError):
+        return False
+    except OSError:  # of another user, whose processes may be hidden
+        foreign = True
+    state = _state(pid)
+    if state is None:  # hidden, no Linux, or it has just ended
+        return foreign or not Path("/proc/self/stat").exists()
+    return state[0] not in DEAD and (ticks is None or int(state[19]) == ticks)
+
+
+def _state(pid: int) -> list[str] | None:
+    """Return the words of /proc/PID/stat after the command's name, see proc(5)."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    return text.rpartition(")")[2].split()
