@@ -118,7 +118,8 @@ def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, tra
         scene = scene_of_document(tomllib.loads(file.attrs["scene"]))
     assert scene == apply_settings(named_scene("table2"), INPUTS | {"traces": traces})
     assert arrays["time"] == pytest.approx(5e-5 * np.arange(1, 41), rel=1e-12)
-    assert np.hypot(*arrays["centre"].T).max() == found["centre_peak"]
+    peak = np.hypot(*arrays["centre"].T).max()  # of the evidence, at its own rate
+    assert peak == pytest.approx(found["centre_peak"], rel=0.03)
     assert arrays["impulse"][-1] == found["contact_impulse"]
     if traces == "full":
         assert arrays["tips"].shape == (40, 22, 2)

@@ -173,7 +173,7 @@ def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch)
     table = trials.trials() | {"reference": REFERENCE | {"scheme": "exact"}}
     for module in (tradeoff, trials):
         monkeypatch.setattr(module, "trials", lambda: table)
-    odd = scene(mistuning=[0.01] * 11 + [-0.01] * 11, duration=1e-3)
+    odd = scene(mistuning=[0.01] * 11 + [-0.01] * 11, duration=5e-3)
     (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).compared
     assert row.refused == ""
     assert row.errors["centre_peak"] < 0.01

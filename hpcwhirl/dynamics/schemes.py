@@ -170,7 +170,7 @@ def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
 
 
 def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
-    from hpcwhirl.dynamics.kernels import cyclic
+    from hpcwhirl.dynamics.kernels import cyclic, samples
     from hpcwhirl.dynamics.slots import (
         cyclic_arrays,
         modal_amplitudes,
@@ -185,16 +185,16 @@ def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
 
     def ended(state: State) -> State:
         out = tuple(np.zeros_like(state[i]) for i in (0, 1, 4, 5))
-        cyclic.settle(rotor[0], casing[0], state, out, *sizes)
+        samples.settle(rotor[0], casing[0], state, out, *sizes)
         return out
 
     def balance(state: State) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         odd = int(state[-3][contact.STEP] & 1)
         energy = sum(
-            cyclic.energies_of(s_b, rotor[0], s_c, casing[0], odd, step, exact)
+            samples.energies_of(s_b, rotor[0], s_c, casing[0], odd, step, exact)
         )
-        works = cyclic.column_sums(sums_b, sums_c, step, exact)
+        works = samples.column_sums(sums_b, sums_c, step, exact)
         rotation, impact, drag, loss = works
         friction = friction_with_sign(scene) * drag
         return Balance(energy, loss, rotation, friction, impact)

@@ -27,12 +27,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     STOP,
     pulse_of,
 )
-from hpcwhirl.dynamics.kernels.cyclic import (
-    farthest,
-    sample_cyclic,
-    sample_space,
-    widths,
-)
+from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.lane_contact import book, fill, hold, search, spectrum_of
@@ -44,6 +39,7 @@ from hpcwhirl.dynamics.kernels.lane_state import (
     work_lane,
 )
 from hpcwhirl.dynamics.kernels.passes import RING_STATE, ROTOR_STATE
+from hpcwhirl.dynamics.kernels.samples import farthest, sample_cyclic, sample_space
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     address,
