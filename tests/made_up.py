@@ -4,7 +4,7 @@ import numpy as np
 
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.run import facts_of
+from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.plan import write_plan

@@ -18,7 +18,7 @@ import pytest
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.expression import parse, value_of
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
-from hpcwhirl.campaign.run import Ending
+from hpcwhirl.campaign.ending import Ending
 from hpcwhirl.cli import campaign, main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
