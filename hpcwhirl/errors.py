@@ -100,5 +100,17 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
     """Return the error for an unknown name, with the nearest known one."""
     names = sorted(known)
     word = one_line(word, SHOWN)
-    hint = nearest(word, names) or f"; known: {', '.join(names)}"
+    hint = nearest(word, names) or f"; known: {_listed(names)}"
     return InputError(f"unknown {what} '{word}'{hint}")
+
+
+def _listed(names: list[str]) -> str:
+    """Return names by commas, of very many the first ones and how many there are."""
+    told: list[str] = []
+    room = 3 * SHOWN
+    for name in names:
+        room -= len(name) + 2
+        if room < 0:
+            return f"{', '.join(told)} and {len(names) - len(told)} more"
+        told.append(name)
+    return ", ".join(told)

@@ -144,6 +144,14 @@ def lost(settings: Settings) -> str:
     return f"unstable by {row['stop']}"
 
 
+def stopped(settings: Settings) -> str:
+    """Beyond the amplitude limit while it is loaded: no word, every number finite."""
+    row = run_of(settings).row
+    words = (row["outcome"], row["regime"], row["stop"])
+    require(words == ("stopped", "undecided", "amplitude"), f"named {words}")
+    return f"stopped at step {row['steps']}"
+
+
 def any_law(settings: Settings) -> str:
     """Sound; or `unstable` with every number finite; or refused in one clear line."""
     try:

@@ -136,7 +136,9 @@ def main() -> int:
     if args.write:
         table = tomllib.loads(PATH.read_text())
         for preset in names[:-1]:
-            table[preset]["regimes"] = f"{told[preset]} on a map of two engines"
+            table[preset]["regimes"] = (
+                f"{told[preset]} on a map of the default engine and one other"
+            )
         write(table)
     return 0
 

@@ -237,6 +237,18 @@ def test_ranges_are_those_of_the_engine(stiff):
     assert cascade.get_ylim()[1] > first[1] + max(speeds)
 
 
+def test_a_run_that_stopped_has_the_samples_up_to_there(stiff):
+    cases = Cases(stiff)
+    stopped = [i for i in cases.finished() if cases.rows[i]["stop"] == "amplitude"]
+    assert stopped
+    for case in stopped:
+        row, traces = cases.rows[case], cases.traces(case)
+        last = traces["time"][-1]
+        assert last <= row["end_time"] < last + row["sample_interval"]
+        for name, values in traces.items():
+            assert np.isfinite(values).all(), name
+
+
 def test_no_axis_of_frequency_is_beyond_what_the_samples_tell(cases, monkeypatch):
     line = cases.like(0)
     rows = [row | {"sample_interval": 5e-3} for row in cases.rows]

@@ -8,9 +8,8 @@ from hpcwhirl.dynamics import flights
 from hpcwhirl.dynamics.kernels import contact, flight, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import central_differences, exact_flow, with_step
+from hpcwhirl.dynamics.timestep import central_differences, exact_flow
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 NEVER = np.iinfo(np.int64).max
@@ -258,21 +257,6 @@ def test_flights_between_two_cuts_of_a_run_give_the_same_bits():
 def test_exact_says_what_it_cannot_do(settings):
     with pytest.raises(InputError, match="scheme exact needs"):
         March(scene(**settings))
-
-
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5])
-def test_the_accuracy_asked_for_is_the_one_of_every_rotor_mode(accuracy):
-    asked = scene(accuracy=accuracy, scheme="modal")
-    model = model_of(asked)
-    step = with_step(asked, model).solver.time_step
-    # the recursion's own frequency, from cos(w dt) = 1 - pull / 2 of an undamped mode
-    errors = []
-    for omega in model.rotor.omega:
-        pull = central_differences(float(omega), 0.0, step).pull
-        errors.append(2 * np.arcsin(np.sqrt(pull) / 2) / (omega * step) - 1)
-    assert max(errors) < 1.05 * accuracy
-    assert max(errors) > 0.9 * accuracy
-    assert March(asked).scene.solver.time_step == step
 
 
 @pytest.mark.parametrize("tiny", [1e-140, 1e-160, 1e-161, 1e-162, 1e-163, 5e-324])

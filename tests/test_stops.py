@@ -1,7 +1,9 @@
 """What ends a campaign early, and that nothing of it is left behind."""
 
+import ctypes
 import os
 import signal
+import sys
 import time
 
 import pytest
@@ -155,3 +157,31 @@ def test_a_check_is_not_called_again_while_it_is_at_work():
         while time.monotonic() - begin < 1.2:
             pass
     assert most == [1]
+
+
+def test_a_stop_that_falls_into_a_callback_of_the_compiler_is_no_traceback(capfd):
+    told = []
+
+    def check():
+        told.append(1)
+        raise Stop
+
+    def noticed(*pair):  # called from C, which has nowhere to raise to
+        while pair and not told:
+            time.sleep(1e-3)
+        return 0
+
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+    numbers = (ctypes.c_int * 2)(2, 1)
+
+    def compiler():
+        with breakable(check):
+            ctypes.CDLL(None).qsort(numbers, 2, 4, kind(noticed))
+            while True:
+                time.sleep(1e-3)
+
+    before = sys.unraisablehook
+    with pytest.raises(Stop):
+        compiler()
+    assert sys.unraisablehook is before
+    assert "Traceback" not in capfd.readouterr().err

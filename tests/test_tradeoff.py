@@ -185,7 +185,7 @@ def test_an_axis_is_tried_though_the_scene_asks_by_errors():
     assert applied(asked, {"time_step": 4e-6}).solver.truncation == 0.3
     fewer = applied(asked, {"modes_a_blade": 2})
     assert (fewer.solver.modes, fewer.solver.truncation) == (44, 0.0)
-    fine = apply_settings(asked, {"accuracy": 1e-6, "truncation": 1e-3})
+    fine = apply_settings(asked, {"accuracy": 1e-6, "truncation": 1e-4})
     found = reference_of(fine)
     assert found.solver.time_step < 1.5e-8
     assert found.solver.accuracy == found.solver.truncation == 0.0

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from evidence.estimates_drawn import of_truncation
 
 from hpcwhirl import simulate
 from hpcwhirl.cli import main
@@ -11,6 +12,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import model_of
 from hpcwhirl.reduction.truncation import (
     HARMONICS,
+    TO_ROTOR,
     left_out,
     truncation_error,
     with_truncation,
@@ -18,6 +20,7 @@ from hpcwhirl.reduction.truncation import (
 from hpcwhirl.scene import apply_settings, named_scene
 
 FINE = {"modes": 176, "casing.harmonics": 40}
+SEED = 23  # not of the engines that the factors were found with
 
 
 def scene(**settings):
@@ -76,15 +79,14 @@ def test_nothing_is_missed_by_the_finest_and_less_by_finer_ones():
 def test_the_choice_keeps_to_what_is_asked_and_no_fewer_modes_would(asked):
     chosen = with_truncation(scene(truncation=asked))
     assert with_truncation(chosen) == chosen
-    rotor, ring = (5.0 * share for share in left_out(chosen))
-    assert rotor <= asked / 2
-    assert ring <= asked / 2
+    assert truncation_error(chosen) <= asked
+    assert left_out(chosen).rotor <= TO_ROTOR * asked
     fewer = apply_settings(chosen, {"modes": max(chosen.solver.modes - 22, 0)})
-    assert chosen.solver.modes == 0 or 5.0 * left_out(fewer)[0] > asked / 2
+    assert chosen.solver.modes == 0 or left_out(fewer).rotor > TO_ROTOR * asked
     harmonics = chosen.engine.casing.harmonics
     below = HARMONICS[max(HARMONICS.index(harmonics) - 1, 0)]
     coarser = apply_settings(chosen, {"casing.harmonics": below, "families": "all"})
-    assert below == harmonics or 5.0 * left_out(coarser)[1] > asked / 2
+    assert below == harmonics or truncation_error(coarser) > asked
 
 
 def test_the_ring_carries_the_load_and_the_finest_is_all_there_is():
@@ -114,8 +116,8 @@ def test_what_was_chosen_is_marched_and_told():
 
 
 def test_cases_of_other_truncation_are_of_no_group():
-    # pulses of other lengths ask for other modes: they must not share a kernel
-    cases = [scene(truncation=0.3, pulse=p) for p in (0.6e-3, 0.78e-3, 0.8e-3, 3e-3)]
+    # frictions ask for other modes: they must not share a kernel
+    cases = [scene(truncation=0.3, friction=mu) for mu in (0.0, 0.02, 0.1, 0.3)]
     models = [model_of(case) for case in cases]
     widths = [(len(m.rotor.omega), len(m.casing.omega)) for m in models]
     keys = [group_key(case) for case in cases]
@@ -142,10 +144,27 @@ def test_cases_whose_steps_differ_are_of_no_group(cases):
         assert steps[i] == steps[j] or keys[i] != keys[j]
 
 
-@pytest.mark.parametrize("pulse", [1e-2, 1.0])
-def test_a_long_pulse_does_not_make_a_contact_long(pulse):
-    long, usual = (truncation_error(scene(modes=22, pulse=p)) for p in (pulse, 1e-3))
-    assert long == usual
+def test_without_friction_lobes_leave_nothing_but_stretch():
+    # five families a blade hold no stretching mode but the static one
+    bent, stretched = (
+        left_out(scene(modes=110, nodal_diameter=2, friction=mu)).rotor
+        for mu in (0.1, 0.0)
+    )
+    assert bent < 0.3
+    assert stretched > 1.0
+    chosen = with_truncation(scene(truncation=0.3, nodal_diameter=2, friction=0.0))
+    assert chosen.solver.modes == 176
+
+
+def test_only_what_has_the_symmetry_of_the_load_is_struck():
+    # 22 blades touched at once: of the harmonics up to 40, the ring's 0 and 22 answer
+    few, many = (
+        left_out(scene(nodal_diameter=0, **{"casing.harmonics": h})) for h in (22, 40)
+    )
+    assert few.ring == pytest.approx(many.ring, rel=1e-9)
+    assert many.ring > 0.0
+    lobed = [scene(nodal_diameter=1, **{"casing.harmonics": h}) for h in (22, 40)]
+    assert left_out(lobed[0]).ring > left_out(lobed[1]).ring
 
 
 def test_what_is_explained_is_so_of_any_scene(capsys):
@@ -170,40 +189,31 @@ def test_what_is_saved_is_told_against_the_inputs_as_they_are(command, capsys):
     assert f"as they are, {many} and" in told
 
 
-def drawn(chance):
-    """Return a random engine that is touched within 2 ms."""
-    return scene(
-        duration=2e-3, interval=1e-5, traces="full", time_step=2e-6, plan="everything",
-        gap=10 ** chance.uniform(-4, -3.3), speed=chance.uniform(20, 520),
-        friction=chance.uniform(0.0, 0.2), pulse=10 ** chance.uniform(-3.7, -2.9),
-        force=10 ** chance.uniform(4.5, 5.5),
-        **{"casing.thickness": float(np.exp(chance.uniform(*np.log([5e-3, 60e-3]))))},
+def beyond(index):
+    """Return how far a drawn engine's errors are beyond what is stated, (ways,)."""
+    found = of_truncation(SEED, index)
+    return [row["found"] / row["stated"] for row in found.get("rows", ())]
+
+
+def test_the_engine_that_was_nine_times_beyond_is_within():
+    # a ring of 6 mm, two lobes, no friction: found 0.34 where 0.038 was stated
+    thin = {"nodal_diameter": 2, "friction": 0.0, "casing.thickness": 6e-3}
+    case = scene(
+        duration=2e-3, interval=1e-5, traces="full", time_step=2e-6,
+        plan="everything", scheme="general", **FINE, **thin,
     )  # fmt: skip
-
-
-def error(case, finest, **settings):
-    """Return (root mean square error of the tips over that of the motion, estimate)."""
-    tried = apply_settings(case, {**FINE, **settings})
-    tips, true = simulate(tried).traces["tips"], finest.traces["tips"]
-    return np.sqrt(((tips - true) ** 2).sum() / (true**2).sum()), truncation_error(
-        tried
-    )
+    true = simulate(case).traces["tips"]
+    for settings in ({"modes": 110}, {"modes": 22}, {"families": "bending"}):
+        tried = apply_settings(case, settings)
+        missed = simulate(tried).traces["tips"] - true
+        error = np.sqrt((missed**2).sum() / (true**2).sum())
+        assert error <= truncation_error(tried)
 
 
 @pytest.mark.slow
-def test_the_estimate_is_honest_for_engines_at_random():
-    chance, kept, within = np.random.default_rng(5), 0, []
-    while kept < 12:
-        case = drawn(chance)
-        finest = simulate(apply_settings(case, FINE))
-        if finest.row["contacts"] < 20:
-            continue
-        kept += 1
-        for settings in (
-            {"modes": 22}, {"modes": 66}, {"modes": 110}, {"casing.harmonics": 6},
-            {"casing.harmonics": 12}, {"casing.harmonics": 20}, {"families": "bending"},
-        ):  # fmt: skip
-            found, estimate = error(case, finest, **settings)
-            within.append(found <= estimate)
-            assert found > estimate / 300  # nor is it far too much
-    assert np.mean(within) > 0.93
+def test_the_estimate_holds_for_engines_of_every_class():
+    # five lobes' classes with and without friction, in turn
+    ratios = np.array([ratio for i in range(20) for ratio in beyond(i)])
+    assert len(ratios) > 100
+    assert np.mean(ratios <= 1.0) >= 0.95
+    assert np.median(ratios) > 1.0 / 50  # nor is it far too much

@@ -27,6 +27,7 @@ from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
 from hpcwhirl.store.owner import BrokenOffError
 from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.running import forget_crashes, notes
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
@@ -86,11 +87,21 @@ def conclude(
     except (MissingFileError, StoreError) as error:
         return replace(_stopped(cases, error), lasting=True)
     # of the file: what was published is what is told
-    ended = count_statuses(results) if comm is None or comm.rank == 0 else {}
+    ended: dict[str, int] = {}
+    if comm is None or comm.rank == 0:
+        ended = count_statuses(results)
+        _forget_the_dead(folder)
     failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
     return Ending(
         complete=True, cases=cases, failed=failed, results=results, missing=missing
     )
+
+
+def _forget_the_dead(folder: Path) -> None:
+    """Remove what processes that died have noted of cases that gave a result since."""
+    if notes(folder):
+        ended = scan(folder, lambda record: record["status"])
+        forget_crashes(folder, {name for name in ended if ended[name] == "ok"})
 
 
 def _stopped(cases: int, error: Exception) -> Ending:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hpcwhirl.campaign.shards import Shard
-from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.errors import InputError, shown, unknown
 
 RETRIES = ("failed", "timeout", "crashed")
 PATIENCE = 30.0  # s for all ranks to stop; a slice takes milliseconds
@@ -73,7 +73,7 @@ def with_rules(policy: Policy, rules: Mapping[str, Any]) -> Policy:
         if not number or not isinstance(value, kind) or (kind is not bool and not (
             0 < value < math.inf
         )):  # fmt: skip
-            msg = f"[campaign] {key} must be {allowed}, got {value!r}"
+            msg = f"[campaign] {key} must be {allowed}, got {shown(value)}"
             raise InputError(msg)
     return replace(policy, **rules)
 

@@ -75,11 +75,11 @@ def check_steps(design: Design) -> None:
 
 def check_folder(folder: Path) -> None:
     """Raise InputError where a campaign directory cannot be made or written."""
-    place = folder.resolve()
+    place = Path(os.path.realpath(folder))  # Path.resolve raises where links go around
     if place.exists() and not place.is_dir():
         msg = f"--out must be a directory, got the file {folder}"
         raise InputError(msg)
-    while not place.exists():
+    while not os.path.lexists(place):
         place = place.parent
     if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
         msg = f"--out {folder}: {place} cannot be written"

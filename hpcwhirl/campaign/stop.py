@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -141,7 +143,8 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
         yield
         return
     alarm = _Alarm(check)
-    before = signal.signal(signal.SIGALRM, alarm)
+    before, hook = signal.signal(signal.SIGALRM, alarm), sys.unraisablehook
+    sys.unraisablehook = partial(_unless_stop, hook)
     signal.setitimer(signal.ITIMER_REAL, BREAK_EVERY, BREAK_EVERY)
     try:
         yield
@@ -155,6 +158,17 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
         finally:  # also where the last tick came just now
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before or signal.SIG_DFL)
+            sys.unraisablehook = hook
+
+
+def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
+    """Let `hook` tell of an exception that nobody could raise, unless it is Stop.
+
+    A tick that falls into a callback of the compiler cannot raise there; the next one,
+    a moment later, does.
+    """
+    if not isinstance(lost.exc_value, Stop):
+        hook(lost)
 
 
 def refuse_stop_file(folder: Path) -> None:

@@ -148,12 +148,11 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
         kind = "directory" if folder else "file"
         msg = f"cannot write {path}: it is not a {kind}"
         raise MissingFileError(msg)
-    place = path.resolve()
-    while not place.exists():
+    whole = Path(os.path.realpath(path))  # Path.resolve raises where links go around
+    place = whole
+    while not os.path.lexists(place):
         place = place.parent
-    if not os.access(place, os.W_OK) or (
-        place != path.resolve() and not place.is_dir()
-    ):
+    if not os.access(place, os.W_OK) or (place != whole and not place.is_dir()):
         msg = f"cannot write {path}: {place} is not a writable directory"
         raise MissingFileError(msg)
 

@@ -135,6 +135,8 @@ def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from hpcwhirl.store.schema import ROW
+
     console = Console()
     words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
     console.print(words + f"whirl {facts['whirl']}")
@@ -149,7 +151,9 @@ def _show(facts: dict[str, Any]) -> None:
         "contact_impulse", "last_contact", "orbit_radius", "centre_peak",
         "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
     ):  # fmt: skip
-        table.add_row(name, f"{facts[name]:.6g}")
+        unit = ROW[name].unit
+        label = name if unit == "1" else f"{name}, {unit}"
+        table.add_row(label, f"{facts[name]:.6g}")
     for term, value in facts["ledger"].items():
         table.add_row(f"ledger: {term}, J", f"{value:.6g}")
     console.print(table)

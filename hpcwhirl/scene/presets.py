@@ -11,6 +11,8 @@ from hpcwhirl.errors import unknown
 from hpcwhirl.scene.files import Value, flatten, resolve
 from hpcwhirl.scene.inputs import Scene
 
+ELSEWHERE = "what it loses on other engines is not measured"
+
 
 @cache
 def _table() -> dict[str, dict[str, Any]]:
@@ -37,9 +39,18 @@ def preset_inputs(name: str) -> dict[str, Value]:
 
 
 def preset_loss(name: str) -> str:
-    """Return what a preset costs and loses, as measured, in one sentence."""
-    found = _table()[name]
-    return "; ".join(str(found[key]) for key in ("loses", "regimes") if key in found)
+    """Return what a preset costs and loses, as measured, in one sentence.
+
+    On engines at random first, then on the default one.
+    """
+    found = {"engines": ELSEWHERE, **_table()[name]}
+    told = (str(found[key]) for key in ("engines", "loses", "regimes") if key in found)
+    return "; ".join(told)
+
+
+def preset_bounds(name: str) -> dict[str, float]:
+    """Return {number: relative error that nine engines in ten stay below}."""
+    return dict(_table()[name].get("nine_in_ten", {}))
 
 
 def loss_of(scene: Scene) -> str:

@@ -20,6 +20,7 @@ from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
 
+WHOLE = 1e-6  # of an interval: a sample so near the end is there
 Traces = dict[str, NDArray[np.float64]]
 
 
@@ -75,7 +76,11 @@ class Cases:
         check_file(self.path)
         self._plan = read_plan(folder)
         with reading(self.path), h5py.File(self.path, "r") as file:
-            table = {n: v for n, v in (ROW | STATUS).items() if n in file}
+            table = ROW | STATUS
+            lacking = [name for name in table if name not in file]
+            if lacking:
+                msg = f"{self.path} is damaged: it has no {lacking[0]}"
+                raise StoreError(msg)
             columns = {n: file[n][:] for n in table}
             self.kept = tuple(n for n in TRACES if n in file)
             for name in columns.keys() & ENUMS.keys():
@@ -114,7 +119,8 @@ class Cases:
             msg = f"case {case} of {self.folder} has no traces: status {row['status']}"
             raise InputError(msg + f", kept: {', '.join(self.kept) or 'none'}")
         with reading(self.path), h5py.File(self.path, "r") as file:
-            count = round(row["end_time"] / row["sample_interval"])
+            # a run that stopped did so between two samples
+            count = int(row["end_time"] / row["sample_interval"] + WHOLE)
             out: Traces = {"time": (1.0 + np.arange(count)) * row["sample_interval"]}
             for name in self.kept:
                 out[name] = file[name][case, :count]

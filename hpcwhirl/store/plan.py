@@ -10,7 +10,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError, WhirlError
+from hpcwhirl.errors import (
+    InputError,
+    MissingFileError,
+    StoreError,
+    WhirlError,
+    shown,
+)
 from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.scene import (
     Scene,
@@ -191,8 +197,8 @@ def check_same(old: Plan, new: Plan, folder: Path) -> None:
         was, now = old.base.get(name), _values(new, name, old.swept)
         begun_before = name == PHYSICS and was is None
         if now and was not in now and not begun_before:
-            msg = f"{folder} was begun with {name} = {was!r}, "
-            got = " or ".join(map(repr, now[:3])) + (" ..." if len(now) > 3 else "")
+            msg = f"{folder} was begun with {name} = {shown(was)}, "
+            got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
             raise InputError(msg + f"got {got}: {own}")
     known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
     for settings, digest in zip(new.settings, new.digests, strict=True):

@@ -1,0 +1,1 @@
+"""Families of attacks on hpcwhirl; `scripts/evidence/attack.py` runs them."""

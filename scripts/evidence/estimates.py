@@ -1,0 +1,260 @@
+"""Whether estimates of truncation, accuracy and presets hold on engines at random.
+
+    python scripts/evidence/estimates.py [DIR] [--quick] [--json] [--write]
+        [--only truncation|accuracy|presets] [--part I/N] [--seed 15]
+
+Draws engines (see estimates_drawn.py), measures what each estimate speaks of and prints
+a table: estimate, class, drawn, held, share, median and worst ratio of what was found
+to what was stated. What is measured is kept in DIR (default a temporary folder), a line
+an engine, and not measured again; --part shares the engines among processes with the
+same DIR. --quick: few of each, no presets. --write puts the table into
+scripts/evidence/estimates.md and what presets lose into hpcwhirl/scene/presets.toml.
+Exit code 1 if an estimate of truncation or accuracy holds in less than 95 % of a class
+of at least 20.
+
+truncation: error of all tips' motion in the first 2 ms, root mean square over that of
+the motion, against all modes (8 a blade, 80 harmonics), for parts left out of one body
+or as `solver.truncation` chooses; stated is the estimate, or what was asked for.
+accuracy: largest error of a rotor mode's damped frequency, from the eigenvalues of a
+step; stated is `solver.accuracy`. presets: words and numbers after 1 s against a finer
+run (scheme exact, the step of `reference`, 80 harmonics), twins whose force differs by
+1e-7 beside them; stated is what presets.toml says of nine engines in ten.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.scene import preset_bounds, preset_names
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from evidence.estimates_drawn import MEASURES, NUMBERS
+from presets import PATH, write
+
+PAGE = Path(__file__).with_suffix(".md")
+DRAWN = {"truncation": 120, "accuracy": 120, "presets": 60}
+QUICK = {"truncation": 20, "accuracy": 24, "presets": 0}
+LEAST, ENOUGH = 20, 0.95  # rows of a class of which a share is asked
+TENTH = 0.9  # of engines, of which presets tell the largest error
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table; ratios are of what was found to what was stated."""
+
+    estimate: str
+    kind: str
+    drawn: int
+    held: int
+    median: float
+    worst: float
+
+    @property
+    def share(self) -> float:
+        """Share of the drawn in which the estimate held."""
+        return self.held / self.drawn
+
+
+def measured(
+    name: str, count: int, seed: int, folder: Path, part: tuple[int, int]
+) -> list[Record]:
+    """Return the records of engines 0 .. count - 1, those missing measured now."""
+    path = folder / f"{name}-{seed}.jsonl"
+    text = path.read_text().splitlines() if path.is_file() else []
+    found = {record["index"]: record for record in map(json.loads, text)}
+    for index in range(part[0], count, part[1]):
+        if index in found:
+            continue
+        found[index] = {"index": index, **MEASURES[name](seed, index)}
+        with path.open("a") as file:
+            file.write(json.dumps(found[index]) + "\n")
+        print(f"{name} {index + 1} of {count}", file=sys.stderr)
+    return [found[i] for i in sorted(found) if i < count]
+
+
+def classes(record: Record) -> Iterator[str]:
+    """Return the classes that an engine is of."""
+    inputs = record["inputs"]
+    blades, k = inputs["blades"], inputs.get("nodal_diameter", 1)
+    friction = "no friction" if inputs.get("friction", 0.1) == 0.0 else "friction"
+    thickness, damping = inputs.get("casing.thickness"), inputs["rotor.damping"]
+    yield "all"
+    yield "N " + ("12-19" if blades < 20 else "20-27" if blades < 28 else "28-36")
+    yield f"rotor damping {'< 1 %' if damping < 0.01 else '>= 1 %'}"
+    if thickness is None:
+        return
+    ring = inputs["casing.damping"]
+    yield f"k {k}, {friction}"
+    yield f"ring {'< 12' if thickness < 12e-3 else '>= 12'} mm"
+    yield f"ring damping {'< 3 %' if ring < 0.03 else '>= 3 %'}"
+
+
+def lines(estimate: str, rows: list[tuple[Record, float]]) -> list[Line]:
+    """Return a line for each class of (engine, found over stated)."""
+    by_class: dict[str, list[float]] = {}
+    for record, ratio in rows:
+        for kind in classes(record):
+            by_class.setdefault(kind, []).append(ratio)
+    order = ["all", *sorted(by_class.keys() - {"all"})] if rows else []
+    return [_line(estimate, kind, by_class[kind]) for kind in order]
+
+
+def _line(estimate: str, kind: str, ratios: list[float]) -> Line:
+    held = sum(ratio <= 1.0 for ratio in ratios)
+    middle, worst = float(np.median(ratios)), max(ratios)
+    return Line(estimate, kind, len(ratios), held, middle, worst)
+
+
+def of_errors(name: str, records: list[Record]) -> list[Line]:
+    """Return the lines of truncation or accuracy, each way of it apart."""
+    out: list[Line] = []
+    for way in dict.fromkeys(row["way"] for r in records for row in r["rows"]):
+        rows = [
+            (record, row["found"] / row["stated"])
+            for record in records
+            for row in record["rows"]
+            if row["way"] == way
+        ]
+        out += lines(f"{name}: {way}", rows)
+    return out
+
+
+def of_presets(records: list[Record]) -> list[Line]:
+    """Return the lines of presets: words, and numbers against what is stated."""
+    out: list[Line] = []
+    for preset in ("twins", *preset_names()):
+        wrong = [
+            (r, 0.5 + (r["words"][preset] != r["words"]["finer"])) for r in records
+        ]
+        out += [_words(line) for line in lines(f"{preset}: words", wrong)]
+        stated = {} if preset == "twins" else preset_bounds(preset)
+        for number, bound in stated.items():
+            rows = [(r, r["errors"][preset][number] / bound) for r in records]
+            out += lines(f"{preset}: {NUMBERS[number]}", rows)
+    return out
+
+
+def _words(line: Line) -> Line:
+    """Return a line of words, of which there is no ratio."""
+    return Line(line.estimate, line.kind, line.drawn, line.held, np.nan, np.nan)
+
+
+def loses(preset: str, records: list[Record]) -> dict[str, Any]:
+    """Return what presets.toml tells of a preset, from many engines."""
+    right = sum(r["words"][preset] == r["words"]["finer"] for r in records)
+    twins = sum(r["words"]["twins"] == r["words"]["finer"] for r in records)
+    told, nine = [], {}
+    for number, name in NUMBERS.items():
+        found = [r["errors"][preset][number] for r in records]
+        floor = [r["errors"]["twins"][number] for r in records]
+        nine[number] = float(f"{np.quantile(found, TENTH):.2g}")
+        told.append(
+            f"{name} {100 * np.median(found):.2g} % ({100 * nine[number]:.2g} %, "
+            f"{100 * max(found):.2g} %; twins {100 * np.median(floor):.2g} %, "
+            f"{100 * np.quantile(floor, TENTH):.2g} %)"
+        )
+    text = (
+        f"on {len(records)} engines at random, 1 s: words as a finer run in {right} "
+        f"(its twins in {twins}); error in the median (nine in ten below, largest): "
+        + ", ".join(told)
+    )
+    return {"engines": text, "nine_in_ten": nine}
+
+
+def page(found: list[Line], note: str) -> str:
+    """Return the table as a page."""
+    columns = (
+        "estimate",
+        "class",
+        "drawn",
+        "held",
+        "share",
+        "median ratio",
+        "worst ratio",
+    )
+    out = [f"<!-- {note} -->", "", f"| {' | '.join(columns)} |", "|---" * 7 + "|"]
+    for x in found:
+        ratios = "| |" if np.isnan(x.median) else f"| {x.median:.2g} | {x.worst:.2g} |"
+        out.append(
+            f"| {x.estimate} | {x.kind} | {x.drawn} | {x.held} | "
+            f"{100 * x.share:.0f} % {ratios}"
+        )
+    return "\n".join(out)
+
+
+def all_lines(records: dict[str, list[Record]]) -> list[Line]:
+    """Return the whole table."""
+    out: list[Line] = []
+    tell: dict[str, Callable[[list[Record]], list[Line]]] = {
+        "truncation": lambda r: of_errors("truncation", r),
+        "accuracy": lambda r: of_errors("accuracy", r),
+        "presets": of_presets,
+    }
+    for name, found in records.items():
+        kept = [record for record in found if not record.get("left_out")]
+        if kept:
+            out += tell[name](kept)
+    return out
+
+
+def failing(found: list[Line]) -> list[Line]:
+    """Return the lines in which an estimate holds too seldom."""
+    return [
+        line
+        for line in found
+        if line.estimate.startswith(("truncation", "accuracy"))
+        and line.drawn >= LEAST
+        and line.share < ENOUGH
+    ]
+
+
+def arguments() -> argparse.Namespace:
+    """Return the command's arguments."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--only", choices=list(DRAWN), action="append")
+    parser.add_argument("--part", default="0/1")
+    parser.add_argument("--seed", type=int, default=15)
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Measure, print, write."""
+    args = arguments()
+    place, of = (int(part) for part in args.part.split("/"))
+    counts = QUICK if args.quick else DRAWN
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-estimates-") as scratch:
+        folder = args.folder or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        records = {
+            name: measured(name, counts[name], args.seed, folder, (place, of))
+            for name in args.only or DRAWN
+        }
+    if args.write and records.get("presets"):
+        table = tomllib.loads(PATH.read_text())
+        write({n: row | loses(n, records["presets"]) for n, row in table.items()})
+    found = all_lines(records)
+    numbers = ", ".join(f"{name} {len(rows)}" for name, rows in records.items())
+    text = page(found, f"scripts/evidence/estimates.py --seed {args.seed}: {numbers}")
+    print(json.dumps([asdict(x) for x in found]) if args.json else text)
+    if args.write:
+        PAGE.write_text(text + "\n")
+    return 1 if failing(found) else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

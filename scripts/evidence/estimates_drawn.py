@@ -1,0 +1,205 @@
+"""The engines that estimates are held against, and what is measured of each.
+
+An engine is drawn from (seed, index) alone. Of truncation: 12 to 36 blades, k = 0 .. 4,
+every other without friction, rings of 6 to 30 mm, damping of both bodies over two
+decades; loads so strong that most touch within 2 ms, and those that do not left out.
+Presets: 13, 17 and 22 blades (a kernel is compiled for each), k = 1 .. 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl import simulate
+from hpcwhirl.dynamics.timestep import SAFE, central_differences, with_step
+from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.truncation import truncation_error, with_truncation
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    named_scene,
+    preset_inputs,
+    preset_names,
+)
+
+BASE = named_scene("table2")
+FINEST, FAMILIES = 80, 8  # harmonics, and fixed-interface modes a blade
+TOUCHED = 20  # contacts of blades and steps, at least
+TWIN = 1e-7
+LEAST = 0.01  # of the gap: what a radius is compared with, at least
+ASKED = (0.3, 0.05, 0.01)
+PARTS: tuple[dict[str, Any], ...] = (
+    {"families": 0}, {"families": 1}, {"families": 3}, {"families": 5},
+    {"casing.harmonics": 6}, {"casing.harmonics": 12}, {"casing.harmonics": 20},
+    {"casing.harmonics": 40}, {"casing.families": "bending"},
+)  # fmt: skip
+NUMBERS = {"orbit_radius": "orbit radius", "contact_impulse": "contact impulse"}
+Record = dict[str, Any]
+
+
+def _between(random: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def _damping(random: np.random.Generator) -> dict[str, float]:
+    return {
+        "rotor.damping": _between(random, 1e-3, 0.1),
+        "casing.damping": _between(random, 3e-3, 0.3),
+    }
+
+
+def touched_engine(seed: int, index: int) -> dict[str, Any]:
+    """Return inputs of an engine and a load that is likely to make it touch."""
+    random, lobes = np.random.default_rng([seed, index]), index % 5
+    # a ring is stiff against a load without lobes
+    gaps, forces = (
+        ((1e-5, 1e-4), (2e5, 2e6)) if lobes == 0 else ((1e-4, 5e-4), (3e4, 3e5))
+    )
+    return {
+        "blades": int(random.integers(12, 37)),
+        "nodal_diameter": lobes,
+        "friction": float(random.uniform(0.02, 0.2)) * (index // 5 % 2),
+        "gap": _between(random, *gaps),
+        "speed": float(random.uniform(20.0, 520.0)),
+        "pulse": _between(random, 2e-4, 1.25e-3),
+        "force": _between(random, *forces),
+        "casing.thickness": _between(random, 6e-3, 30e-3),
+        **_damping(random),
+    }
+
+
+def _shortly(inputs: dict[str, Any]) -> Scene:
+    """Return the scene of first contacts, in the kernel that is compiled once."""
+    return apply_settings(BASE, inputs | {
+        "duration": 2e-3, "interval": 1e-5, "traces": "full", "time_step": 1e-6,
+        "plan": "everything", "scheme": "general",
+        "modes": FAMILIES * inputs["blades"], "casing.harmonics": FINEST,
+    })  # fmt: skip
+
+
+def left_out_of(scene: Scene) -> list[tuple[str, Scene, float]]:
+    """Return (way, what is left of a scene, error stated) of all ways tried."""
+    out = []
+    for part in PARTS:
+        own = {n: v for n, v in part.items() if n != "families"}
+        if "families" in part:
+            own["modes"] = part["families"] * scene.engine.rotor.blades
+        tried = apply_settings(scene, own)
+        out.append(("estimate", tried, truncation_error(tried)))
+    for asked in ASKED:
+        tried = with_truncation(apply_settings(scene, {"truncation": asked}))
+        # more harmonics than the finest has would tell nothing, and want its steps
+        most = min(tried.engine.casing.harmonics, FINEST)
+        chosen = {"truncation": 0.0, "casing.harmonics": most}
+        out.append(("as asked", apply_settings(tried, chosen), asked))
+    return out
+
+
+def of_truncation(seed: int, index: int) -> Record:
+    """Return what truncation makes of an engine's motion, and what was stated."""
+    inputs = touched_engine(seed, index)
+    scene = _shortly(inputs)
+    finest = simulate(scene)
+    if finest.row["contacts"] < TOUCHED:
+        return {"inputs": inputs, "left_out": "no contact"}
+    true, rows = finest.traces["tips"], []
+    for way, tried, stated in left_out_of(scene):
+        tips = simulate(tried).traces["tips"]
+        shown = min(len(tips), len(true))
+        missed = ((tips[:shown] - true[:shown]) ** 2).sum() / (true[:shown] ** 2).sum()
+        rows.append({"way": way, "found": float(np.sqrt(missed)), "stated": stated})
+    return {"inputs": inputs, "rows": rows}
+
+
+def _turned(omega: float, ratio: float, step: float) -> float:
+    """Return a mode's frequency as the scheme has it, from a step's eigenvalues."""
+    found = central_differences(omega, ratio, step)
+    once = [[found.keep, -found.pull], [found.keep, 1.0 - found.pull]]
+    return float(np.abs(np.angle(np.linalg.eigvals(once))).max()) / step
+
+
+def of_accuracy(seed: int, index: int) -> Record:
+    """Return the largest frequency error of an engine's rotor, and what was asked."""
+    random = np.random.default_rng([seed, index])
+    inputs = {
+        "blades": int(random.integers(12, 37)),
+        "rotor.damping": _between(random, 1e-3, 0.1),
+        "modes": int(random.integers(0, 9)) * 12,
+    }
+    asked = _between(random, 1e-5, 0.3)
+    scene = apply_settings(BASE, inputs | {"accuracy": asked, "kind": "rigid"})
+    model = model_of(scene)
+    step = with_step(scene, model).solver.time_step
+    rotor = model.rotor
+    errors = [
+        _turned(w, xi, step) / (w * np.sqrt(1.0 - xi**2)) - 1.0
+        for w, xi in zip(rotor.omega, rotor.ratios, strict=True)
+    ]
+    held_back = bool(step >= 0.999 * SAFE * min(model.limits().values()))
+    # eigenvalues of a step lose 1e-9 or so of a frequency
+    found = max(errors) - 1e-9
+    way = "the step is that of stability" if held_back else "as asked"
+    return {"inputs": inputs, "rows": [{"way": way, "found": found, "stated": asked}]}
+
+
+def moving_engine(seed: int, index: int) -> dict[str, Any]:
+    """Return inputs of an engine whose motion presets are held against."""
+    random = np.random.default_rng([seed, index])
+    return {
+        "blades": (13, 17, 22)[index % 3],
+        "nodal_diameter": int(random.choice([1, 1, 2, 3])) if index % 3 < 2 else 1,
+        "friction": float(random.uniform(0.02, 0.2)) * float(random.random() < 0.75),
+        "gap": _between(random, 8e-5, 4e-4),
+        "speed": float(random.uniform(40.0, 520.0)),
+        "casing.thickness": _between(random, 12e-3, 30e-3),
+        "casing.support_damping": -1.0,
+        "rotor.suspension_damping": float(random.choice([-1.0, 0.05, 0.2])),
+        "rotor.damping": _between(random, 3e-3, 0.03),
+        "casing.damping": _between(random, 0.02, 0.3),
+    }
+
+
+def of_presets(seed: int, index: int) -> Record:
+    """Return words and errors of presets, and of a twin, against a finer run."""
+    inputs = moving_engine(seed, index)
+    scene = apply_settings(BASE, inputs | {"duration": 1.0})
+    asked = {n: apply_settings(scene, preset_inputs(n)) for n in preset_names()}
+    last = with_step(asked["reference"], model_of(asked["reference"]))
+    finer = apply_settings(last, {
+        "scheme": "exact", "accuracy": 0.0, "truncation": 0.0,
+        "modes": FAMILIES * scene.engine.rotor.blades, "casing.families": "all",
+        "casing.harmonics": max(FINEST, last.engine.casing.harmonics),
+    })  # fmt: skip
+    middle = asked["standard"]
+    twin = apply_settings(middle, {"force": middle.force * (1.0 + TWIN)})
+    rows = {n: simulate(s).row for n, s in {**asked, "finer": finer}.items()}
+    other = simulate(twin).row
+    errors = {n: _errors(rows[n], rows["finer"], scene.gap) for n in asked}
+    errors["twins"] = _errors(other, rows["standard"], scene.gap)
+    words = {n: _words(row) for n, row in rows.items()}
+    # a twin's word is told against its own: it is the finer run's where that is so
+    same = _words(other) == words["standard"]
+    words["twins"] = words["finer"] if same else _words(other)
+    return {"inputs": inputs, "words": words, "errors": errors}
+
+
+def _words(row: dict[str, Any]) -> str:
+    return f"{row['outcome']} {row['regime']} {row['whirl']}"
+
+
+def _errors(row: Any, true: Any, gap: float) -> dict[str, float]:
+    """Return relative errors of `NUMBERS`; a radius' at least of `LEAST` of the gap."""
+    least = {"orbit_radius": LEAST * gap, "contact_impulse": 1e-300}
+    return {
+        n: float(abs(row[n] - true[n]) / max(abs(true[n]), least[n])) for n in NUMBERS
+    }
+
+
+MEASURES: dict[str, Callable[[int, int], Record]] = {
+    "truncation": of_truncation,
+    "accuracy": of_accuracy,
+    "presets": of_presets,
+}
