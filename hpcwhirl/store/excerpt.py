@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.store.cases import WHOLE
+from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.plan import read_plan
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
 
 Traces = dict[str, NDArray[np.float64]]
-WHOLE = 1e-6  # of an interval: the end of a run need not be a sample
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
 
 
@@ -42,14 +43,10 @@ class Excerpt:
         self.path = folder / "results.h5"
         check_file(self.path)
         self.plan = read_plan(folder)
-        try:
-            with h5py.File(self.path, "r") as file:
-                self.facts = {n: _plain(v) for n, v in file.attrs.items()}
-                self.columns = _columns(file)
-                self.kept = tuple(n for n in TRACES if n in file)
-        except (OSError, KeyError, RuntimeError) as failed:
-            msg = f"{self.path} is damaged: {failed}"
-            raise StoreError(msg) from None
+        with reading(self.path), h5py.File(self.path, "r") as file:
+            self.facts = {n: _plain(v) for n, v in file.attrs.items()}
+            self.columns = _columns(file)
+            self.kept = tuple(n for n in TRACES if n in file)
         if any(len(c) != len(self) for c in self.columns.values()):
             msg = f"{self.path} and its campaign.json differ: gather the campaign again"
             raise StoreError(msg)
@@ -74,12 +71,8 @@ class Excerpt:
         """
         if not len(cases):  # there may be no traces at all
             return
-        try:
-            with h5py.File(self.path, "r") as file:
-                yield from self._read({n: file[n] for n in names}, cases)
-        except (OSError, RuntimeError) as failed:
-            msg = f"{self.path} is damaged: {failed}"
-            raise StoreError(msg) from None
+        with reading(self.path), h5py.File(self.path, "r") as file:
+            yield from self._read({n: file[n] for n in names}, cases)
 
     def _read(
         self, data: dict[str, h5py.Dataset], cases: Sequence[int]
