@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# From a fresh clone to a map: the environment, then the built-in campaign on two ranks.
+# From a fresh clone to a map and a page that explores it: the environment, then the
+# built-in campaign on two ranks.
 #   scripts/quickstart.sh [DIR]    results go to DIR (default campaign)
 set -euo pipefail
 out=${1:-campaign}
@@ -8,8 +9,12 @@ out=${1:-campaign}
 
 echo "quickstart: running the built-in campaign on 2 ranks into $out"
 "$MPIRUN" -n 2 hpcwhirl campaign --out "$out"
-if [ ! -s "$out/map.png" ]; then
-  echo "quickstart: the campaign ended but left no map at $out/map.png" >&2
-  exit 1
-fi
-echo "quickstart: done; the map is $(cd "$out" && pwd)/map.png"
+for file in map.png report.html; do
+  if [ ! -s "$out/$file" ]; then
+    echo "quickstart: the campaign ended but left no $out/$file" >&2
+    exit 1
+  fi
+done
+out=$(cd "$out" && pwd)
+echo "quickstart: done; the map is $out/map.png"
+echo "quickstart: click through its cases in a browser: $out/report.html"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Everything: the gate and all tests on the wheels of PyPI, then the MPI tests once more
-# with an h5py that writes in parallel (MPI-IO) under Debian's Open MPI.
+# Everything: the gate and all tests on the wheels of PyPI, those of the page in Debian's
+# Chromium, then the MPI tests once more with an h5py that writes in parallel (MPI-IO)
+# under Debian's Open MPI.
 # shellcheck disable=SC2030,SC2031  # each part lives in a subshell of its own
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -12,6 +13,7 @@ export NUMBA_CACHE_DIR=$scratch/numba
 # h5py's parallel build is a build from source: pinned to one that compiles here.
 h5py_parallel="h5py==3.16.0"
 packages=(libhdf5-openmpi-dev openmpi-bin gcc hdf5-tools)
+browser=(chromium chromium-driver)
 
 say() { echo "test: $*"; }
 fail() { echo "test: $*" >&2; exit 1; }
@@ -24,26 +26,31 @@ on_wheels() (
   . scripts/environment.sh
   export HPCWHIRL_MPIRUN=$MPIRUN
   scripts/check --no-tests
+  if (system_packages "the page's tests" "${browser[@]}"); then
+    export HPCWHIRL_EXPECT_BROWSER=1  # a skip would now be a failure
+  else
+    say "the page's tests are skipped"
+  fi
   pytest -n 2 -m "not mpi"
   pytest -m mpi  # alone: ranks need the cores
 )
 
-missing_packages() {
+missing_of() {  # PACKAGE...
   local name
-  for name in "${packages[@]}"; do
+  for name in "$@"; do
     dpkg-query -W -f '${Status}' "$name" 2>/dev/null | grep -q 'install ok installed' ||
       echo "$name"
   done
 }
 
-system_packages() {
-  command -v dpkg-query >/dev/null ||
-    fail "the MPI-IO tests need Debian or Ubuntu (packages: ${packages[*]})"
-  local missing
-  mapfile -t missing < <(missing_packages)
+system_packages() {  # WHAT PACKAGE...
+  local what=$1 missing
+  shift
+  command -v dpkg-query >/dev/null || fail "$what need Debian or Ubuntu (packages: $*)"
+  mapfile -t missing < <(missing_of "$@")
   [ "${#missing[@]}" -gt 0 ] || return 0
   [ "$(id -u)" = 0 ] ||
-    fail "the MPI-IO tests need: sudo apt-get install --no-install-recommends ${missing[*]}"
+    fail "$what need: sudo apt-get install --no-install-recommends ${missing[*]}"
   say "installing ${missing[*]}"
   export DEBIAN_FRONTEND=noninteractive
   apt-get -qq update
@@ -81,7 +88,7 @@ build_h5py() {  # VENV
 
 on_mpiio() (
   export HPCWHIRL_VENV=$root/.venv-mpiio HPCWHIRL_EXTRAS=dev
-  system_packages
+  system_packages "the MPI-IO tests" "${packages[@]}"
   # Debian's own, even where another MPI comes first on PATH.
   MPI4PY_LIBMPI=$(first_of "Open MPI" /usr/lib/*/libmpi.so.40)
   export MPI4PY_LIBMPI HPCWHIRL_MPI=/usr/bin/mpirun.openmpi

@@ -22,6 +22,7 @@ COMMANDS = {
     "map": "draw regimes, whirl or a number over the inputs",
     "cases": "list the cases, chosen by a condition",
     "figures": "draw spectra, orbits, contributions, contacts, ledgers",
+    "report": "write one HTML file to explore a campaign with, offline",
     "job": "print a job script for slurm, pbs, lsf, sge or flux",
     "doctor": "say what will break here, and how to mend it",
     "inputs": "list inputs and presets: default, unit, meaning, allowed",

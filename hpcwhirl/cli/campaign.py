@@ -35,6 +35,8 @@ from hpcwhirl.cli.options import (
 )
 from hpcwhirl.errors import NoRoomError, WhirlError
 
+MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -67,6 +69,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--regimes-only",
         action="store_true",
         help="words alone: traces = summary, and a case ends as its word is certain",
+    )
+    parser.add_argument(
+        "--report",
+        choices=["auto", "yes", "no"],
+        default="auto",
+        help=f"report.html beside the map: auto up to {MOST_ON_PAGE} cases",
     )
     add_explain(parser)
     add_json(parser)
@@ -325,12 +333,22 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
     facts["failed"] = ending.failed
     maps = _maps(ending.results, args.out)
     facts["maps"] = [str(path) for path in maps]
+    pages = _pages(args, ending)
+    facts["report"] = str(pages[0]) if pages else None
     if args.json:
         print_json(facts)
     else:
-        for path in (ending.results, *maps):
+        for path in (ending.results, *maps, *pages):
             print(path)
     return FAILED if ending.failed else COMPLETE
+
+
+def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
+    """Return the page of a campaign that wants one, written."""
+    from hpcwhirl.report.page.build import write_page
+
+    wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
+    return [write_page(args.out)] if wanted[args.report] else []
 
 
 def _maps(results: Path, out: Path) -> list[Path]:

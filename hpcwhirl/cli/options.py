@@ -25,15 +25,7 @@ from hpcwhirl.scene import (
     preset_names,
     preset_of,
 )
-
-SETS = {
-    "solver.accuracy": ("solver.time_step",),
-    "solver.truncation": (
-        "solver.modes",
-        "engine.casing.harmonics",
-        "engine.casing.families",
-    ),
-}
+from hpcwhirl.scene.files import SETS
 
 
 class _Preset(argparse.Action):

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.maps import draw_map, wish_of
+from hpcwhirl.report.page.build import NAME, is_stale
 
 MADE_BY = {
     "map.png": "hpcwhirl map {}",
     "map.csv": "hpcwhirl map {} --csv",
-    "report.html": "hpcwhirl report {}",
+    NAME: "hpcwhirl report {}",
     "figures": "hpcwhirl figures {}",
 }
 
@@ -34,5 +35,6 @@ def refresh(folder: Path) -> tuple[list[Path], list[str]]:
         + command.format(folder)
         for name, command in MADE_BY.items()
         if (folder / name).exists() and folder / name not in drawn
+        if name != NAME or is_stale(folder)
     ]
     return drawn, lines

@@ -25,6 +25,15 @@ MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # bits of a whole number: less than a float's largest
 DEEPEST = 32  # tables and lists inside one another
 SCENE_TABLES = ("scene", "engine", "solver", "output")
+# an input that is not zero: what it sets, whatever was given for these
+SETS = {
+    "solver.accuracy": ("solver.time_step",),
+    "solver.truncation": (
+        "solver.modes",
+        "engine.casing.harmonics",
+        "engine.casing.families",
+    ),
+}
 
 
 def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:

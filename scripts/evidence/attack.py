@@ -207,6 +207,9 @@ def _page(found: Sequence[Facts]) -> str:
         out.append(f"- **{facts['attack']}**, {seed}: {kinds or 'none'}")
         out += [f"  - not tried {n} times: {w}" for w, n in facts["skipped"].items()]
         out += [f"  - failed: {line}" for line in facts["failures"][:SHOWN]]
+        if facts.get("replayed"):  # put there by hand, after a mend
+            tries = ", ".join(map(str, facts["replayed"]))
+            out.append(f"  - failed, then mended and survived by --try: {tries}")
     return "\n".join(out) + "\n"
 
 

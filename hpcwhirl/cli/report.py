@@ -1,0 +1,25 @@
+"""`hpcwhirl report`: a campaign as one HTML file that opens offline."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hpcwhirl.cli.options import check_writable
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE.html", help="default: report.html in DIR"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page and print its path."""
+    from hpcwhirl.report.page.build import write_page
+
+    check_writable(args.out, folder=False)
+    print(write_page(args.folder, args.out))
+    return 0

@@ -1,0 +1,1 @@
+"""One HTML file of a campaign: its map, and every case a click away."""

@@ -1,0 +1,178 @@
+// One case: its words and why, its figures, its numbers, its command.
+
+function textElement(kind, text, name = "") {
+  const element = document.createElement(kind);
+  element.textContent = text;
+  if (name) element.className = name;
+  return element;
+}
+
+function inputsOf(i) {
+  const names = swept.length ? swept.map((s) => s.variable) : ["speed", "gap"];
+  return names.map((name) => {
+    const { unit, value } = columns.get(name);
+    const level = swept.find((s) => s.variable === name)?.value ?? value;
+    return `${name.replaceAll("_", " ")} ${cut(levelText(level(i)), 60)}${UNITLESS.has(unit) ? "" : ` ${unit}`}`;
+  });
+}
+
+function wordsOf(i) {
+  const word = told.looks[words.shown[i]].told;
+  const whirl = words.whirl[i];
+  return whirl === "none" ? word : `${word}, ${whirl}`;
+}
+
+const caseTitle = (i) => [`Case ${i}`, ...inputsOf(i)].join(" · ");
+
+function showCase(place, i) {
+  place.replaceChildren(textElement("h3", caseTitle(i)), chips(i), why(i));
+  if (told.messages[i]) place.append(textElement("p", told.messages[i], "message"));
+  const record = recordOf(i);
+  if (record) place.append(figures(record, i), earlyBox(i));
+  else place.append(textElement("p", noTraces(i), "note"));
+  place.append(commandBlock("Integrate it again", commandOf(i)), numbers(i));
+}
+
+function noTraces(i) {
+  if (valueOf("status", i) !== "ok") return "No result, hence no orbit.";
+  if (told.traces.kept)
+    return "No orbit in this page: this case kept none, or there are so many that only some have theirs here.";
+  return "No orbits were kept: integrate it again with --set traces=orbit, or the campaign.";
+}
+
+function chips(i) {
+  const line = document.createElement("p");
+  const look = told.looks[words.shown[i]];
+  const chip = textElement("span", look.told, "chip");
+  chip.style.background = look.colour;
+  chip.style.color = look.ink;
+  line.append("regime ", chip);
+  if (valueOf("status", i) === "ok") line.append(" whirl ", textElement("b", words.whirl[i]));
+  return line;
+}
+
+// The rules that named it, with its numbers; below, what keeps it from other words.
+function why(i) {
+  const block = document.createElement("div");
+  block.className = "why";
+  if (valueOf("status", i) !== "ok") {
+    block.append(textElement("p", `status: ${valueOf("status", i)}`));
+    return block;
+  }
+  const outcome = ruleOf("outcome", i);
+  const table = outcome.word === "unstable" ? "outcome" : "regime";
+  const rule = ruleOf(table, i);
+  const found = rule.needs.flatMap(({ tree }) => reasons(tree, i));
+  const against = rule.word === "undecided" ? nearest(i) : "";
+  const because = [texts(found), against].filter(Boolean).join("; ");
+  block.append(textElement("p", `${because} → ${rule.word}`, "because"));
+  if (table === "regime") {
+    const whirl = ruleOf("whirl", i);
+    const seen = whirl.needs.flatMap(({ tree }) => reasons(tree, i));
+    block.append(textElement("p", `${texts(seen) || "neither direction prevails"} → whirl ${whirl.word}`));
+  }
+  const lacking = document.createElement("details");
+  lacking.append(textElement("summary", "what keeps it from other words"), lackingList(table, rule, i));
+  block.append(lacking);
+  return block;
+}
+
+function lackingList(table, rule, i) {
+  const list = document.createElement("ul");
+  for (const other of tables[table]) {
+    if (other.word === rule.word || other.word === "undecided" || !other.needs.length) continue;
+    const missing = other.needs.flatMap(({ tree }) => reasons(tree, i)).filter(([, holds]) => !holds);
+    if (!missing.length) continue;
+    const item = textElement("li", `${other.word}: `);
+    item.append(textElement("span", texts(missing)));
+    list.append(item);
+  }
+  return list;
+}
+
+const isMeasured = ({ tree }) => !namesIn(tree).includes("stop");
+
+// In one line: what stands between a case and the word it is nearest to.
+function nearest(i) {
+  const open = tables.regime
+    .filter(({ word, needs }) => word !== words.regime[i] && needs.length && needs.every(isMeasured))
+    .map(({ word, needs }) => {
+      const all = needs.flatMap(({ tree }) => reasons(tree, i));
+      const missing = all.filter(([, holds]) => !holds);
+      return { word, missing, share: missing.length / all.length };
+    })
+    .filter(({ missing }) => missing.length);
+  const best = d3.least(open, ({ share }) => share);
+  return best ? `not ${best.word}: ${texts(best.missing)}` : "";
+}
+
+const early = { wanted: false }; // whether orbits show what came before the window
+
+function earlyBox(i) {
+  const label = textElement("label", " orbits with what came before the window of the words");
+  const box = document.createElement("input");
+  Object.assign(box, { type: "checkbox", id: "early", checked: early.wanted });
+  box.addEventListener("change", () => {
+    early.wanted = box.checked;
+    choose(i);
+    element("early").focus();
+  });
+  label.prepend(box);
+  return label;
+}
+
+function figures(record, i) {
+  const block = document.createElement("div");
+  block.className = "figures";
+  const orbits = ["static", "rotating"].map((frame) => orbitFigure(record, i, frame, early.wanted));
+  block.append(
+    ...orbits,
+    radiusFigure(record, i),
+    spectrumFigure(record, i),
+    energyFigure(record, i),
+    powerFigure(record, i),
+  );
+  return block;
+}
+
+function commandBlock(title, command) {
+  const block = document.createElement("div");
+  block.className = "command";
+  const button = textElement("button", "Copy");
+  button.type = "button";
+  const code = textElement("code", command);
+  code.tabIndex = 0;
+  button.setAttribute("aria-label", `copy the command: ${title}`);
+  button.addEventListener("click", () => copy(command, code, button));
+  block.append(textElement("h4", title), button, code);
+  return block;
+}
+
+async function copy(text, code, button) {
+  try {
+    await navigator.clipboard.writeText(text);
+    button.textContent = "Copied";
+  } catch {
+    getSelection().selectAllChildren(code); // the clipboard is refused: Ctrl-C does it
+    button.textContent = "Selected";
+  }
+}
+
+function numbers(i) {
+  const block = document.createElement("details");
+  const table = document.createElement("table");
+  block.append(textElement("summary", "All numbers"), table);
+  block.addEventListener("toggle", () => {
+    if (table.rows.length) return;
+    for (const column of columns.values()) {
+      if (column.name === "record" || column.name.startsWith("level of ")) continue;
+      const row = table.insertRow();
+      const name = textElement("th", column.name);
+      name.scope = "row";
+      row.append(name, textElement("td", String(column.value(i))),
+        textElement("td", UNITLESS.has(column.unit) ? "" : column.unit),
+        textElement("td", column.meaning ?? ""));
+    }
+  });
+  return block;
+}

@@ -1,0 +1,401 @@
+// The page: what is chosen, and everything that follows from it.
+
+const choice = { ...firstChoice(), colour: "regime" };
+const at = Object.fromEntries(axes.map((axis) => [axis.name, 0]));
+const state = { chosen: 0, page: 0, list: "all", matches: () => true, drawn: null, shown: [] };
+
+const mapPlace = element("map");
+
+function chooser(label, id, options, value, change) {
+  const frame = textElement("label", `${label} `);
+  const select = document.createElement("select");
+  select.id = id;
+  for (const [name, text] of options) select.append(new Option(text, name, false, String(name) === String(value)));
+  select.addEventListener("change", () => change(select.value));
+  frame.append(select);
+  return frame;
+}
+
+const numbersToColour = [...columns.values()].filter(
+  (c) => !c.isWord && c.name !== "record" && !c.name.startsWith("level of "),
+);
+
+function drawChoosers() {
+  const names = axes.map((axis) => [axis.name, axis.title]);
+  const panels = [["", "none"], ...axes.filter((a) => a.levels.length > 1 && a.levels.length <= MOST_PANELS).map((a) => [a.name, a.title])];
+  const set = (key) => (value) => {
+    const before = choice[key];
+    for (const other of ["x", "y", "across", "down"])
+      if (other !== key && value && choice[other] === value) choice[other] = ["x", "y"].includes(other) ? before || firstFree() : "";
+    choice[key] = value;
+    drawAll();
+  };
+  const colours = [["regime", "regime"], ["whirl", "whirl"], ...numbersToColour.map((c) => [c.name, withUnit(c.name, c.unit)])];
+  element("choosers").replaceChildren(
+    chooser("across", "choose-x", names, choice.x, set("x")),
+    chooser("up", "choose-y", names, choice.y, set("y")),
+    chooser("panels across", "choose-across", panels, choice.across, set("across")),
+    chooser("panels down", "choose-down", panels, choice.down, set("down")),
+    chooser("colour", "choose-colour", colours, choice.colour, set("colour")),
+    ...leftOver(choice).map((axis) =>
+      chooser(`at ${axis.title} =`, `at-${axis.name}`, [["all", "all"], ...axis.levels.map((v, j) => [j, cut(levelText(v), 30)])],
+        at[axis.name], (value) => {
+          at[axis.name] = value;
+          drawAll();
+        })),
+  );
+}
+
+const firstFree = () => leftOver(choice)[0]?.name ?? "";
+
+// Cases of the panels and values that the map is at.
+function onMap() {
+  const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
+  return CASES.filter((i) => fixed.every((axis) => axis.level(i) === Number(at[axis.name])));
+}
+
+function drawAll() {
+  drawChoosers();
+  state.shown = onMap();
+  const { plot, colour } = drawMap(mapPlace, choice, state.shown);
+  state.drawn = plot;
+  state.cells = new Map(Array.from(cellsOf(plot), (cell) => [Number(cell.dataset.case), cell]));
+  drawLegend(colour);
+  fade();
+  mark();
+  tellShown();
+  drawList();
+}
+
+function drawLegend(colour) {
+  const place = element("legend");
+  if (!colour.counts) {
+    place.replaceChildren(...[colour.legend()].filter(Boolean));
+    return;
+  }
+  place.replaceChildren(
+    ...colour.counts.map(({ name, look, count }) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.dataset.word = name;
+      const swatch = textElement("span", look.letter, "swatch");
+      swatch.style.background = look.colour;
+      swatch.style.color = look.ink;
+      swatch.setAttribute("aria-hidden", "true");
+      button.append(swatch, `${look.told} ${count}`);
+      button.title = "show these alone";
+      button.addEventListener("click", () => setFilter(`${colour.isWhirl ? "whirl" : "word"} == '${name}'`));
+      return button;
+    }),
+    textElement("span", colour.isWhirl ? "" : "▲ forward ▼ backward ● mixed"),
+  );
+}
+
+function tellShown() {
+  const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
+  const where = fixed.map((axis) => `${axis.title} = ${levelText(axis.levels[at[axis.name]])}`).join(", ");
+  const some = state.shown.length < COUNT ? `${state.shown.length} of ${counted(COUNT)}` : counted(COUNT);
+  element("shown").textContent = `${some}${where ? ` at ${where}` : ""}. Click a cell, or use the arrow keys.`;
+}
+
+// Filter
+
+const FILTER_NAMES = {
+  case: (i) => i,
+  word: (i) => words.shown[i],
+  regime: (i) => words.regime[i],
+  whirl: (i) => words.whirl[i],
+  outcome: (i) => words.outcome[i],
+};
+const WORDS = new Set([
+  ...Object.keys(told.looks), ...Object.keys(told.whirls), "completed", "stopped",
+  ...told.columns.flatMap((c) => c.words ?? []),
+  ...swept.filter((s) => !s.numeric).flatMap((s) => s.levels.map(String)),
+]);
+
+// An input may be named as in the file, as in the TOML, or by an ending of that.
+function filterName(name) {
+  const ends = (full) => full === name || full.endsWith(`.${name}`);
+  const known = FILTER_NAMES[name] ?? columns.get(name)?.value;
+  if (known) return known;
+  const inputs = [...swept, ...told.inputs].filter((input) => ends(input.name));
+  const column = inputs.length === 1 && columns.get(inputs[0].variable ?? inputs[0].name.split(".").pop());
+  if (column) return column.value;
+  if (!WORDS.has(name)) throw new Error(`no number or word '${name}'`);
+  return null;
+}
+
+function setFilter(text) {
+  element("filter").value = text;
+  applyFilter();
+}
+
+function applyFilter() {
+  const text = element("filter").value.trim();
+  try {
+    const tree = text ? parse(text) : null;
+    state.matches = tree ? compile(tree, filterName, LENIENT) : () => true;
+    const count = CASES.filter(state.matches).length;
+    element("filter-note").textContent = text ? `${count} of ${counted(COUNT)}` : "";
+    element("filter").removeAttribute("aria-invalid");
+  } catch (failed) {
+    element("filter-note").textContent = failed.message;
+    element("filter").setAttribute("aria-invalid", "true");
+    return;
+  }
+  state.page = 0;
+  fade();
+  drawList();
+}
+
+function fade() {
+  for (const [i, cell] of state.cells) cell.classList.toggle("faded", !state.matches(i));
+}
+
+// The chosen case
+
+function mark() {
+  state.drawn.querySelector(".chosen")?.classList.remove("chosen");
+  const cell = state.cells.get(state.chosen);
+  if (!cell) return;
+  cell.classList.add("chosen");
+  cell.parentNode.append(cell); // above its neighbours
+}
+
+function choose(i) {
+  state.chosen = i;
+  mark();
+  showCase(element("case-body"), i);
+  element("spoken").textContent = `${caseTitle(i)}: ${wordsOf(i)}`;
+  document.documentElement.dataset.case = i;
+  for (const row of document.querySelectorAll("#list-body tr[data-case]"))
+    row.setAttribute("aria-selected", String(Number(row.dataset.case) === i));
+}
+
+function step(by) {
+  const list = CASES.filter(state.matches);
+  if (!list.length) return;
+  const next = list.findIndex((i) => i >= state.chosen);
+  const here = next < 0 ? list.length : next;
+  const exact = list[here] === state.chosen;
+  const to = by > 0 && !exact ? here : here + by;
+  choose(list[(to + list.length) % list.length]);
+}
+
+// The nearest case that way; within the panel where it has one, else in the next panel.
+function go(dx, dy) {
+  const [x, y] = [axisOf(choice.x), axisOf(choice.y) ?? ONE];
+  const [across, down] = [axisOf(choice.across) ?? ONE, axisOf(choice.down) ?? ONE];
+  const from = [x, y, across, down].map((axis) => axis.level(state.chosen));
+  const rank = (i) => {
+    const [a, b, c, d] = [x, y, across, down].map((axis, j) => axis.level(i) - from[j]);
+    const panel = dx ? c * dx : -d * dy;
+    const [forth, aside] = dx ? [a * dx, Math.abs(b)] : [b * dy, Math.abs(a)];
+    if ((dx ? d : c) !== 0 || panel < 0 || (panel === 0 && forth <= 0)) return Infinity;
+    return 1e6 * panel + forth + 1e3 * aside;
+  };
+  const best = d3.least(state.shown.filter((i) => i !== state.chosen), rank);
+  if (best !== undefined && rank(best) < Infinity) choose(best);
+}
+
+const KEYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+mapPlace.addEventListener("keydown", (event) => {
+  const way = KEYS[event.key];
+  if (!way || event.altKey || event.ctrlKey || event.metaKey) return;
+  event.preventDefault();
+  go(...way);
+});
+const caseAt = (event) => event.target.dataset?.case;
+mapPlace.addEventListener("click", (event) => {
+  if (caseAt(event) !== undefined) choose(Number(caseAt(event)));
+});
+mapPlace.addEventListener("pointermove", (event) => {
+  const tip = element("tip");
+  tip.hidden = caseAt(event) === undefined;
+  if (tip.hidden) return;
+  const i = Number(caseAt(event));
+  const column = columns.get(choice.colour);
+  const number = column && !column.isWord ? `\n${withUnit(choice.colour, column.unit)}: ${short(column.value(i))}` : "";
+  tip.textContent = `case ${i}: ${wordsOf(i)}\n${inputsOf(i).map((t) => cut(t, 60)).join("\n")}${number}`;
+  const right = event.clientX > innerWidth - 320;
+  tip.style.left = `${event.clientX + (right ? -tip.offsetWidth - 12 : 14)}px`;
+  tip.style.top = `${Math.min(event.clientY + 14, innerHeight - tip.offsetHeight - 4)}px`;
+});
+mapPlace.addEventListener("pointerleave", () => (element("tip").hidden = true));
+element("before").addEventListener("click", () => step(-1));
+element("after").addEventListener("click", () => step(1));
+element("filter").addEventListener("input", applyFilter);
+element("choosers").addEventListener("submit", (event) => event.preventDefault());
+element("clear").addEventListener("click", () => setFilter(""));
+
+// The list
+
+const LISTS = {
+  all: ["all", () => true],
+  failed: ["failed, unstable or not computed", (i) => ["failed", "missing", "unstable"].includes(words.shown[i])],
+  undecided: ["undecided", (i) => words.shown[i] === "undecided"],
+};
+
+function drawList() {
+  const counts = Object.entries(LISTS).map(([name, [text, keep]]) => {
+    const button = textElement("button", `${text} (${CASES.filter((i) => keep(i) && state.matches(i)).length})`);
+    button.type = "button";
+    button.dataset.list = name;
+    button.setAttribute("aria-pressed", String(state.list === name));
+    button.addEventListener("click", () => {
+      state.list = name;
+      state.page = 0;
+      drawList();
+    });
+    return button;
+  });
+  const list = CASES.filter((i) => state.matches(i) && LISTS[state.list][1](i));
+  const csv = textElement("button", "Save these as CSV");
+  csv.type = "button";
+  csv.id = "csv";
+  csv.addEventListener("click", () => save("cases.csv", csvOf(list)));
+  element("list-buttons").replaceChildren(...counts.flatMap((b) => [b, " "]), csv);
+  drawTable(element("list-body"), list, {
+    page: state.page,
+    chosen: state.chosen,
+    choose,
+    turn: (page) => {
+      state.page = page;
+      drawList();
+    },
+  });
+}
+
+// Thresholds
+
+const DECADES = 2; // that a slider goes either way
+
+function limitRow(threshold) {
+  const row = document.createElement("div");
+  row.className = "limit";
+  const label = textElement("label", threshold.name.replaceAll("_", " "));
+  const slider = document.createElement("input");
+  const number = document.createElement("input");
+  label.htmlFor = slider.id = `limit-${threshold.name}`;
+  const middle = Math.log10(threshold.default);
+  Object.assign(slider, { type: "range", min: middle - DECADES, max: middle + DECADES, step: 0.01 });
+  Object.assign(number, { type: "number", min: 0, step: "any", id: `value-${threshold.name}` });
+  number.setAttribute("aria-label", `${threshold.name}, value`);
+  const show = () => {
+    number.value = String(Number(limits[threshold.name].toPrecision(6)));
+    slider.value = String(Math.log10(limits[threshold.name] || 1e-300));
+    slider.setAttribute("aria-valuetext", number.value);
+  };
+  const set = (value) => {
+    if (!(value >= 0 && Number.isFinite(value))) return;
+    limits[threshold.name] = value;
+    slider.setAttribute("aria-valuetext", String(value));
+    rename();
+  };
+  slider.addEventListener("input", () => {
+    set(Number((10 ** Number(slider.value)).toPrecision(3)));
+    number.value = String(limits[threshold.name]);
+  });
+  number.addEventListener("input", () => {
+    if (number.value !== "") set(Number(number.value));
+    slider.value = String(Math.log10(limits[threshold.name] || 1e-300));
+  });
+  row.append(label, slider, number, textElement("small", threshold.meaning.replaceAll("`", "")));
+  show();
+  return { row, show };
+}
+
+function drawLimits() {
+  const rows = told.thresholds.map(limitRow);
+  const note = document.createElement("div");
+  note.id = "limits-note";
+  note.setAttribute("role", "status");
+  const back = textElement("button", "As in the file");
+  back.type = "button";
+  back.id = "limits-back";
+  back.addEventListener("click", () => {
+    Object.assign(limits, given);
+    for (const { show } of rows) show();
+    rename();
+  });
+  element("limits-body").replaceChildren(...rows.map(({ row }) => row), back, note);
+}
+
+let waiting = 0;
+function rename() {
+  cancelAnimationFrame(waiting);
+  waiting = requestAnimationFrame(() => {
+    const changed = nameAll();
+    const moved = told.thresholds.filter((t) => limits[t.name] !== given[t.name]);
+    const note = element("limits-note");
+    note.replaceChildren(textElement("p", moved.length ? `${changed} of ${counted(COUNT)} have other words than in the file.` : ""));
+    if (moved.length) {
+      const away = told.thresholds.filter((t) => limits[t.name] !== t.default);
+      note.append(commandBlock("Name them so in the results", `hpcwhirl classify DIR${away.map((t) => ` --set ${t.name}=${limits[t.name]}`).join("")}`));
+    }
+    drawAll();
+    applyFilter();
+    choose(state.chosen);
+    document.documentElement.dataset.changed = changed;
+  });
+}
+
+// Head
+
+function tableOf(rows) {
+  const table = document.createElement("table");
+  for (const [name, ...cells] of rows) {
+    const row = table.insertRow();
+    const head = textElement("th", name);
+    head.scope = "row";
+    row.append(head, ...cells.map((c) => textElement("td", c)));
+  }
+  return table;
+}
+
+function drawHead() {
+  element("title").textContent = `${told.engine}: ${counted(COUNT)}`;
+  const over = swept.filter((s) => s.levels.length > 1).map((s) => `${s.levels.length} × ${s.name}`).join(", ");
+  element("lead").textContent = [
+    over || "nothing is swept", `results of ${told.facts.created ?? "unknown time"}`,
+    `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
+    ...(told.facts.preset ? [`preset ${told.facts.preset}: ${told.facts.preset_loses}`] : []),
+  ].join(" · ");
+  const others = otherwiseNamed().length;
+  element("warning").hidden = !others;
+  element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR names them anew.`;
+  element("about-body").replaceChildren(
+    heading("h4", "Campaign"), tableOf([...Object.entries(told.facts), ["digest", told.digest.slice(0, 12)]]),
+    heading("h4", "Inputs that all cases share"),
+    tableOf(told.inputs.map((s) => [s.name, JSON.stringify(s.value), s.meaning])),
+  );
+}
+
+function thinned() {
+  const { kept, orbit } = told.traces;
+  if (!kept) return "no traces were kept";
+  const some = kept < COUNT ? ` of ${kept} cases` : "";
+  return `traces${some} are thinned: at most ${orbit} places of an orbit; results.h5 has all`;
+}
+
+nameAll();
+drawHead();
+drawLimits();
+drawAll();
+choose(0);
+element("spoken").textContent = "";
+
+let width = innerWidth;
+addEventListener("resize", () => {
+  if (width === innerWidth) return;
+  width = innerWidth;
+  drawAll();
+});
+
+// When the first picture stands: milliseconds since the page was asked for.
+requestAnimationFrame(() =>
+  requestAnimationFrame(() => {
+    document.documentElement.dataset.drawn = Math.round(performance.now());
+  }),
+);

@@ -1,0 +1,70 @@
+// The list of cases, and all of them as CSV.
+
+const PAGE = 20;
+
+function drawTable(place, list, { page, chosen, choose, turn }) {
+  const pages = Math.max(Math.ceil(list.length / PAGE), 1);
+  const at = Math.min(page, pages - 1);
+  const table = document.createElement("table");
+  table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
+  const head = table.createTHead().insertRow();
+  for (const name of ["case", ...swept.map((s) => withUnit(s.variable, s.unit)), "words", "message, or what stands in the way"]) {
+    const cell = textElement("th", name);
+    cell.scope = "col";
+    head.append(cell);
+  }
+  const body = table.createTBody();
+  for (const i of list.slice(at * PAGE, (at + 1) * PAGE)) body.append(tableRow(i, chosen, choose));
+  const buttons = document.createElement("p");
+  for (const [text, step] of [["Previous page", -1], ["Next page", 1]]) {
+    const button = textElement("button", text);
+    button.type = "button";
+    button.disabled = at + step < 0 || at + step >= pages;
+    button.addEventListener("click", () => turn(at + step));
+    buttons.append(button, " ");
+  }
+  place.replaceChildren(table, buttons);
+}
+
+function tableRow(i, chosen, choose) {
+  const row = document.createElement("tr");
+  row.dataset.case = i;
+  row.setAttribute("aria-selected", String(i === chosen));
+  const button = textElement("button", String(i));
+  button.type = "button";
+  button.setAttribute("aria-label", `show case ${i}`);
+  button.addEventListener("click", () => choose(i));
+  const first = document.createElement("td");
+  first.append(button);
+  row.append(first, ...swept.map((s) => textElement("td", cut(levelText(s.value(i)), 40))));
+  const note = told.messages[i] ?? (words.shown[i] === "undecided" ? nearest(i) : "");
+  row.append(textElement("td", wordsOf(i)), textElement("td", note));
+  return row;
+}
+
+// A text that a spreadsheet would take for a formula gets an apostrophe before it.
+function csvText(value) {
+  const text = typeof value === "number" ? String(value) : String(value).replace(/^(?=[=+\-@\t\r])/, "'");
+  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+function csvOf(list) {
+  const plain = [...columns.values()].filter(
+    ({ name }) => name !== "record" && !name.startsWith("level of ") && !["outcome", "regime", "whirl"].includes(name),
+  );
+  const lines = [["case", "outcome", "regime", "whirl", ...plain.map((c) => c.name), "message"]];
+  for (const i of list)
+    lines.push([
+      i, words.outcome[i], words.regime[i], words.whirl[i],
+      ...plain.map((c) => c.value(i)), told.messages[i] ?? "",
+    ]);
+  return lines.map((line) => line.map(csvText).join(",")).join("\r\n") + "\r\n";
+}
+
+function save(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv;charset=utf-8" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

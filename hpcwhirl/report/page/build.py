@@ -1,0 +1,95 @@
+"""The page as one file: styles, scripts and data within, nothing to be fetched.
+
+What comes from inputs reaches the page in two ways alone: as JSON in which no ``<`` is
+left, put into the page as text by its script, and as base64. A policy in the head
+forbids the network, and every script but those whose digests it names.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.page.data import Told, told_of
+from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.whole import write_whole
+
+NAME = "report.html"
+LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
+SCRIPTS = ("expression", "data", "words", "axes", "map", "charts", "case", "table",
+           "main")  # fmt: skip
+DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
+HEAD_BYTES = 4096  # within which that line stands
+
+
+def write_page(folder: Path, out: Path | None = None) -> Path:
+    """Write the page of a finished campaign and return its path.
+
+    Parameters
+    ----------
+    folder : directory of the campaign
+    out : the file; `report.html` in the directory if None
+    """
+    excerpt = Excerpt(folder)
+    if not len(excerpt):
+        msg = f"{excerpt.path} has no cases: nothing to show"
+        raise InputError(msg)
+    path = out or folder / NAME
+    write_whole(path, page_of(told_of(excerpt)).encode())
+    return path
+
+
+def is_stale(folder: Path, path: Path | None = None) -> bool:
+    """Return whether there is a page that shows other results than there are."""
+    try:
+        with (path or folder / NAME).open("rb") as file:
+            found = DIGEST.search(file.read(HEAD_BYTES))
+    except OSError:
+        return False
+    return not found or found[1].decode() != Excerpt(folder).digest()
+
+
+def page_of(told: Told) -> str:
+    """Return the page."""
+    scripts = [_asset(name) for name in LIBRARIES]
+    own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
+    scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
+    parts = {
+        "policy": _policy(scripts),
+        "digest": told.facts["digest"],
+        "title": html.escape(f"{told.facts['engine']}: hpcwhirl campaign"),
+        "style": _asset("assets/page.css"),
+        "facts": _json(told.facts),
+        "columns": base64.b64encode(told.columns).decode(),
+        "traces": "".join(base64.b64encode(r).decode() for r in told.records),
+        "scripts": "".join(f"<script>{text}</script>\n" for text in scripts),
+    }
+    frame = _asset("assets/page.html")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], frame)
+
+
+def _asset(name: str) -> str:
+    place = resources.files("hpcwhirl.report.page").joinpath(name)
+    return place.read_text("utf-8")
+
+
+def _json(facts: dict[str, Any]) -> str:
+    """Return JSON that cannot end the element it stands in."""
+    return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
+
+
+def _policy(scripts: list[str]) -> str:
+    """Return the policy: these scripts, styles of the page, and no network."""
+    hashes = (hashlib.sha256(text.encode()).digest() for text in scripts)
+    allowed = " ".join(f"'sha256-{base64.b64encode(h).decode()}'" for h in hashes)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )

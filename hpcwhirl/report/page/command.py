@@ -1,0 +1,53 @@
+"""The command that integrates one case of a campaign again, with the same digest."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import tomli_w
+
+from hpcwhirl.scene import named_scene
+from hpcwhirl.scene.files import SETS, flatten
+
+PROGRAM = "hpcwhirl run"  # of the scene that `run` takes where none is named
+START = "table2"
+
+
+@cache
+def _start() -> dict[str, Any]:
+    return dict(flatten(named_scene(START)))
+
+
+def setting(name: str, value: Any) -> str:
+    """Return the words ``--set name=value`` as a shell takes them."""
+    parts = value if isinstance(value, list) else [value]
+    texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
+    text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
+    return f"--set {shlex.quote(f'{name}={text}')}"
+
+
+def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
+    """Return what must be set of the inputs of a case, the swept ones first.
+
+    Parameters
+    ----------
+    given : {dotted name: value}; what is no input is passed over
+    swept : names that are always set
+    """
+    start = _start()
+    names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
+    told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
+    for cause, effects in SETS.items():
+        if told.get(cause):
+            for name in effects:
+                told.pop(name, None)
+    return told
+
+
+def command_of(given: Mapping[str, Any], swept: frozenset[str]) -> str:
+    """Return the command of a case, see `given_inputs`."""
+    told = given_inputs(given, swept)
+    return " ".join([PROGRAM, *(setting(n, v) for n, v in told.items())])

@@ -1,0 +1,224 @@
+"""What the page of a campaign is told: facts as JSON, columns and traces as bytes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis import rules
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.report import palette
+from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
+from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
+from hpcwhirl.scene import input_names
+from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.layout import variable_name
+from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS
+
+UNITS = ("m", "s", "N", "Pa", "rad/s", "N/m", "kg/m^3", "1/s")
+FACTS = (
+    "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
+    "libraries", "preset", "preset_loses",
+)  # fmt: skip
+LEFT_OUT = ("message", "rank")  # of the columns: told elsewhere, or of no interest
+DERIVED = {  # {name: (condition's language, unit, meaning)}
+    "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
+    "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
+}
+
+
+@dataclass(frozen=True)
+class Told:
+    """The three parts of a page.
+
+    Attributes
+    ----------
+    facts : plain data
+    columns : bytes of all columns, one after another
+    records : of the traces, all of one size
+    """
+
+    facts: dict[str, Any]
+    columns: bytes
+    records: list[bytes]
+
+
+def told_of(excerpt: Excerpt) -> Told:
+    """Return what the page of a campaign is told."""
+    sizes, records, slots = _records(excerpt)
+    plan = excerpt.plan
+    table, data = _columns(excerpt, slots)
+    facts = {
+        "engine": plan.engine,
+        "cases": len(excerpt),
+        "facts": {n: excerpt.facts[n] for n in FACTS if n in excerpt.facts},
+        "digest": excerpt.digest(),
+        "inputs": _inputs(excerpt),
+        "swept": [_swept(excerpt, name) for name in plan.swept],
+        "columns": table,
+        "derived": {n: dict(zip(("is", "unit", "meaning"), d, strict=True))
+                    for n, d in DERIVED.items()},
+        "messages": {i: m for i, m in enumerate(excerpt.columns["message"]) if m},
+        "rules": rules.as_data(),
+        "thresholds": _thresholds(excerpt),
+        "looks": {n: asdict(look) for n, look in palette.WORDS.items()},
+        "whirls": {n: asdict(look) for n, look in palette.WHIRL_LOOKS.items()},
+        "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
+        **_commands(excerpt),
+    }  # fmt: skip
+    return Told(facts, data, records)
+
+
+def _inputs(excerpt: Excerpt) -> list[dict[str, Any]]:
+    """Return every input that all cases share, with its meaning."""
+    base, swept = excerpt.plan.base, excerpt.plan.swept
+    return [
+        {"name": name, "value": base[name], "meaning": meaning}
+        for name, meaning in input_names().items()
+        if name in base and name not in swept
+    ]
+
+
+def _unit(name: str) -> str:
+    row = ROW.get(variable_name(name))
+    if row is not None:
+        return row.unit
+    last = input_names().get(name, "").rpartition(", ")[2]
+    return last if last in UNITS else "1"
+
+
+def _given(excerpt: Excerpt, name: str) -> list[Any]:
+    """Return a swept input's value in every case."""
+    plan = excerpt.plan
+    return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
+
+
+def _levels(values: list[Any]) -> dict[str, Any]:
+    """Return {JSON of a value: value}: numbers ascending, others as they came."""
+    levels = {json.dumps(value): value for value in values}
+    if all(isinstance(v, int | float) for v in levels.values()):
+        return dict(sorted(levels.items(), key=lambda item: float(item[1])))
+    return levels
+
+
+def _swept(excerpt: Excerpt, name: str) -> dict[str, Any]:
+    """Return a swept input: its levels as values and as words of a command."""
+    levels = list(_levels(_given(excerpt, name)).values())
+    return {
+        "name": name,
+        "variable": variable_name(name),
+        "unit": _unit(name),
+        "levels": levels,
+        "set": [setting(name, value) for value in levels],
+    }
+
+
+def _commands(excerpt: Excerpt) -> dict[str, Any]:
+    """Return how the page composes a case's command, and which it must be told."""
+    plan, swept = excerpt.plan, frozenset(excerpt.plan.swept)
+    shared = given_inputs(
+        {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
+    )
+    tail = "".join(f" {setting(n, v)}" for n, v in shared.items())
+    told = {}
+    for case in range(len(excerpt)):
+        given = excerpt.settings(case)
+        if given_inputs(given, swept).keys() != swept | shared.keys():
+            told[case] = command_of(given, swept)
+    return {"program": PROGRAM, "tail": tail, "commands": told}
+
+
+def _thresholds(excerpt: Excerpt) -> list[dict[str, Any]]:
+    """Return each threshold as stored beside the words, and as it is by default."""
+    meanings = _meanings()
+    return [
+        {
+            "name": field.name,
+            "value": excerpt.facts.get(f"threshold_{field.name}", field.default),
+            "default": field.default,
+            "meaning": meanings[field.name],
+        }
+        for field in fields(Thresholds)
+    ]
+
+
+def _meanings() -> dict[str, str]:
+    """Return {threshold: meaning} as the docstring of `Thresholds` tells it."""
+    found: dict[str, str] = {}
+    last = ""
+    known = {field.name for field in fields(Thresholds)}
+    for line in (Thresholds.__doc__ or "").splitlines():
+        name, sign, text = line.strip().partition(" : ")
+        if sign and name in known:
+            last, found[name] = name, text
+        elif last and line.strip():
+            found[last] += f" {line.strip()}"
+    return found
+
+
+def _columns(
+    excerpt: Excerpt, slots: NDArray[np.int32]
+) -> tuple[list[dict[str, Any]], bytes]:
+    """Return (descriptions, bytes): evidence in 8 bytes, other numbers in 4."""
+    evidence = set(rules.evidence_names())
+    columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
+    for name, variable in (ROW | STATUS | PERFORMANCE).items():
+        if name in LEFT_OUT:
+            continue
+        told: dict[str, Any] = {"name": name}
+        told |= {"unit": variable.unit, "meaning": variable.meaning}
+        column = excerpt.columns[name]
+        if column.dtype.kind == "U":
+            words, codes = np.unique(column, return_inverse=True)
+            told["words"] = words.tolist()
+            columns.append((told, codes.astype("<i4")))
+        else:
+            columns.append((told, column.astype("<f8" if name in evidence else "<f4")))
+    for name in excerpt.plan.swept:
+        values = _given(excerpt, name)
+        place = {key: i for i, key in enumerate(_levels(values))}
+        codes = np.array([place[json.dumps(value)] for value in values], "<i4")
+        columns.append(({"name": f"level of {name}"}, codes))
+    columns.append(({"name": "record"}, slots))
+    return _packed(columns)
+
+
+def _packed(
+    columns: list[tuple[dict[str, Any], NDArray[Any]]],
+) -> tuple[list[dict[str, Any]], bytes]:
+    """Put columns one after another, the widest first; one value for a constant."""
+    table, parts, at = [], [], 0
+    for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
+        same = len(column) > 0 and bool((column == column[0]).all())
+        shown = column[:1] if same else column
+        kind = shown.dtype.str[1:]
+        table.append(told | {"kind": kind, "at": at, "same": same})
+        parts.append(shown.tobytes())
+        at += shown.nbytes
+    return table, b"".join(parts)
+
+
+def _records(excerpt: Excerpt) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
+    """Return (sizes, records, (cases,) number of each case's record, -1 for none).
+
+    Beyond `MOST_RECORDS` every n-th of the cases with traces has one.
+    """
+    columns = excerpt.columns
+    slots = np.full(len(excerpt), -1, "<i4")
+    whole = np.flatnonzero(columns["status"] == "ok")
+    whole = whole if set(NEEDED) <= set(excerpt.kept) else whole[:0]
+    chosen = whole[:: max(-(-len(whole) // MOST_RECORDS), 1)]
+    sizes = sizes_for(len(chosen))
+    records: list[bytes] = []
+    for case, traces in excerpt.traces(chosen.tolist(), NEEDED):
+        if not np.isfinite(traces["centre"]).any():  # it kept none, others did
+            continue
+        numbers = (columns[n][case] for n in ("speed", "window", "line_frequency"))
+        speed, window, line = (float(n) for n in numbers)
+        slots[case] = len(records)
+        records.append(record_of(traces, speed, window, line, sizes))
+    return sizes, records, slots

@@ -1,0 +1,183 @@
+"""Traces of a case in a few bytes: what the page draws of them, and how thin.
+
+A record is a few numbers and curves, of one size for all cases, every value in 16 bits.
+Places on the orbit are steps of their largest. Whatever spans decades is a sign and one
+of 32,767 ratios to its largest, 0.085 % apart, down to 2^-40 of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.spectrum import full_spectrum
+
+Floats = NDArray[np.float64]
+Traces = dict[str, Floats]
+TARGET = 4_200_000  # bytes of all records of a page, where they do not get too thin
+THINNEST, FINEST = 600, 12_000  # bytes of a record
+MOST_RECORDS = 20_000
+LARGEST, LEAST = 1e38, 1e-37  # that a single-precision number can tell
+HEAD = 8  # numbers of four bytes before the curves
+NEEDED = ("centre", "energy", "fed", "rubbed", "lost")
+PER_TURN = 36  # samples of an orbit in the period of its fastest strong line
+LEAST_LINE = 1e-2  # of the strongest: what a spectrum is shown out to
+SCALE = 32767  # steps of a place on the orbit
+NOTHING = -32768  # no place, no value
+OCTAVES = 40  # below the largest value of a curve, to its least
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Points that a page keeps of a case.
+
+    Attributes
+    ----------
+    orbit : places of the centre, at the end of the run
+    radius : pieces of the run, of each the least and largest |Z|
+    ledger : pieces of the run, of each energy and powers
+    lines : pieces of the two-sided spectrum, of each the largest line
+    """
+
+    orbit: int
+    radius: int
+    ledger: int
+    lines: int
+
+    @property
+    def bytes(self) -> int:
+        """Bytes of a record, a multiple of three so that each has its own base64."""
+        values = 2 * self.orbit + 2 * self.radius + 4 * self.ledger + self.lines
+        return -(-(4 * HEAD + 2 * values) // 12) * 12
+
+
+def sizes_for(cases: int) -> Sizes:
+    """Return what is kept of each of so many cases."""
+    room = min(max(TARGET // max(cases, 1), THINNEST), FINEST) // 2 - 2 * HEAD
+    return Sizes(
+        orbit=int(0.27 * room), radius=int(0.085 * room),
+        ledger=int(0.04 * room), lines=int(0.12 * room),
+    )  # fmt: skip
+
+
+def record_of(
+    traces: Traces, speed: float, window: float, line: float, sizes: Sizes
+) -> bytes:
+    """Return the record of a case.
+
+    Parameters
+    ----------
+    traces : `time` and `NEEDED`; centre (n, 2), m, static frame
+    speed : Omega, rad/s
+    window : length of the window of the words, s
+    line : strongest line, rad/s, forward positive
+    sizes : points of each curve
+    """
+    time = traces["time"]
+    with np.errstate(all="ignore"):  # of a run that blew up what is finite is shown
+        centre = traces["centre"] @ np.array([1.0, 1j])
+        late = time > time[-1] - window if len(time) else slice(0)
+        shown = len(time[late]), _fastest(speed, line)
+        head, places = _orbit(time, centre, shown, sizes.orbit)
+        reach, lines = _lines(time, centre[late], abs(speed), sizes.lines)
+        spans = _spans(np.abs(centre), sizes.radius)
+        energy, power = np.split(_ledger(traces, sizes.ledger), [sizes.ledger])
+        scales, codes = zip(*map(_codes, (spans, energy, power, lines)), strict=True)
+        start = np.fmod(speed * head[1], 2 * np.pi)  # where the rotating frame stands
+        numbers = np.array([head[0], start, head[2], reach, *scales], "<f4").tobytes()
+    whole = numbers + np.concatenate([places, *codes]).tobytes()
+    return whole.ljust(sizes.bytes, b"\0")
+
+
+def _fastest(speed: float, line: float) -> float:
+    """Return the fastest turning, rad/s, of the strongest line in either frame."""
+    return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
+
+
+def _orbit(
+    time: Floats, centre: NDArray[np.complex128], shown: tuple[int, float], most: int
+) -> tuple[tuple[float, float, float], NDArray[np.int16]]:
+    """Return ((scale, m; time of the first place, s; step, s), (2 * most,) places).
+
+    `shown`: samples of the window, which are kept if they can be, and what turns
+    fastest, rad/s, of whose turns `PER_TURN` places are kept at least.
+    """
+    out = np.full((2, most), NOTHING, "<i2")
+    finite = np.isfinite(centre)
+    last = int(np.argmin(finite)) if not finite.all() else len(centre)
+    if last < 2:
+        return (0.0, 0.0, 0.0), out.reshape(-1)
+    interval = float(time[1] - time[0])
+    window, fastest = shown
+    turning = int(2 * np.pi / fastest / PER_TURN / interval)
+    stride = max(min(turning, -(-window // most)), 1)
+    chosen = np.arange(last - 1, -1, -stride)[:most][::-1]
+    path = centre[chosen]
+    scale = float(max(np.abs(path.real).max(), np.abs(path.imag).max()))
+    unit = SCALE / scale if scale > 0 else 0.0
+    out[:, : len(chosen)] = np.rint(unit * np.array([path.real, path.imag]))
+    return (scale, float(time[chosen[0]]), stride * interval), out.reshape(-1)
+
+
+def _cuts(count: int, most: int) -> NDArray[np.int64]:
+    """Return where each of at most `most` pieces of `count` samples begins."""
+    return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
+
+
+def _spans(values: Floats, most: int) -> Floats:
+    """Return the least, then the largest of each piece, (2 * most,), nan behind."""
+    out = np.full((2, most), np.nan)
+    if len(values):
+        cuts = _cuts(len(values), most)
+        out[0, : len(cuts)] = np.fmin.reduceat(values, cuts)
+        out[1, : len(cuts)] = np.fmax.reduceat(values, cuts)
+    return out.reshape(-1)
+
+
+def _ledger(traces: Traces, most: int) -> Floats:
+    """Return energy, J, and power of friction, rotation and losses, W, by pieces."""
+    out = np.full((4, most), np.nan)
+    time, rubbed = traces["time"], traces["rubbed"]
+    if not len(time):
+        return out.reshape(-1)
+    cuts = _cuts(len(time), most)
+    ends = np.append(cuts[1:], len(time)) - 1
+    shown = slice(len(cuts))
+    out[0, shown] = np.add.reduceat(traces["energy"], cuts) / (ends - cuts + 1)
+    spent = np.diff(time[ends], prepend=0.0)
+    sums = (rubbed, traces["fed"] - rubbed, traces["lost"])
+    for row, total in enumerate(sums, start=1):
+        out[row, shown] = np.diff(total[ends], prepend=0.0) / spent
+    return out.reshape(-1)
+
+
+def _lines(
+    time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
+) -> tuple[float, Floats]:
+    """Return (end of the range, rad/s; largest line, m, of each piece of +- it)."""
+    out = np.full(most, np.nan)
+    if len(orbit) < 4 or not np.isfinite(orbit).all():
+        return 0.0, out
+    omega, lines = full_spectrum(orbit, float(time[1] - time[0]))
+    strong = np.abs(omega[lines >= LEAST_LINE * lines.max()])
+    reach = min(max(1.1 * float(strong.max(initial=0.0)), 1.5 * speed), -omega[0])
+    inside = np.abs(omega) < reach
+    if reach <= 0.0 or not inside.any():
+        return 0.0, out
+    piece = ((omega[inside] + reach) / (2 * reach) * most).astype(int)
+    np.fmax.at(out, np.minimum(piece, most - 1), lines[inside])
+    return reach, out
+
+
+def _codes(values: Floats) -> tuple[float, NDArray[np.int16]]:
+    """Return (scale, codes): value = +- scale 2^(-OCTAVES (1 - |code| / SCALE))."""
+    known = np.where(np.abs(values) < LARGEST, values, np.nan)
+    scale = float(np.nanmax(np.abs(known), initial=0.0))
+    if scale < LEAST:
+        return 0.0, np.where(np.isnan(known), NOTHING, 0).astype("<i2")
+    with np.errstate(divide="ignore"):  # zero has the least ratio and the sign 0
+        ratio = np.maximum(np.log2(np.abs(known) / scale), -OCTAVES)
+    codes = np.sign(known) * np.maximum(np.rint(SCALE * (1 + ratio / OCTAVES)), 0)
+    return scale, np.where(np.isnan(known), NOTHING, codes).astype("<i2")
