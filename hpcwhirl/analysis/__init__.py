@@ -11,5 +11,6 @@ rad/s is forward in the static frame when Omega > 256 rad/s.
 of contacts over the deformed ring, -lambda Omega dw/dtheta. `closure` is a linear check
 beside the measured growth: all N tips held on the ring, sliding, one nodal diameter at
 a time. `participation` reads q_k from tips and centre alone; against the modes that
-were integrated, 1F and suspension are off by less than 8 %.
+were integrated, 1F and suspension are off by less than 8 %
+(`pytest tests/test_analysis.py -k integrated`).
 """

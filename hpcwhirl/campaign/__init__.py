@@ -9,8 +9,15 @@ Every message is received: each worker gets one HALT and ends no sooner, since a
 that nobody has read hangs `srun --mpi=pmi2` in MPI's end.
 
 A case in flight when two processes died is computed last, in a process of its own: if
-it dies again it is `crashed`, else it was a bystander and has its bits. A campaign ends
-early, resumable, at INT, TERM or USR1, before its time is up, at a file STOP, and when
-the disk is full; ranks that do not stop within `patience` are left behind. Only the
-group `performance` of the results depends on how many ranks there were.
+it dies again it is `crashed`, else it was a bystander and has its bits. Of cases that
+give no result, the first five of a rank are printed at once.
+
+A campaign ends early, resumable and within seconds, at INT, TERM or USR1, before its
+time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept
+free), at a file STOP, and when the disk is full; ranks that do not stop within
+`patience` are left behind. States of cases on their way are kept at a stop, and every
+ten minutes of a case's computing. One rank a node fills numba's cache first. Batches
+ride where there are more than 3e8 steps a rank, from which on they save more than their
+kernel's compilation takes. Only the group `performance` of the results depends on how
+many ranks there were.
 """

@@ -38,10 +38,11 @@ out, nothing else does.
 `results.h5` is netCDF-4 (HDF5), CF-1.8: dimension `case`, units and long names on every
 variable (`schema`), words as integers with `flag_values` and `flag_meanings`; swept
 inputs under their own name or with their table's (`casing_thickness`); version, scene,
-command, hosts and libraries as attributes. Traces over (`case`, `time`, ...). The group
-`performance` has seconds, rank and host of each case and, over `worker`, what each rank
-did with its time (`busy_fraction`, `worker_*`). All but this group is the same bit for
-bit for any number of ranks and after any kill and resume.
+command, preset and what it loses, hosts and libraries as attributes. Traces over
+(`case`, `time`, ...). The group `performance` has seconds, rank and host of each case
+and, over `worker`, what each rank did with its time (`busy_fraction`, `worker_*`). All
+but this group is the same bit for bit for any number of ranks and after any kill and
+resume.
 
 The serial and the MPI-IO writer are one code under two ways to open a file. Gathering
 keeps 24 to 48 bytes a case and 32 MB of traces (at least one case's) in memory. HDF5
