@@ -164,7 +164,7 @@ def test_a_table_is_told_whole(capsys, word):
 
 @pytest.mark.parametrize(
     ("wrong", "right"),
-    [("speeed", "speed"), ("frictoin", "friction"), ("casig", "casing"),
+    [("sspeed", "speed"), ("frictoin", "friction"), ("casig", "casing"),
      ("presets", "preset"), ("drat", "draft"), ("rotor.blade", "rotor")],
 )  # fmt: skip
 def test_an_unknown_name_is_one_line_with_the_nearest_known(capsys, wrong, right):
