@@ -48,5 +48,6 @@ The serial and the MPI-IO writer are one code under two ways to open a file. Gat
 keeps 24 to 48 bytes a case and 32 MB of traces (at least one case's) in memory. HDF5
 writes much of a file as it is closed, and where that fails it crashes as the process
 ends: files are flushed first, and the library never sees a full disk. Before gathering,
-the room is checked: MPI-IO waits for ever where one rank's write fails.
+the room is checked: MPI-IO waits for ever where one rank's write fails. Traces
+packed through MPI-IO need HDF5 1.10.2 or newer.
 """
