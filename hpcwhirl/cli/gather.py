@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
 
     comm = communicator()
     root = comm is None or comm.rank == 0
-    facts = {"version": __version__, **threshold_facts()}
+    facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
         asking = Asking(say=say)
         path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
