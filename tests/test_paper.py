@@ -1,7 +1,6 @@
 """What the paper's Sec. 4 shows and the default engine reproduces, motion by motion.
 
-Its misses are no tests but lines of the README, "How close to the paper": 270 and 420
-rad/s do not diverge.
+Its misses are no tests but lines of scripts/paper.md: 270 and 420 rad/s do not diverge.
 """
 
 from pathlib import Path
@@ -65,7 +64,7 @@ def diverging():
 )
 @pytest.mark.parametrize("solver", [{}, {"time_step": 5e-7}], ids=str)
 def test_another_engine_diverges_where_the_paper_does(diverging, speed, regime, solver):
-    # Figs. 9, 13, 14; README tells what it does elsewhere, and that 410 is undecided
+    # Figs. 9, 13, 14; scripts/paper.md: what it does elsewhere; 410 is undecided
     found = hpcwhirl.simulate(apply_settings(diverging[speed], solver)).row
     assert found["regime"] == regime
 

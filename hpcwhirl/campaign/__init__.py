@@ -1,1 +1,23 @@
-"""Designs of many cases, one case, and their distribution over MPI ranks."""
+"""Designs of many cases, one case, and their distribution over MPI ranks.
+
+Rank 0 hands out cases and computes too, point to point. The first units go out
+together; then a worker asks when it begins what it has. The last units, one a rank, go
+to whoever has nothing left. Seconds a case are learned from its nearest finished
+neighbours and decide order, time left and the size of an answer, never a result.
+Isolated cases are a fresh interpreter, never a fork of a process that has begun MPI.
+Every message is received: each worker gets one HALT and ends no sooner, since a message
+that nobody has read hangs `srun --mpi=pmi2` in MPI's end.
+
+A case in flight when two processes died is computed last, in a process of its own: if
+it dies again it is `crashed`, else it was a bystander and has its bits. Of cases that
+give no result, the first five of a rank are printed at once.
+
+A campaign ends early, resumable and within seconds, at INT, TERM or USR1, before its
+time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept
+free), at a file STOP, and when the disk is full; ranks that do not stop within
+`patience` are left behind. States of cases on their way are kept at a stop, and every
+ten minutes of a case's computing. One rank a node fills numba's cache first. Batches
+ride where there are more than 3e8 steps a rank, from which on they save more than their
+kernel's compilation takes. Only the group `performance` of the results depends on how
+many ranks there were.
+"""

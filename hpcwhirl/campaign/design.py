@@ -24,6 +24,7 @@ from hpcwhirl.scene import (
     flatten,
     load_document,
 )
+from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
@@ -32,7 +33,6 @@ from hpcwhirl.scene.files import (
     scene_of_document,
     takes_list,
 )
-from hpcwhirl.scene.inputs import anchored
 from hpcwhirl.store.plan import CONTENT, PHYSICS, Plan
 
 Settings = dict[str, Value]

@@ -25,6 +25,7 @@ COMMANDS = {
     "report": "write one HTML file to explore a campaign with, offline",
     "job": "print a job script for slurm, pbs, lsf, sge or flux",
     "doctor": "say what will break here, and how to mend it",
+    "inputs": "list inputs and presets: default, unit, meaning, allowed",
     "model": "modal table, critical speeds, time-step limits",
     "tradeoff": "measure what accuracy costs, against a finer reference",
     "bench": "measure what a step costs on this core",

@@ -20,6 +20,7 @@ from hpcwhirl.scene import (
     loss_of,
     named_scene,
     parse_setting,
+    preset_in_short,
     preset_inputs,
     preset_loss,
     preset_names,
@@ -45,15 +46,15 @@ class _Preset(argparse.Action):
 
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
-    told = "; ".join(f"{name}: {preset_loss(name)}" for name in preset_names())
+    known = ", ".join(preset_names())
     parser.add_argument(
         "--preset",
         dest="settings",
         action=_Preset,
         default=[],
         metavar="NAME",
-        help=f"solver inputs by name; they replace those of a file, --set replaces "
-        f"them. {told}".replace("%", "%%"),
+        help=f"{known}: solver inputs by name, over those of a file and below --set; "
+        "what each sets and loses: hpcwhirl inputs preset",
     )
     parser.add_argument(
         "--set",
@@ -66,10 +67,13 @@ def add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def tell_preset(scene: Scene) -> None:
-    """Say on stderr what the preset of a scene loses, if it has one."""
+    """Say on stderr, in one line, what the preset of a scene loses, if it has one."""
     name = preset_of(scene)
-    if name:
-        print(f"hpcwhirl: preset {name}: {loss_of(scene)}", file=sys.stderr)
+    if not name:
+        return
+    whole = loss_of(scene)
+    told = preset_in_short(name) if whole == preset_loss(name) else whole
+    print(f"hpcwhirl: preset {name}: {told} (hpcwhirl inputs {name})", file=sys.stderr)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

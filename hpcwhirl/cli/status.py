@@ -1,4 +1,8 @@
-"""`hpcwhirl status`: how far a campaign is, from journals and notes of its ranks."""
+"""`hpcwhirl status`: how far a campaign is, from journals and notes of its ranks.
+
+Counts by status, what each rank computes and for how long, rate, time and core-hours
+left, and the share of time spent in the kernel; as JSON all ranks, and since when.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,27 @@
 What is read lies in the file itself, whose bytes the digest of a case is of: links to
 other files, raw data kept outside and virtual datasets are refused by name, and so is
 what the layout does not know. Types and sizes are checked before an array is read.
+
+The group `rotor`, as `hpcwhirl export-model` writes it; N is `engine.rotor.blades`:
+
+mass, stiffness             (n, n), kg and N/m: symmetric; M positive definite, K
+                            positive semidefinite
+damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal to 1e-6),
+                            gives xi mode by mode
+tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j / N
+centre                      (2,), from 0: coordinates x_o, y_o; empty or absent: clamped
+
+or, instead of matrices,
+
+omega                       (m,), rad/s: frequencies of mass-orthonormal modes
+modal_tip_radial,           (N, m), 1/sqrt(kg): tips of each mode
+modal_tip_tangential
+modal_centre                (2, m), 1/sqrt(kg): x_o, y_o of each mode; absent: clamped
+
+With matrices, `shapes` and `omega` may be there too: they are compared with the
+matrices (1e-6), which decide. With modes alone there is no scheme `paper`. The content
+of the file (SHA-256) belongs to a case's identity. It does not tell the shaft's
+springs: `model` prints no share of the centre and no family `suspension` of it.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from hpcwhirl.scene.named import NAMED, named_scene
 from hpcwhirl.scene.presets import (
     loss_of,
     preset_bounds,
+    preset_in_short,
     preset_inputs,
     preset_loss,
     preset_names,
@@ -49,6 +50,7 @@ __all__ = [
     "named_scene",
     "parse_setting",
     "preset_bounds",
+    "preset_in_short",
     "preset_inputs",
     "preset_loss",
     "preset_names",

@@ -15,7 +15,8 @@ from pydantic import BaseModel, ValidationError
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown, unknown
 from hpcwhirl.regular import check_regular, open_regular, read_regular
-from hpcwhirl.scene.inputs import Scene, anchored
+from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.inputs import Scene
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
@@ -48,8 +49,17 @@ LEAVES = tuple(_leaves(Scene))
 
 
 def input_names() -> dict[str, str]:
-    """Return {dotted name: description with unit} of every scene input."""
-    return {name: field.description or "" for name, field in LEAVES}
+    """Return {dotted name: what it is, with unit} of every scene input.
+
+    Of a description the part before the first semicolon; the rest are rules.
+    """
+    return {name: meaning_of(field)[0] for name, field in LEAVES}
+
+
+def meaning_of(field: Any) -> tuple[str, str]:
+    """Return (what an input is, with unit; what else is to be known, or "")."""
+    what, _, rules = (field.description or "").partition("; ")
+    return what, rules
 
 
 def takes_list(name: str) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -15,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from hpcwhirl.errors import shown
+from hpcwhirl.scene.anchor import anchored
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -42,28 +41,6 @@ def _own_ratio(value: float) -> float:
 OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
 
 
-def anchored(file: str, folder: Path | str = "") -> str:
-    """Return the absolute path of a file named from `folder`; "" stays "".
-
-    Raises
-    ------
-    ValueError
-        where no file can have such a name, or it cannot be stored as text
-    """
-    if not file:
-        return ""
-    try:
-        path = str((Path(folder) / file).resolve())
-        path.encode()  # results keep it
-    except UnicodeEncodeError:
-        msg = f"a path must be UTF-8, got {shown(file)}"
-        raise ValueError(msg) from None
-    except (OSError, RuntimeError, ValueError) as failed:  # a loop, NUL, no directory
-        msg = f"no file can be named {shown(file)}: {failed}"
-        raise ValueError(msg) from None
-    return path
-
-
 def end_time(duration: float, revolutions: float, speed: float) -> float:
     """Return the engine time, s, of a duration, s, or of revolutions, if > 0."""
     if revolutions > 0:
@@ -87,27 +64,60 @@ class Rotor(Inputs):
     for the disk.
     """
 
-    blades: int = Field(22, ge=1, le=1000, description="number of blades N")
-    elements: int = Field(10, ge=1, le=1000, description="elements a blade")
-    radius: Positive = Field(0.5, description="tip radius R_bd, m")
-    disk_radius: Positive = Field(0.035891, description="radius of the rim, m")
+    blades: int = Field(
+        22,
+        ge=1,
+        le=1000,
+        description="number of blades N; of a rotor from file: that of the file",
+    )
+    elements: int = Field(
+        10, ge=1, le=1000, description="elements a blade; 3 N (elements + 1) <= 15000"
+    )
+    radius: Positive = Field(
+        0.5,
+        description="tip radius R_bd, m; sets the casing's radius also of a rotor "
+        "from file",
+    )
+    disk_radius: Positive = Field(
+        0.035891, description="radius of the rim, m; less than radius"
+    )
     blade_width: Positive = Field(0.13275, description="blade, out of plane, m")
     root_thickness: Positive = Field(0.010548, description="blade at the root, m")
     taper: Positive = Field(0.77753, description="tip over root thickness")
-    spoke_width: Positive = Field(0.0039693, description="spoke, out of plane, m")
+    spoke_width: Positive = Field(
+        0.0039693, description="spoke, centre to blade root, out of plane, m"
+    )
     spoke_thickness: Positive = Field(0.051338, description="spoke, in plane, m")
-    rim_width: Positive = Field(0.99966, description="rim beam, out of plane, m")
+    rim_width: Positive = Field(
+        0.99966,
+        description="rim beam, root to root, out of plane, m; spoke and rim sections "
+        "are what the disk's beams need to show the paper's frequencies, not a "
+        "picture of a disk",
+    )
     rim_thickness: Positive = Field(0.0080619, description="rim beam, in plane, m")
     young: Positive = Field(210e9, description="Young's modulus, Pa")
     density: Positive = Field(7800.0, description="density, kg/m^3")
-    centre: Literal["free", "clamped"] = Field("free", description="shaft centre")
-    centre_stiffness: Positive = Field(3.4e7, description="k_o, N/m")
-    damping: NonNegative = Field(0.01103, description="modal damping ratio")
+    centre: Literal["free", "clamped"] = Field(
+        "free", description="shaft centre; free: held by the shaft's springs k_o"
+    )
+    centre_stiffness: Positive = Field(
+        3.4e7, description="stiffness k_o of the shaft at the centre, N/m"
+    )
+    damping: NonNegative = Field(
+        0.01103,
+        description="modal damping ratio xi; of a rotor from file: taken where it has "
+        "none",
+    )
     suspension_damping: OwnRatio = Field(
-        0.1964, description="ratio of the suspension modes; -1: as damping"
+        0.1964,
+        description="damping ratio of the suspension modes; as a squeeze film gives; "
+        "-1: as the other modes",
     )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = Field(
-        (), description="relative change of each blade's Young's modulus, N numbers"
+        (),
+        description="relative change of each blade's Young's modulus, N numbers; E_j "
+        "= E (1 + delta_j), the disk stays as it is; swept as a list of such lists; "
+        "not of a rotor from file",
     )
 
     @model_validator(mode="after")
@@ -135,29 +145,59 @@ class Rotor(Inputs):
 class Casing(Inputs):
     """Casing in the static frame: an elastic ring, or rigid and distorted."""
 
-    kind: Literal["ring", "rigid"] = Field("ring", description="elastic or rigid")
+    kind: Literal["ring", "rigid"] = Field(
+        "ring",
+        description="elastic or rigid; rigid: prescribed distortion -A0 exp(sigma t) "
+        "cos(k theta), fixed in the static frame",
+    )
     discretization: Literal["fourier", "elements"] = Field(
         "fourier", description="of the ring: harmonics, or the paper's elements"
     )
-    harmonics: int = Field(20, ge=1, le=1000, description="highest harmonic H")
-    families: Literal["all", "bending"] = Field(
-        "all", description="modes of a ring of harmonics: all, or none that stretch it"
+    harmonics: int = Field(
+        20,
+        ge=1,
+        le=1000,
+        description="highest harmonic H; two modes a harmonic and phase",
     )
-    elements: int = Field(40, ge=3, le=2000, description="ring elements")
-    thickness: Positive = Field(0.02663, description="radial, m")
-    width: Positive = Field(0.2077, description="axial, m")
+    families: Literal["all", "bending"] = Field(
+        "all",
+        description="modes of a ring of harmonics: all, or none that stretch it; "
+        "those that stretch it set the limit of the step",
+    )
+    elements: int = Field(
+        40,
+        ge=3,
+        le=2000,
+        description="curved beam elements of the ring; 4 degrees of freedom a node",
+    )
+    thickness: Positive = Field(0.02663, description="radial thickness, m")
+    width: Positive = Field(0.2077, description="axial width, m")
     young: Positive = Field(210e9, description="Young's modulus, Pa")
     density: Positive = Field(7800.0, description="density, kg/m^3")
     support_frequency: NonNegative = Field(
-        16.29, description="foundation frequency omega_c1, rad/s"
+        16.29,
+        description="foundation frequency omega_c1, rad/s; stiffness of the "
+        "foundation k_f = rho A omega_c1^2",
     )
-    damping: NonNegative = Field(0.1214, description="modal damping ratio")
+    damping: NonNegative = Field(0.1214, description="modal damping ratio xi")
     support_damping: OwnRatio = Field(
-        0.4303, description="ratio of the modes on the support; -1: as damping"
+        0.4303,
+        description="damping ratio of the modes on the support; as an elastic "
+        "mounting gives; -1: as the other modes",
     )
-    amplitude: Finite = Field(0.0, description="rigid: distortion A0, m")
-    growth: Finite = Field(0.0, description="rigid: sigma of A0 exp(sigma t), 1/s")
-    rise: NonNegative = Field(1e-3, description="rigid: smooth rise of A0, s")
+    amplitude: Finite = Field(
+        0.0, description="rigid: distortion A0, m; begins outside the blades"
+    )
+    growth: Finite = Field(
+        0.0,
+        description="rigid: sigma of A0 exp(sigma t), 1/s; at most 5 % a step where "
+        "it rises into the blades",
+    )
+    rise: NonNegative = Field(
+        1e-3,
+        description="rigid: smooth rise of A0, s; 50 steps at least where it rises "
+        "into the blades",
+    )
 
     @model_validator(mode="after")
     def _families_of_harmonics(self) -> Self:
@@ -175,7 +215,10 @@ class Engine(Inputs):
 
     name: str = Field("salvat2016", description="name of the engine")
     file: Annotated[str, AfterValidator(anchored)] = Field(
-        "", description="HDF5 file of a reduced rotor, used for this one"
+        "",
+        description="HDF5 file of a reduced rotor, used for this one; layout: that of "
+        "`hpcwhirl export-model`; one regular file of at most 2 GiB; a relative path "
+        "starts at the TOML file that names it, from --set at the working directory",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
@@ -192,25 +235,40 @@ class Solver(Inputs):
     """Reduction and time integration."""
 
     scheme: Literal["modal", "exact", "general", "paper"] = Field(
-        "modal", description="integrator"
+        "modal",
+        description="integrator; modal: cyclic amplitudes; exact: exact flow, flights "
+        "and a certificate; general: mode by mode, also takes over where modal cannot "
+        "(rotor from file, mistuned, ring of elements, fewer than 3 blades); paper: "
+        "the dense Algorithm 1, slow and obvious",
     )
-    time_step: Positive = Field(1e-6, description="step, s")
+    time_step: Positive = Field(
+        1e-6, description="step, s; refused, with the limit, where it is not stable"
+    )
     accuracy: NonNegative = Field(
         0.0,
-        description="if > 0: relative error of rotor frequencies that sets the step",
+        description="if > 0: relative error of rotor frequencies that sets the step; "
+        "no damped frequency of the rotor is wrong by more; at most 0.9 of what "
+        "stability, pulse and turn allow",
     )
     truncation: NonNegative = Field(
         0.0,
         description="if > 0: relative error of motions by modes left out; sets modes, "
-        "and of a ring of harmonics its harmonics and families",
+        "and of a ring of harmonics its harmonics and families; an estimate; of "
+        "rotors from file, mistuned ones and rings of elements it changes nothing",
     )
-    modes: int = Field(110, ge=0, description="fixed-interface modes eta")
+    modes: int = Field(
+        110,
+        ge=0,
+        description="fixed-interface modes eta; of the Craig-Bampton reduction; not "
+        "used with a rotor from file",
+    )
     plan: Literal["lean", "everything"] = Field(
-        "lean", description="what is modelled: what the scene requires, or all of it"
+        "lean",
+        description="what is modelled: what the scene requires, or all of it; "
+        "`--explain` says what is left out, and why",
     )
     until: Literal["end", "certain"] = Field(
-        "end",
-        description="run to the end, or (modal) until the word is proved",
+        "end", description="run to the end, or (modal) until the word is proved"
     )
     amplitude_limit: Positive = Field(
         0.1, description="tip displacement over R_bd at which a run ends"
@@ -220,24 +278,51 @@ class Solver(Inputs):
 class Output(Inputs):
     """What is kept of a run."""
 
-    traces: Literal["summary", "orbit", "full"] = Field("orbit", description="detail")
-    interval: Positive = Field(2e-4, description="time between samples, s")
+    traces: Literal["summary", "orbit", "full"] = Field(
+        "orbit",
+        description="detail; summary: numbers only; orbit: centre, energy, what feeds "
+        "and what is lost; full: also all tips, each blade's impulse, the casing. "
+        "Words do not depend on it",
+    )
+    interval: Positive = Field(
+        2e-4,
+        description="time between samples, s; of the traces kept; words do not depend "
+        "on it",
+    )
 
 
 class Scene(Inputs):
     """One case: engine, operating point, loading, solver and output."""
 
     engine: Engine = Engine()
-    speed: Finite = Field(410.0, description="rotational speed Omega, rad/s")
-    nodal_diameter: int = Field(1, ge=0, description="lobes k of the loading")
-    gap: NonNegative = Field(1.28e-4, description="blade-tip clearance, m")
+    speed: Finite = Field(
+        410.0,
+        description="rotational speed Omega, rad/s; negative turns clockwise; less "
+        "than half the casing's shortest wave a step",
+    )
+    nodal_diameter: int = Field(
+        1,
+        ge=0,
+        description="lobes k of the loading; the pulse squeezes the casing on k "
+        "lobes; at most the ring's harmonics, or half its elements",
+    )
+    gap: NonNegative = Field(
+        1.28e-4, description="blade-tip clearance, m; at most 10 tip radii"
+    )
     friction: NonNegative = Field(0.1, description="Coulomb coefficient mu")
-    force: NonNegative = Field(75e3, description="peak modal force, N")
-    pulse: Positive = Field(0.7802e-3, description="pulse duration tau, s")
+    force: NonNegative = Field(
+        75e3,
+        description="peak modal force, N; F(t) = F sin(pi t / tau) for 0 < t < tau",
+    )
+    pulse: Positive = Field(
+        0.7802e-3, description="pulse duration tau, s; 10 time steps at least"
+    )
     direction: Literal["squeeze", "stretch"] = Field(
         "squeeze", description="of the casing at theta = 0"
     )
-    duration: Positive = Field(2.5, description="engine time, s")
+    duration: Positive = Field(
+        2.5, description="engine time, s; or revolutions > 0; words: on its last 40 %"
+    )
     revolutions: NonNegative = Field(
         0.0, description="if > 0: the engine time in revolutions, not s"
     )

@@ -53,6 +53,14 @@ def preset_bounds(name: str) -> dict[str, float]:
     return dict(_table()[name].get("nine_in_ten", {}))
 
 
+def preset_in_short(name: str) -> str:
+    """Return what a preset costs, and the first thing that it loses."""
+    found = _table()[name]
+    cost, *losses = str(found["loses"]).split("; ")
+    first = str(found.get("engines") or found.get("regimes") or losses[0])
+    return f"{cost}; {first.partition('; ')[0]}"
+
+
 def loss_of(scene: Scene) -> str:
     """Return what the preset of a scene loses, or that nobody has measured it there."""
     if not scene.has_families or scene.engine.casing.kind == "rigid":

@@ -1,1 +1,52 @@
-"""Files: journals and traces while a campaign runs, `results.h5` when it is done."""
+"""Files: journals and traces while a campaign runs, `results.h5` when it is done.
+
+What a campaign's directory holds; `format` in `campaign.json` holds for all of it, and
+another one is refused:
+
+campaign.json
+    the plan: inputs, swept inputs, digest of every case, `format`. Begins with the
+    SHA-256 of the rest: an edited one is refused. Replaced whole.
+journal/RUN-RANK.log
+    a line per finished case: CRC-32 of the rest in hexadecimal, a space, a JSON object;
+    appended and synced.
+traces/RUN-RANK.bin
+    raw little-endian float64, one block a case, synced before its line, which names
+    file, offset, bytes, CRC-32 and shapes.
+states/DIGEST.state
+    a case on its way: a sealed line as in the journal, then raw bytes; replaced whole,
+    gone when the case has ended. One that is damaged, or of another model, kernel or
+    compiler, is dropped with one line.
+running/RUN-RANK.log
+    what a rank computes now and since when; a file left over means that a process died.
+owners/
+    who computes or gathers here; gone when it has ended. One run computes in a
+    directory at a time (shards of one division share it), a second one is refused by
+    name. A dead owner is taken over, on its machine at once, on another 2 minutes after
+    its last sign of life. Gathers and `classify` wait for each other.
+runs/RUN.json
+    what each rank did with its time; missing after a kill.
+results.h5
+    gathered under `results.h5.*.part`, a name of its own each time, synced and renamed.
+
+No file is written by two runs. A line without its newline or with another checksum is
+dropped, so is a line whose block is not all there: a torn tail costs one case. The
+newest whole line of a case counts. The CRC is for accidents: a torn write, a flipped
+bit, a copy cut short. It is no signature: who may write in the directory can add rows
+that were never computed, and they are gathered; rights of the file system keep others
+out, nothing else does.
+
+`results.h5` is netCDF-4 (HDF5), CF-1.8: dimension `case`, units and long names on every
+variable (`schema`), words as integers with `flag_values` and `flag_meanings`; swept
+inputs under their own name or with their table's (`casing_thickness`); version, scene,
+command, preset and what it loses, hosts and libraries as attributes. Traces over
+(`case`, `time`, ...). The group `performance` has seconds, rank and host of each case
+and, over `worker`, what each rank did with its time (`busy_fraction`, `worker_*`). All
+but this group is the same bit for bit for any number of ranks and after any kill and
+resume.
+
+The serial and the MPI-IO writer are one code under two ways to open a file. Gathering
+keeps 24 to 48 bytes a case and 32 MB of traces (at least one case's) in memory. HDF5
+writes much of a file as it is closed, and where that fails it crashes as the process
+ends: files are flushed first, and the library never sees a full disk. Before gathering,
+the room is checked: MPI-IO waits for ever where one rank's write fails.
+"""

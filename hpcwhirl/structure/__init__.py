@@ -1,4 +1,11 @@
-"""Structures: element matrices, assembly, bladed disk, ring."""
+"""Structures: element matrices, assembly, bladed disk, ring.
+
+M and K of both bodies: tapered Bernoulli beams with rods, a disk of beams (spokes and
+rim), shaft springs; a ring of harmonics in closed form, or of curved elements, cubic in
+both displacements, on a soft foundation. Harmonics are the default: their modes need no
+interpolation at the moving contact points, and make the Delassus matrix constant and
+circulant.
+"""
 
 from hpcwhirl.structure.assembly import CyclicStructure
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk

@@ -1,0 +1,106 @@
+"""`hpcwhirl inputs`: every input with default, unit, meaning and what is allowed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.cli.options import print_json
+from hpcwhirl.scene import preset_inputs, preset_loss, preset_names
+from hpcwhirl.scene.catalogue import catalogue, find_inputs
+
+if TYPE_CHECKING:
+    from hpcwhirl.scene.catalogue import InputFact
+
+PRESET = "preset"
+TABLES = ("scene", "engine", "engine.casing", "engine.rotor", "solver", "output")
+WIDE = 110  # columns of a table where there is no terminal
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME",
+        help="an input, as gap or casing.damping; a table, as solver; preset, "
+        "or a preset's name; default: all inputs",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print facts as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what was asked for."""
+    if args.name == PRESET:
+        _tell_presets(preset_names(), as_json=args.json)
+    elif args.name in preset_names():
+        _tell_presets([args.name], as_json=args.json)
+    else:
+        _tell_inputs(_found(args.name), as_json=args.json)
+    return 0
+
+
+def _found(name: str | None) -> list[InputFact]:
+    """Return the inputs of a name, in the order of the tables; all for None."""
+    if name is None:
+        return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
+    return find_inputs(name, (PRESET, *preset_names()))
+
+
+def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
+    if as_json:
+        print_json({"inputs": [asdict(fact) for fact in facts]})
+    elif len(facts) == 1:
+        _tell_one(facts[0])
+    else:
+        for table in TABLES:
+            _print_table(table, [fact for fact in facts if fact.table == table])
+
+
+def _tell_one(fact: InputFact) -> None:
+    print(f"{fact.name}, in [{fact.table}]: {fact.meaning}")
+    if fact.rules:
+        print(f"  {fact.rules}")
+    unit = f" {fact.unit}" if fact.unit else ""
+    print(f"  default: {_plain(fact.default)}{unit}")
+    print(f"  allowed: {fact.allowed}")
+
+
+def _print_table(table: str, facts: Sequence[InputFact]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    if not facts:
+        return
+    shown = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for head in (f"[{table}]", "default", "unit", "allowed", "meaning"):
+        shown.add_column(Text(head, style="bold"), overflow="fold")
+    for fact in facts:
+        told = "; ".join(part for part in (fact.meaning, fact.rules) if part)
+        row = (fact.name, _plain(fact.default), fact.unit, fact.allowed, told)
+        shown.add_row(*map(Text, row))
+    console = Console(width=None if sys.stdout.isatty() else WIDE)
+    console.print(shown)
+    console.print()
+
+
+def _plain(value: Any) -> str:
+    """Return a default as one writes it in a TOML."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _tell_presets(names: Sequence[str], *, as_json: bool) -> None:
+    if as_json:
+        told = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
+                for n in names]  # fmt: skip
+        print_json({"presets": told})
+        return
+    for name in names:
+        sets = ", ".join(f"{n} = {_plain(v)}" for n, v in preset_inputs(name).items())
+        print(f"--preset {name}")
+        print(f"  sets:  {sets}")
+        print(f"  loses: {preset_loss(name)}")

@@ -1,0 +1,197 @@
+"""`hpcwhirl inputs` tells every input as the code takes it."""
+
+import json
+import re
+
+import pytest
+
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    flatten,
+    preset_inputs,
+    preset_loss,
+    preset_names,
+)
+from hpcwhirl.scene.catalogue import UNITS, catalogue
+
+# dotted name: default as it is told, and what its line must say
+TOLD = {
+    "speed": ("410", "rad/s", "Omega", "negative turns clockwise"),
+    "nodal_diameter": ("1", "lobes k", "squeezes"),
+    "gap": ("0.000128", "clearance", "m"),
+    "friction": ("0.1", "Coulomb coefficient"),
+    "force": ("75000", "F sin(pi t / tau)", "N"),
+    "pulse": ("0.0007802", "s", "10 time steps at least"),
+    "direction": ('"squeeze"', "stretch", "theta = 0"),
+    "duration": ("2.5", "s", "revolutions"),
+    "revolutions": ("0", "not s"),
+    "engine.name": ('"salvat2016"', "engine"),
+    "engine.file": ('""', "HDF5", "rotor", "relative path"),
+    "engine.casing.kind": ('"ring"', "rigid", "exp(sigma t)", "static frame"),
+    "engine.casing.discretization": ('"fourier"', "elements"),
+    "engine.casing.harmonics": ("20", "highest harmonic H", "two modes"),
+    "engine.casing.families": ('"all"', "bending", "stretch"),
+    "engine.casing.elements": ("40", "curved beam", "4 degrees of freedom"),
+    "engine.casing.thickness": ("0.02663", "radial", "m"),
+    "engine.casing.width": ("0.2077", "axial", "m"),
+    "engine.casing.young": ("2.1e+11", "Pa"),
+    "engine.casing.density": ("7800", "kg/m^3"),
+    "engine.casing.support_frequency": ("16.29", "rad/s", "rho A omega_c1^2"),
+    "engine.casing.damping": ("0.1214", "modal damping ratio"),
+    "engine.casing.support_damping": ("0.4303", "support", "-1"),
+    "engine.casing.amplitude": ("0", "rigid", "A0", "m"),
+    "engine.casing.growth": ("0", "rigid", "1/s", "5 % a step"),
+    "engine.casing.rise": ("0.001", "rigid", "s", "50 steps"),
+    "engine.rotor.blades": ("22", "number of blades N"),
+    "engine.rotor.elements": ("10", "elements a blade", "15000"),
+    "engine.rotor.radius": ("0.5", "tip", "m"),
+    "engine.rotor.disk_radius": ("0.035891", "rim", "m"),
+    "engine.rotor.blade_width": ("0.13275", "m"),
+    "engine.rotor.root_thickness": ("0.010548", "m"),
+    "engine.rotor.taper": ("0.77753", "tip over root"),
+    "engine.rotor.spoke_width": ("0.0039693", "centre to blade root", "m"),
+    "engine.rotor.spoke_thickness": ("0.051338", "m"),
+    "engine.rotor.rim_width": ("0.99966", "root to root", "m"),
+    "engine.rotor.rim_thickness": ("0.0080619", "m"),
+    "engine.rotor.young": ("2.1e+11", "Pa"),
+    "engine.rotor.density": ("7800", "kg/m^3"),
+    "engine.rotor.centre": ('"free"', "clamped"),
+    "engine.rotor.centre_stiffness": ("3.4e+07", "k_o", "N/m"),
+    "engine.rotor.damping": ("0.01103", "modal damping ratio"),
+    "engine.rotor.suspension_damping": ("0.1964", "squeeze film", "-1"),
+    "engine.rotor.mistuning": ("[]", "Young's modulus", "E_j = E (1 + delta_j)"),
+    "solver.scheme": ('"modal"', "flights", "mode by mode", "Algorithm 1"),
+    "solver.time_step": ("1e-06", "s", "stable"),
+    "solver.accuracy": ("0", "damped frequency", "0.9"),
+    "solver.truncation": ("0", "modes", "harmonics", "families", "estimate"),
+    "solver.plan": ('"lean"', "everything", "requires"),
+    "solver.until": ('"end"', "certain", "proved"),
+    "solver.modes": ("110", "fixed-interface", "Craig-Bampton"),
+    "solver.amplitude_limit": ("0.1", "ends"),
+    "output.traces": ('"orbit"', "summary", "full", "tips"),
+    "output.interval": ("0.0002", "s", "samples"),
+}
+LIMITED = [
+    (name, sign, float(limit))
+    for name, fact in catalogue().items()
+    for sign, limit in re.findall(r"(>=?|<=) (\d+)", fact.allowed)
+    if not fact.allowed.startswith("[]")
+]
+
+
+def printed(capsys, *line):
+    code = main(["inputs", *line])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_every_input_there_is_has_a_line_of_its_own_here():
+    assert TOLD.keys() == flatten(Scene()).keys()
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_an_input_is_told_with_its_default_and_meaning(capsys, name):
+    code, out, _ = printed(capsys, name)
+    default, *said = TOLD[name]
+    if "in [" not in out:  # several of this name, as of `damping`
+        pytest.fail(out)
+    assert code == 0
+    assert re.search(rf"default: {re.escape(default)}( |$)", out, re.MULTILINE)
+    assert all(word in out for word in said), out
+
+
+def test_defaults_told_are_those_of_a_scene():
+    defaults = flatten(Scene())
+    assert {name: fact.default for name, fact in catalogue().items()} == defaults
+
+
+def test_all_inputs_stand_in_the_tables_of_a_file(capsys):
+    code, out, _ = printed(capsys)
+    assert code == 0
+    for name, (default, *_) in TOLD.items():
+        table, _, own = name.rpartition(".")
+        part = out[out.index(f"[{table or 'scene'}]") :].split("\n\n")[0]
+        assert re.search(rf"^{own} +{re.escape(default)} ", part, re.MULTILINE), name
+
+
+@pytest.mark.parametrize(("name", "sign", "limit"), LIMITED)
+def test_a_limit_told_is_the_limit_held(name, sign, limit):
+    step = 1 if isinstance(flatten(Scene())[name], int) else 1e-3
+    beyond = limit + step if sign == "<=" else limit - step
+    if sign == ">":
+        beyond = limit
+    if "-1" in catalogue()[name].allowed:
+        apply_settings(Scene(), {name: -1.0})
+    wrong = int(beyond) if isinstance(step, int) else float(beyond)
+    with pytest.raises(InputError, match=f"{sign} {limit:g}"):
+        apply_settings(Scene(), {name: wrong})
+
+
+def test_words_allowed_are_the_words_taken():
+    words = {n: f.allowed for n, f in catalogue().items() if " | " in f.allowed}
+    assert len(words) == 9
+    for name, allowed in words.items():
+        with pytest.raises(InputError, match="must be one of") as refused:
+            apply_settings(Scene(), {name: "sideways"})
+        assert all(f"'{word}'" in str(refused.value) for word in allowed.split(" | "))
+
+
+def test_units_are_no_part_of_the_meaning():
+    facts = catalogue().values()
+    assert {fact.unit for fact in facts} == {"", *UNITS}
+    assert not any(fact.meaning.endswith(tuple(f", {u}" for u in UNITS))
+                   for fact in facts)  # fmt: skip
+
+
+def test_a_name_of_two_tables_tells_both(capsys):
+    _, out, _ = printed(capsys, "damping")
+    assert out.index("[engine.casing]") < out.index("[engine.rotor]")
+    assert "0.1214" in out
+    assert "0.01103" in out
+
+
+@pytest.mark.parametrize("word", ["casing", "engine.casing", "[engine.casing]"])
+def test_a_table_is_told_whole(capsys, word):
+    _, out, _ = printed(capsys, word)
+    for name in TOLD:
+        if name.startswith("engine.casing."):
+            assert f"\n{name.rpartition('.')[2]} " in out
+    assert "\nblades " not in out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [("sspeed", "speed"), ("frictoin", "friction"), ("casig", "casing"),
+     ("presets", "preset"), ("drat", "draft"), ("rotor.blade", "rotor")],
+)  # fmt: skip
+def test_an_unknown_name_is_one_line_with_the_nearest_known(capsys, wrong, right):
+    code, out, err = printed(capsys, wrong)
+    assert (code, out) == (2, "")
+    assert len(err.splitlines()) == 1
+    assert wrong in err
+    assert right in err
+
+
+def test_presets_are_told_with_what_they_set_and_lose(capsys):
+    _, out, _ = printed(capsys, "preset")
+    for name in preset_names():
+        part = out[out.index(f"--preset {name}\n") :].split("--preset", 2)[1]
+        assert preset_loss(name) in part
+        for full, value in preset_inputs(name).items():
+            said = f'"{value}"' if isinstance(value, str) else f"{value:g}"
+            assert f"{full} = {said}" in part
+    assert printed(capsys, "draft")[1] in out
+
+
+def test_facts_are_json(capsys):
+    found = json.loads(printed(capsys, "gap", "--json")[1])["inputs"]
+    assert found == [
+        {"name": "gap", "table": "scene", "default": 1.28e-4, "unit": "m",
+         "meaning": "blade-tip clearance", "allowed": "number >= 0",
+         "rules": "at most 10 tip radii"}
+    ]  # fmt: skip
+    told = json.loads(printed(capsys, "preset", "--json")[1])["presets"]
+    assert [each["inputs"] for each in told] == [*map(preset_inputs, preset_names())]
