@@ -7,7 +7,7 @@ and sees nothing else, so that words can be given anew without integrating.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,12 @@ class Thresholds:
     turnover: float = 2.0
     direction: float = 1.0 / 3.0
     whirl_floor: float = 1e-6
+
+
+def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
+    """Return thresholds, by default those of new words, as attributes of results."""
+    limits = limits or Thresholds()
+    return {f"threshold_{name}": value for name, value in asdict(limits).items()}
 
 
 def levels(values: Floats, count: int) -> Floats:

@@ -8,13 +8,13 @@ import shlex
 import socket
 import subprocess
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import hpcwhirl
-from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.analysis.regimes import threshold_facts
 from hpcwhirl.campaign.cost import predicted_steps
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.owning import asking_of
@@ -183,5 +183,5 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
         "python": platform.python_version(),
         "libraries": " ".join(f"{n} {metadata.version(n)}" for n in LIBRARIES),
         "created": now,
-        **{f"threshold_{n}": v for n, v in asdict(Thresholds()).items()},
+        **threshold_facts(),
     }

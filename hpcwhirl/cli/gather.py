@@ -26,6 +26,7 @@ def run(args: argparse.Namespace) -> int:
     still at it: who goes on with the results of all may rely on 0.
     """
     from hpcwhirl import __version__
+    from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.campaign.log import say
     from hpcwhirl.campaign.ranks import communicator
     from hpcwhirl.errors import WhirlError
@@ -33,7 +34,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.owner import Asking
 
     comm = communicator()
-    root, facts = comm is None or comm.rank == 0, {"version": __version__}
+    root = comm is None or comm.rank == 0
+    facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
         asking = Asking(say=say)
         path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
