@@ -238,11 +238,11 @@ def test_the_default_s_dry_run_names_cases_and_core_hours(tmp_path, capsys):
     call = ["campaign", "--dry-run", "--out", str(tmp_path / "out")]
     assert main(call) == 0
     out = capsys.readouterr().out
-    assert "52 cases" in out
+    assert "78 cases" in out
     assert "core-hours" in out
     assert main([*call, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["cases"] == 52
+    assert found["cases"] == 78
     assert 0 < found["core_hours"] < 1
     assert found["core_hours"] * 3.6e9 == pytest.approx(
         found["steps"] * found["microseconds_per_step"]

@@ -133,10 +133,10 @@ def test_the_plan_names_each_case_by_the_digest_of_its_scene():
     assert found.plan().settings == [{"speed": 1}, {"speed": 2}]
 
 
-def test_the_embedded_campaign_is_52_cases_of_speed_and_gap():
+def test_the_embedded_campaign_is_78_cases_of_speed_and_friction():
     found = load_design(None, {})
-    assert len(found.cases) == 52
-    assert found.swept == ("speed", "gap")
+    assert len(found.cases) == 78
+    assert found.swept == ("speed", "friction")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from launch import ROOT, tree, wait_for
 
@@ -163,7 +163,6 @@ def test_what_is_asked_for_stands_in_the_directives(scheduler, lines):
     assert first == 1
 
 
-@settings(deadline=None)
 @given(
     st.sampled_from(sorted(LAUNCHERS)),
     st.integers(1, 10**6),

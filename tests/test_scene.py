@@ -84,7 +84,7 @@ def shuffled(data, chance):
     return {k: shuffled(v, chance) if isinstance(v, dict) else v for k, v in items}
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.fixed_dictionaries({}, optional=VALUES))
 def test_a_scene_written_as_toml_is_read_back_the_same(tmp_path_factory, values):
     scene = apply_settings(Scene(), values)

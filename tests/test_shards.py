@@ -4,7 +4,7 @@ import threading
 
 import h5py
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from launch import finish, launch, records, root_variables, start
 
@@ -21,14 +21,12 @@ sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 COSTS = st.lists(st.floats(0.0, 1e9), max_size=60)
 
 
-@settings(deadline=None)
 @given(COSTS, st.integers(1, 12))
 def test_every_case_is_in_exactly_one_shard(costs, of):
     shares = [share(costs, Shard(number, of)) for number in range(1, of + 1)]
     assert sorted(case for mine in shares for case in mine) == list(range(len(costs)))
 
 
-@settings(deadline=None)
 @given(COSTS, st.integers(1, 12))
 def test_no_shard_has_more_than_one_case_above_another(costs, of):
     shares = [share(costs, Shard(number, of)) for number in range(1, of + 1)]
