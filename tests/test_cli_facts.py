@@ -16,7 +16,7 @@ from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.scene.files import scene_of_document
+from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.store.reader import words
 
 SHORT = ("--set", "duration=2e-3", "--set", "time_step=2e-6", "--set", "interval=5e-5")

@@ -9,6 +9,7 @@ from typing import Any
 
 from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene.files import PRESET
 
 RETRIES = ("failed", "timeout", "crashed")
 PATIENCE = 30.0  # s for all ranks to stop; a slice takes milliseconds
@@ -66,6 +67,9 @@ def with_rules(policy: Policy, rules: Mapping[str, Any]) -> Policy:
         naming the key, what it got and what is allowed
     """
     for key, value in rules.items():
+        if key == PRESET:
+            msg = "unknown key in [campaign] 'preset'; it belongs in [solver]"
+            raise InputError(msg)
         if key not in CHECKS:
             raise unknown("key in [campaign]", key, CHECKS)
         kind, allowed = CHECKS[key]

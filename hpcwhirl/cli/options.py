@@ -11,12 +11,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene import (
     NAMED,
     Scene,
     apply_settings,
-    load_scene,
+    check_kept,
+    load_document,
     loss_of,
     named_scene,
     parse_setting,
@@ -25,8 +26,8 @@ from hpcwhirl.scene import (
     preset_loss,
     preset_names,
     preset_of,
+    scene_of_document,
 )
-from hpcwhirl.scene.files import SETS
 
 
 class _Preset(argparse.Action):
@@ -54,6 +55,7 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help=f"{known}: solver inputs by name, over those of a file and below --set; "
+        "as preset in a file's [solver], too; "
         "what each sets and loses: hpcwhirl inputs preset",
     )
     parser.add_argument(
@@ -120,8 +122,10 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
-    base = named_scene(name) if bare else load_scene(path)
-    return apply_settings(base, parsed(settings))
+    given = parsed(settings)
+    if bare:
+        return apply_settings(named_scene(name), given)
+    return scene_of_document(load_document(path), (), path.parent, given)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
@@ -130,17 +134,10 @@ def parsed(settings: Sequence[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        also where one of them would be set again by another: nothing is lost unsaid
+        also where one of them would be set again by another
     """
     found = dict(parse_setting(text) for text in settings)
-    for cause, effects in SETS.items():
-        lost = [name for name in effects if name in found]
-        if lost and found.get(cause):
-            msg = (
-                f"--set {lost[0]}: {cause} = {found[cause]:g} sets it; add --set "
-                f"{cause.rpartition('.')[2]}=0"
-            )
-            raise InputError(msg)
+    check_kept(found)
     return found
 
 
