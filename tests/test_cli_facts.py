@@ -262,3 +262,24 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
         assert row.keys() >= {"lanes", "microseconds_per_step", "spread"}
         assert row["microseconds_per_step"] > 0
     assert 0 < found["modal_gflops_in_flight"] < found["fma_peak_gflops"]
+
+
+@pytest.mark.parametrize("command", ["run", "model", "export-model"])
+def test_one_case_takes_a_campaign_s_file_and_says_what_it_ignores(
+    tmp_path, capsys, command
+):
+    path, out = tmp_path / "whirl.toml", tmp_path / "model.h5"
+    tables = "[sweep]\nspeed = [300.0, 400.0]\n[zip]\n[campaign]\nmax_fails = 3\n"
+    path.write_text(f"[scene]\nduration = 1e-4\nfriction = 0.2\n{tables}[[cases]]\n")
+    words = {"run": ["--quiet", "--json"], "model": ["--json"]}.get(command, [])
+    first = [str(out)] if command == "export-model" else []
+    assert main([command, *first, str(path), *words]) == 0
+    told, said = capsys.readouterr()
+    assert said.count("\n") == 1
+    assert "[sweep], [zip], [[cases]], [campaign] ignored" in said
+    if command == "run":
+        assert json.loads(told)["friction"] == 0.2
+        assert json.loads(told)["speed"] == named_scene("table2").speed
+    path.write_text(f"{tables}[swep]\n")
+    assert main([command, *first, str(path), *words]) == 2
+    assert "unknown table 'swep'; did you mean 'sweep'" in capsys.readouterr().err

@@ -13,6 +13,7 @@ from typing import Any
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene import (
+    DESIGN_TABLES,
     NAMED,
     Scene,
     apply_settings,
@@ -118,14 +119,27 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene of a file or a name, with settings applied.
 
-    A word without a dot or slash that is no file is taken for a named scene.
+    A word without a dot or slash that is no file is taken for a named scene. Of a
+    campaign's file the scene alone is taken, and that is said on stderr.
     """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
     given = parsed(settings)
     if bare:
         return apply_settings(named_scene(name), given)
-    return scene_of_document(load_document(path), (), path.parent, given)
+    document = load_document(path)
+    scene = scene_of_document(document, DESIGN_TABLES, path.parent, given)
+    _tell_ignored(path, document)
+    return scene
+
+
+def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
+    """Say on stderr, in one line, which tables of a campaign's file are not used."""
+    found = [name for name in DESIGN_TABLES if name in document]
+    if found:
+        tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in found)
+        told = f"hpcwhirl: {path}: a campaign's {tables} ignored: one case of what all"
+        print(f"{told} cases share (and of --set)", file=sys.stderr)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
