@@ -183,7 +183,7 @@ def design_of(
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
     cases = tuple(apply_settings(base, row) for row in rows)
-    design = Design(base, cases, tuple(rows), swept, _named_rules(document))
+    design = Design(base, cases, tuple(rows), swept, rules_of(document))
     _check_distinct(design.digests)
     return design
 
@@ -196,7 +196,8 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
         raise InputError(msg)
 
 
-def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
+def rules_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table [campaign] of a document; `policy` checks what it holds."""
     content = document.get("campaign", {})
     if not isinstance(content, Mapping):
         msg = f"[campaign] must be a table, got {shown(content)}"
