@@ -30,6 +30,8 @@ from hpcwhirl.scene import (
     scene_of_document,
 )
 
+OR_FILE = "of a campaign, or a file of hpcwhirl run --out"
+
 
 class _Preset(argparse.Action):
     """Put a preset's inputs before those of ``--set``, which count over them."""

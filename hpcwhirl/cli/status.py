@@ -174,8 +174,10 @@ class _Lines:
         shown = _shown(found)
         done = f"{found.done} of {found.cases} cases"
         bad = [f"{found.failed} failed"] if found.failed else []
-        names = ("rate", "left at this rate", "in the kernel", "last case finished")
-        names = (*names, "stopping", "stopped")
+        names = (
+            "rate", "left at this rate", "in the kernel", "last case finished",
+            "stopping", "stopped",
+        )  # fmt: skip
         parts = [
             f"{n} {shown[n]}" if n != "rate" else shown[n] for n in names if n in shown
         ]
