@@ -87,7 +87,7 @@ WRONG = [
     ("run --out whole", "whole file"),
     ("run --plot file/plots", "file/plots"),
     ("run --plot file", "file directory"),
-    ("run --set traces=summary --out x.h5", "summary --out full"),
+    ("run --set traces=summary --plot x", "summary --plot full"),
     ("campaign --out file/campaign", "file/campaign"),
     ("campaign --out file", "file directory"),
     ("export-model file/x.h5", "file/x.h5"),

@@ -16,7 +16,7 @@ from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.scene.files import scene_of_document
+from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.store.reader import words
 
 SHORT = ("--set", "duration=2e-3", "--set", "time_step=2e-6", "--set", "interval=5e-5")
@@ -31,6 +31,10 @@ MODEL_NAMES = {
     "modes", "blade_stiffness", "critical_speeds", "time_step_limits", "plan",
 }  # fmt: skip
 MODE_NAMES = {"body", "family", "nodal_diameter", "frequency_hz", "centre_share"}
+
+
+KEPT = {"centre", "impulse", "tips", "casing", "blade_impulse"}
+OF_A_CALL = {"command", "created", "git"}
 
 
 def frequencies(found, body, chosen):
@@ -111,11 +115,12 @@ def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, tra
     out, plots = tmp_path / "new/run.h5", tmp_path / "plots"
     wanted = ("--out", str(out), "--plot", str(plots), "--set", f"traces={traces}")
     found = facts("run", "--json", *SHORT, *wanted)
-    with h5py.File(out) as file:
-        arrays = {name: data[:] for name, data in file.items()}
-        assert all(d.attrs["units"] and d.attrs["long_name"] for d in file.values())
-        assert file.attrs["centre_peak"] == found["centre_peak"]
-        scene = scene_of_document(tomllib.loads(file.attrs["scene"]))
+    with open_results(out) as data:
+        arrays = {name: data[name].squeeze("case").values for name in KEPT & {*data}}
+        assert all(data[name].attrs["units"] for name in KEPT & {*data})
+        assert data.centre_peak.item() == found["centre_peak"]
+        scene = scene_of_document(tomllib.loads(data.attrs["scene"]))
+        arrays["time"] = data.time.values
     assert scene == apply_settings(named_scene("table2"), INPUTS | {"traces": traces})
     assert arrays["time"] == pytest.approx(5e-5 * np.arange(1, 41), rel=1e-12)
     peak = np.hypot(*arrays["centre"].T).max()  # of the evidence, at its own rate
@@ -262,3 +267,54 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
         assert row.keys() >= {"lanes", "microseconds_per_step", "spread"}
         assert row["microseconds_per_step"] > 0
     assert 0 < found["modal_gflops_in_flight"] < found["fma_peak_gflops"]
+
+
+@pytest.mark.parametrize("traces", ["orbit", "summary"])
+def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, traces):
+    one, folder, empty = tmp_path / "one.h5", tmp_path / "out", tmp_path / "none.toml"
+    empty.write_text("[scene]\n")
+    asked = ["--preset", "draft", "--set", "duration=2e-3", "--set", f"traces={traces}"]
+    assert main(["run", *asked, "--quiet", "--out", str(one)]) == 0
+    asked += ["--report", "no", "--out", str(folder)]
+    assert main(["campaign", str(empty), *asked]) == 0
+    with h5py.File(one) as mine, h5py.File(folder / "results.h5") as whole:
+        assert set(mine) == set(whole)
+        for name in set(mine) - {"performance"}:
+            assert mine[name][()].tobytes() == whole[name][()].tobytes(), name
+            assert dict(mine[name].attrs).keys() == dict(whole[name].attrs).keys()
+        assert set(mine["performance"]) <= set(whole["performance"])
+        found, wanted = ({n: a for n, a in f.attrs.items() if n not in OF_A_CALL}
+                         for f in (mine, whole))  # fmt: skip
+        assert found == wanted
+        assert found["preset"] == b"draft"
+    assert list(tmp_path.glob(".*")) == []
+    capsys.readouterr()
+    assert main(["cases", str(one), "--json", "--columns", "regime,speed"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["cases"]
+    assert row["speed"] == named_scene("table2").speed
+    assert main(["map", str(one), "--out", str(tmp_path / "map")]) == 0
+    assert (tmp_path / "map/map.png").read_bytes().startswith(b"\x89PNG")
+    capsys.readouterr()
+    assert main(["report", str(one)]) == 2
+    assert "one.h5 is a file: the directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["run", "model", "export-model"])
+def test_one_case_takes_a_campaign_s_file_and_says_what_it_ignores(
+    tmp_path, capsys, command
+):
+    path, out = tmp_path / "whirl.toml", tmp_path / "model.h5"
+    tables = "[sweep]\nspeed = [300.0, 400.0]\n[zip]\n[campaign]\nmax_fails = 3\n"
+    path.write_text(f"[scene]\nduration = 1e-4\nfriction = 0.2\n{tables}[[cases]]\n")
+    words = {"run": ["--quiet", "--json"], "model": ["--json"]}.get(command, [])
+    first = [str(out)] if command == "export-model" else []
+    assert main([command, *first, str(path), *words]) == 0
+    told, said = capsys.readouterr()
+    assert said.count("\n") == 1
+    assert "[sweep], [zip], [[cases]], [campaign] ignored" in said
+    if command == "run":
+        assert json.loads(told)["friction"] == 0.2
+        assert json.loads(told)["speed"] == named_scene("table2").speed
+    path.write_text(f"{tables}[swep]\n")
+    assert main([command, *first, str(path), *words]) == 2
+    assert "unknown table 'swep'; did you mean 'sweep'" in capsys.readouterr().err

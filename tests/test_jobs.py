@@ -324,3 +324,25 @@ def test_a_file_that_is_no_job_script_is_kept(tmp_path, capsys):
         assert main(words) == 0
         assert f"--ntasks={ranks}\n" in script.read_text()
     assert capsys.readouterr().out == f"sbatch {script}\n" * 2
+
+
+def test_a_job_takes_directory_and_time_from_the_campaign_s_file(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    rules = '[campaign]\nout = "scratch/whirl"\nwalltime = "08:00:00"\n'
+    (tmp_path / "c.toml").write_text(rules)
+    assert main(["job", "slurm", "c.toml"]) == 0
+    text = capsys.readouterr().out
+    assert "\nout=scratch/whirl\n" in text
+    assert "--time=08:00:00\n" in text
+    assert main(["job", "slurm", "c.toml", "--out", "x", "--time", "01:00:00"]) == 0
+    text = capsys.readouterr().out
+    assert "\nout=x\n" in text
+    assert "--time=01:00:00\n" in text
+    (tmp_path / "c.toml").write_text("[campaign]\nwaltime = '08:00:00'\n")
+    assert main(["job", "slurm", "c.toml"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "did you mean 'walltime'" in err

@@ -47,7 +47,12 @@ def test_a_clamped_centre_leaves_damped_motion_only(speed):  # Sec. 4.2.3
 @pytest.mark.parametrize("speed", [20.0, 120.0, 270.0, 420.0, 520.0])
 def test_table_1_is_damped(k, speed):  # Sec. 4.1
     found = row("table1", speed=speed, nodal_diameter=k)
-    assert found["regime"] == "damped"
+    # at 420 and 520 rad/s some blade touches in the window of so few revolutions
+    assert found["regime"] in {"damped", "undecided"}
+    assert found["growth_rate"] <= 0.0
+    longer = {"revolutions": 2 * named_scene("table1").revolutions}
+    longer |= {"speed": speed, "nodal_diameter": k}
+    assert row("table1", **longer)["regime"] == "damped"
     if k == 2:  # its blades do not even touch, which is a miss
         assert found["whirl"] == "none"
 

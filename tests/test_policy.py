@@ -3,9 +3,12 @@
 import pytest
 from launch import records, root_variables
 
+from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.ending import Ending
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene import flatten
 from hpcwhirl.store.cases import Cases
 
 SHORT = """
@@ -150,12 +153,83 @@ def test_a_case_without_a_result_has_the_time_that_its_revolutions_take(run, tmp
         ({"max_fails": 1.5}, "got 1.5"),
         ({"isolate": 1}, "isolate must be true or false, got 1"),
         ({"save_every": -1}, "save_every must be a number of seconds > 0"),
+        ({"out": ""}, r"\[campaign\] out must be the path of a directory, got ''"),
+        ({"out": 3}, "got 3"),
+        ({"walltime": "1 h"}, r"\[campaign\] walltime must be HH:MM:SS, .*got '1 h'"),
+        ({"walltime": 60}, 'walltime must be a text such as "01:50:00", got 60'),
+        ({"retry": "fail"}, r"\[campaign\] retry 'fail'; did you mean 'failed'"),
+        ({"retry": [1]}, "retry must be failed, timeout, crashed, or a list"),
+        ({"report": "yess"}, r"\[campaign\] report 'yess'; did you mean 'yes'"),
+        ({"lanes": True}, "lanes must be one of auto, yes, no, got True"),
+        ({"wall_time": "1:00:00"}, "'wall_time'; did you mean 'walltime'"),
         ({"limit": 1}, "unknown key in .campaign. 'limit'; did you mean 'case_limit'"),
     ],
 )
 def test_rules_that_mean_nothing_are_refused(rules, told):
     with pytest.raises(InputError, match=told):
         with_rules(Policy(), rules)
+
+
+IN_FILE = """
+[campaign]
+out = "there"
+walltime = "00:00:50"
+retry = ["failed,timeout", "crashed"]
+report = "no"
+lanes = "yes"
+max_fails = 7
+"""
+
+
+@pytest.fixture
+def called(tmp_path, monkeypatch):
+    """Return a function: words -> (design, directory, policy) of a campaign's call."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "c.toml").write_text(SHORT + SPEEDS + IN_FILE)
+    seen = []
+
+    def instead(design, folder, _, policy, *__):
+        seen.append((design, folder, policy))
+        return Ending(complete=True, cases=2, failed=0, results=None, left=1)
+
+    monkeypatch.setattr("hpcwhirl.campaign.run.run_campaign", instead)
+
+    def call(*words):
+        assert main(["campaign", "c.toml", "--shard", "1/2", *words]) == 0
+        return seen[-1]
+
+    return call
+
+
+def test_options_of_a_campaign_may_stand_in_its_file_and_are_no_inputs(called):
+    design, folder, policy = called()
+    assert folder.name == "there"
+    assert policy.retry == {"failed", "timeout", "crashed"}
+    assert policy.lanes is True
+    assert 0 < policy.seconds <= 45.0  # a tenth is kept free
+    assert policy.max_fails == 7
+    bare = load_design(None, {}).base
+    assert set(flatten(design.base)) == set(flatten(bare))
+    (folder.parent / "bare.toml").write_text(SHORT + SPEEDS)
+    assert load_design(folder.parent / "bare.toml", {}).digests == design.digests
+
+
+def test_options_count_over_those_of_the_file(called):
+    words = ["--out", "here", "--walltime", "01:00:00", "--retry", "crashed"]
+    _, folder, policy = called(*words, "--lanes", "no", "--max-fails", "2")
+    assert folder.name == "here"
+    assert policy.retry == {"crashed"}
+    assert policy.lanes is False
+    assert policy.seconds > 3000.0
+    assert policy.max_fails == 2
+
+
+def test_a_page_is_written_as_the_file_wants_it(run, tmp_path):
+    text = SHORT + "sweep = {speed = [300]}\n"
+    assert run(text + 'campaign = {report = "no"}\n')[0] == 0
+    assert not (tmp_path / "out/report.html").exists()
+    assert run(text + 'campaign = {report = "no"}\n', "--report", "yes")[0] == 0
+    assert (tmp_path / "out/report.html").exists()
 
 
 def test_what_is_tried_again_is_a_list():

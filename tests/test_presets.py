@@ -11,6 +11,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import (
     apply_settings,
+    load_scene,
     loss_of,
     named_scene,
     preset_in_short,
@@ -101,3 +102,61 @@ def test_results_name_the_preset_and_what_it_loses(tmp_path, capsys):
         assert file.attrs["preset_loses"].decode() == preset_loss("draft")
     other = load_design(path, preset_inputs("draft") | {"solver.accuracy": 0.5})
     assert "preset" not in facts_of(other)
+
+
+SWEPT = "[scene]\nduration = 2e-3\n[sweep]\nspeed = [300.0, 400.0]\n"
+
+
+@pytest.mark.parametrize("others", ["", "accuracy = 1e-3\nscheme = 'general'\n"])
+@pytest.mark.parametrize("name", preset_names())
+def test_a_preset_in_the_file_gives_the_digests_of_the_option(tmp_path, name, others):
+    bare, named = tmp_path / "bare.toml", tmp_path / "named.toml"
+    bare.write_text(f"{SWEPT}[solver]\n{others}")
+    named.write_text(f"{SWEPT}[solver]\npreset = '{name}'\n{others}")
+    wanted, found = load_design(bare, preset_inputs(name)), load_design(named, {})
+    assert found.digests == wanted.digests
+    told = facts_of(found)
+    assert told["preset"] == name
+    assert told["scene"] == facts_of(wanted)["scene"]
+    other = preset_inputs("reference")
+    assert load_design(named, other).digests == load_design(bare, other).digests
+    over = {"solver.accuracy": 0.5}
+    both = load_design(bare, preset_inputs(name) | over)
+    assert load_design(named, over).digests == both.digests
+
+
+def test_a_preset_in_a_scene_s_file_counts_over_its_inputs_and_below_options(tmp_path):
+    path = tmp_path / "one.toml"
+    path.write_text("[solver]\npreset = 'draft'\naccuracy = 1e-3\n")
+    draft = apply_settings(BASE, preset_inputs("draft"))
+    assert load_scene(path) == scene_of(str(path), []) == draft
+    asked = [f"{n}={v}" for n, v in preset_inputs("standard").items()]
+    assert preset_of(scene_of(str(path), asked)) == "standard"
+    assert scene_of(str(path), ["accuracy=0.5"]).solver.accuracy == 0.5
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "told"),
+    [
+        ("[solver]\npreset = 'drafft'", [], "'drafft' did you mean 'draft'"),
+        ("[solver]\npreset = 3", [], "[solver] preset one of draft got 3"),
+        ("[solver]\nprset = 'draft'", [], "[solver] 'prset' did you mean 'preset'"),
+        ("[scene]\npreset = 'draft'", [], "'preset' belongs in [solver]"),
+        ("[campaign]\npreset = 'draft'", [], "'preset' belongs in [solver]"),
+        ("[sweep]\npreset = ['draft']", [], "no scene input preset [solver]"),
+        ("[solver]\npreset = 'draft'\n[sweep]\naccuracy = [0.1]", [],
+         "[solver] preset solver.accuracy sweeps"),
+        ("[solver]\npreset = 'draft'", ["time_step=1e-6"], "add --set accuracy=0"),
+        ("", ["preset=draft"], "no scene input --preset NAME"),
+    ],
+)  # fmt: skip
+def test_a_preset_in_a_file_that_means_nothing_is_one_line(
+    tmp_path, capsys, text, words, told
+):
+    path = tmp_path / "c.toml"
+    path.write_text(text + "\n")
+    sets = [part for word in words for part in ("--set", word)]
+    assert main(["campaign", str(path), "--dry-run", *sets]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert all(word in said for word in told.split()), said

@@ -25,7 +25,7 @@ from hpcwhirl.scene import (
     scene_from,
     to_toml,
 )
-from hpcwhirl.scene.files import scene_of_document
+from hpcwhirl.scene.documents import scene_of_document
 
 positive = st.floats(1e-12, 1e12)
 WORDS = {

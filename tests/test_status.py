@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -9,12 +11,17 @@ import time
 
 import pytest
 
-from hpcwhirl.campaign.progress import duration_text, progress_of
+from hpcwhirl.campaign.progress import Progress, duration_text, progress_of
+from hpcwhirl.campaign.ranks import Tally
+from hpcwhirl.campaign.shares import keep_shares
+from hpcwhirl.campaign.shares import told as told_shares
 from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
-from hpcwhirl.store.journal import Journal, sealed
+from hpcwhirl.report.page.build import write_page
+from hpcwhirl.store.journal import Journal, claim_run, sealed
 from hpcwhirl.store.plan import Plan, write_plan
 from hpcwhirl.store.running import Running
+from hpcwhirl.store.schema import SHARES
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
@@ -61,8 +68,8 @@ def test_rate_time_and_core_hours_left_follow_from_what_was_computed(folder):
     assert found.core_hours_left == pytest.approx(30 / 3600)
 
 
-def test_busy_is_the_share_of_time_in_the_kernel(folder):
-    assert progress_of(folder).busy == pytest.approx((60 + 30) / (80 + 30))
+def test_the_kernel_share_is_the_share_of_time_in_the_kernel(folder):
+    assert progress_of(folder).kernel_share == pytest.approx((60 + 30) / (80 + 30))
 
 
 def test_lanes_of_a_batch_do_not_make_a_core_busier_than_it_can_be(tmp_path):
@@ -70,7 +77,7 @@ def test_lanes_of_a_batch_do_not_make_a_core_busier_than_it_can_be(tmp_path):
     with Journal(tmp_path, 1, 0) as journal:
         for case, ended in enumerate([39.0, 39.5, 40.0, 40.0]):
             journal.append(record(case, ended, 10.0), {})
-    assert progress_of(tmp_path).busy == pytest.approx(1.0)
+    assert progress_of(tmp_path).kernel_share == pytest.approx(1.0)
 
 
 def test_ranks_of_an_earlier_run_do_not_count_for_the_rate(folder):
@@ -87,7 +94,7 @@ def test_what_no_journal_tells_is_not_made_up(tmp_path):
     plan(tmp_path)
     found = progress_of(tmp_path)
     assert found.left == 6
-    assert found.rate is found.eta is found.busy is found.idle_for is None
+    assert found.rate is found.eta is found.kernel_share is found.idle_for is None
     assert found.core_hours_left is None
     assert found.core_hours == 0.0
 
@@ -238,6 +245,61 @@ def test_on_a_terminal_the_same_is_drawn_in_place(folder, capsys, monkeypatch):
 def test_a_watch_that_could_not_wait_is_refused(folder, capsys, every):
     assert main(["status", str(folder), "--watch", every]) == 2
     assert "--watch must be >= 0.2 s" in capsys.readouterr().err
+
+
+def test_a_campaign_that_its_file_keeps_stopped_says_so(folder, capsys, facts):
+    assert facts("status", str(folder), "--json")["stopped"] == ""
+    (folder / "STOP").touch()
+    assert main(["status", str(folder)]) == 0
+    assert "stopped: STOP\n" in capsys.readouterr().out
+    assert facts("status", str(folder), "--json")["stopped"] == "STOP"
+    with Running(folder, 2, 0) as zero:
+        zero.begin(["d3"])
+        assert main(["status", str(folder)]) == 0
+        assert "stopping: STOP\n" in capsys.readouterr().out
+
+
+def test_the_last_run_says_why_it_stopped_and_no_other_does(folder, capsys):
+    tally = Tally(busy=1.0, span=2.0, units=1, cases=1)
+    keep_shares(folder, 1, tally, stopped="signal USR1")
+    assert main(["status", str(folder)]) == 0
+    assert "stopped: signal USR1\n" in capsys.readouterr().out
+    keep_shares(folder, 1, tally, stopped=f"{folder / 'STOP'} is there")
+    assert progress_of(folder).stopped == "STOP, removed since"
+    with Running(folder, 1, 0) as zero:
+        zero.begin(["d3"])
+        assert progress_of(folder).stopped == ""
+    claim_run(folder)  # which was killed
+    assert progress_of(folder).stopped == ""
+
+
+def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
+    assert main(["status", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "busy" not in told
+    assert f"in the kernel: {100 * 90 / 110:.1f} %\n" in told
+    assert "busy" not in Progress.__dataclass_fields__
+    share = {"cases": 1, "busy": 9.0, "span": 10.0}
+    assert "busy fraction 0.900" in told_shares([share])
+    assert "busy" in SHARES["busy_fraction"].meaning
+
+
+def test_a_page_of_other_words_is_called_stale(finished, tmp_path, capsys, facts):
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    write_page(out)
+    assert facts("status", str(out), "--json")["stale"] == ""
+    page = (out / "report.html").read_text()
+    other = re.sub(
+        '(hpcwhirl-results" content=")[0-9a-f]{64}', r"\g<1>" + 64 * "0", page
+    )
+    (out / "report.html").write_text(other)
+    assert main(["status", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert f"stale: report.html: hpcwhirl report {out}\n" in told
+    (out / "results.h5").write_bytes(b"torn")
+    assert main(["status", str(out)]) == 0
+    assert "stale: not known of report.html: " in capsys.readouterr().out
 
 
 def test_durations_are_written_as_people_write_them():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
@@ -17,12 +17,15 @@ import numpy as np
 from hpcwhirl import __version__
 from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
+    DESIGN_TABLES,
     Scene,
     apply_settings,
     content_digest,
     digest,
     flatten,
     load_document,
+    preset_in,
+    scene_of_document,
 )
 from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.files import (
@@ -30,13 +33,11 @@ from hpcwhirl.scene.files import (
     PHYSICS_VERSION,
     Value,
     resolve,
-    scene_of_document,
     takes_list,
 )
 from hpcwhirl.store.plan import CONTENT, PHYSICS, Plan
 
 Settings = dict[str, Value]
-TABLES = ("sweep", "zip", "cases", "campaign")
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
 LARGEST = 1e300  # of a range's numbers: differences stay finite
@@ -166,7 +167,7 @@ def design_of(
     folder: Path | str = "",
 ) -> Design:
     """Return the design of a parsed document in `folder`; see `load_design`."""
-    base = apply_settings(scene_of_document(document, TABLES, folder), settings or {})
+    base = scene_of_document(document, DESIGN_TABLES, folder, settings)
     grid = _named(document, "sweep")
     zipped = _named(document, "zip")
     explicit = _explicit(document.get("cases", []))
@@ -176,20 +177,27 @@ def design_of(
         if isinstance(file := row.get(FILE), str):
             row[FILE] = anchored(file, folder)
     swept = tuple(dict.fromkeys(name for row in rows for name in row))
-    clash = set(swept) & {resolve(name) for name in settings or {}}
-    if clash:
-        msg = f"--set or --preset {sorted(clash)[0]}: the campaign sweeps this input"
-        raise InputError(msg)
+    _check_unset(swept, map(resolve, settings or {}), "--set or --preset")
+    _check_unset(swept, preset_in(document), "[solver] preset:")
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
     cases = tuple(apply_settings(base, row) for row in rows)
-    design = Design(base, cases, tuple(rows), swept, _named_rules(document))
+    design = Design(base, cases, tuple(rows), swept, rules_of(document))
     _check_distinct(design.digests)
     return design
 
 
-def _named_rules(document: Mapping[str, Any]) -> dict[str, Any]:
+def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
+    """Refuse to set for all cases what they differ in."""
+    clash = set(swept) & set(names)
+    if clash:
+        msg = f"{what} {min(clash)}: the campaign sweeps this input"
+        raise InputError(msg)
+
+
+def rules_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table [campaign] of a document; `policy` checks what it holds."""
     content = document.get("campaign", {})
     if not isinstance(content, Mapping):
         msg = f"[campaign] must be a table, got {shown(content)}"

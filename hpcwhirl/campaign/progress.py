@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
-from hpcwhirl.store.journal import Record, read_journals, read_records
+from hpcwhirl.store.journal import Record, next_run, read_journals, read_records
 from hpcwhirl.store.plan import Plan, read_plan
 from hpcwhirl.store.running import notes
+from hpcwhirl.store.runs import why_stopped
 
 PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone
 LEAST_PATIENCE = 60.0  # s
@@ -49,7 +51,9 @@ class Progress:
     ranks : that finished a case lately; each is computing one now, or a batch
     rate : cases/h of these ranks; None before the first of them
     eta : s until nothing is left at that rate, by predicted cost; None if unknown
-    busy : share of the time of these ranks spent in the kernel, up to their last case
+    kernel_share : of the time of these ranks, up to their last case; the busy fraction
+        of results counts keeping cases, too
+    stopped : `STOP` where that file is, else why the last run stopped early, if known
     core_hours, core_hours_left : in the kernel; spent includes cases computed twice
     idle_for : s since a case was last finished; None before the first
     regimes : {word: cases}
@@ -64,7 +68,8 @@ class Progress:
     ranks: int
     rate: float | None
     eta: float | None
-    busy: float | None
+    kernel_share: float | None
+    stopped: str
     core_hours: float
     core_hours_left: float | None
     idle_for: float | None
@@ -201,6 +206,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     spent = sum(map(seconds_of, lines))
     last = max((w.ended for w in known), default=None)
     left = len(plan.digests) - len(own)
+    at_it = computing(folder, plan, records, now)
     return Progress(
         cases=len(plan.digests),
         done=len(done),
@@ -209,14 +215,28 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         ranks=len(at_work),
         rate=3600 * sum(w.cases / w.span for w in at_work) if at_work else None,
         eta=left_work / pace if pace else (0.0 if not left else None),
-        busy=seconds / span if at_work else None,
+        kernel_share=seconds / span if at_work else None,
+        stopped=stopped(folder, left, at_it),
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
         idle_for=now - last if last else None,
         regimes=dict(Counter(r["row"]["regime"] for r in done)),
         statuses=dict(Counter(map(status_of, own))),
-        running=computing(folder, plan, records, now),
+        running=at_it,
     )
+
+
+def stopped(folder: Path, left: int, running: Sequence[Computing]) -> str:
+    """Return `STOP` where that file is, else why the last run stopped early.
+
+    A run that was killed tells nothing, nor does one that is at it.
+    """
+    if (folder / FILE).exists():
+        return FILE
+    if not left or any(not one.died for one in running):
+        return ""
+    told = why_stopped(folder, next_run(folder) - 1)
+    return f"{FILE}, removed since" if told.endswith(f"{FILE} is there") else told
 
 
 def duration_text(seconds: float) -> str:

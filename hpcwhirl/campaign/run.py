@@ -182,7 +182,8 @@ def _compute(
     else:
         complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
     if work.units:
-        keep_shares(desk.journal.folder, work.run, tally, comm)
+        why = "" if complete else desk.stopping.reason
+        keep_shares(desk.journal.folder, work.run, tally, comm, why)
     return complete, report is not None and report.gave_up
 
 

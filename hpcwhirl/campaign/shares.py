@@ -12,16 +12,31 @@ from hpcwhirl.errors import MissingFileError
 from hpcwhirl.store.runs import Share, write_run
 
 
-def keep_shares(folder: Path, run: int, tally: Tally, comm: Any = None) -> None:
-    """Write the shares of all ranks; rank 0 says them. Every rank must call."""
+def keep_shares(
+    folder: Path, run: int, tally: Tally, comm: Any = None, stopped: str = ""
+) -> None:
+    """Write the shares of all ranks; rank 0 says them. Every rank must call.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    run : its number
+    tally : of this rank
+    comm : MPI communicator; None for one process
+    stopped : why this rank is to stop early; empty: it is not
+    """
     rank = comm.rank if comm is not None else 0
     own = {"rank": rank, "host": socket.gethostname(), "units": tally.units}
     own |= {"cases": tally.cases, "busy": tally.busy, "span": tally.span}
-    shares = comm.gather(own, root=0) if comm is not None else [own]
-    if rank == 0 and shares is not None:
+    gathered = [(own, stopped)]
+    if comm is not None:
+        gathered = comm.gather((own, stopped), root=0) or []
+    if rank == 0:
+        shares = [share for share, _ in gathered]
         say(told(shares))
         try:
-            write_run(folder, run, shares)
+            why = next((why for _, why in gathered if why), "")
+            write_run(folder, run, shares, why)
         except MissingFileError as full:  # a full disk: results do without
             say(f"the ranks' times were not kept: {full}")
 

@@ -178,18 +178,18 @@ def refuse_stop_file(folder: Path) -> None:
         raise InputError(msg)
 
 
-def parse_walltime(text: str) -> float:
+def parse_walltime(text: str, what: str = "--walltime") -> float:
     """Return the seconds of ``HH:MM:SS``; hours have no upper limit."""
     parts = text.split(":")
     plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
     if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"--walltime must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
+        msg = f"{what} must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
         raise InputError(msg)
     seconds = 0.0
     for part in parts:
         seconds = 60.0 * seconds + int(part)
     if seconds == 0.0:
-        msg = f"--walltime must be > 00:00:00, got {shown(text)}"
+        msg = f"{what} must be > 00:00:00, got {shown(text)}"
         raise InputError(msg)
     return seconds
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -12,7 +13,16 @@ from typing import Any
 
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.patience import Patience
-from hpcwhirl.campaign.policy import PATIENCE, Policy, retries, with_rules
+from hpcwhirl.campaign.policy import (
+    CHECKS,
+    OPTIONS,
+    PATIENCE,
+    WAYS,
+    Policy,
+    options_of,
+    retries,
+    with_rules,
+)
 from hpcwhirl.campaign.ranks import communicator
 from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
@@ -45,8 +55,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="campaign; without one, the embedded default",
     )  # fmt: skip
     parser.add_argument(
-        "--out", type=Path, default=Path("campaign"), metavar="DIR",
-        help="directory of the campaign (default campaign); an old one is continued",
+        "--out", type=Path, metavar="DIR",
+        help="directory of the campaign (default campaign); an old one is continued. "
+        f"In a file's [campaign], too: {', '.join([*OPTIONS, *CHECKS])}",
     )  # fmt: skip
     add_set(parser)
     parser.add_argument(
@@ -55,8 +66,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     _add_ends(parser)
     parser.add_argument(
         "--lanes",
-        choices=["auto", "yes", "no"],
-        default="auto",
+        choices=WAYS,
         help="batches of four cases to a kernel: auto where they pay",
     )
     parser.add_argument(
@@ -72,8 +82,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--report",
-        choices=["auto", "yes", "no"],
-        default="auto",
+        choices=WAYS,
         help=f"report.html beside the map: auto up to {MOST_ON_PAGE} cases",
     )
     add_explain(parser)
@@ -122,6 +131,17 @@ def _add_ends(parser: argparse.ArgumentParser) -> None:
         "--isolate", action="store_true", default=None,
         help="each case in a process of its own: what crashes is a row; no batches",
     )  # fmt: skip
+
+
+DEFAULTS = {"out": "campaign", "report": "auto", "lanes": "auto"}
+
+
+def _fill(args: argparse.Namespace, rules: Mapping[str, Any]) -> None:
+    """Take options that were not given from the table [campaign], or their defaults."""
+    for name, value in (DEFAULTS | options_of(rules)).items():
+        if getattr(args, name) in (None, []):
+            setattr(args, name, value)
+    args.out = Path(args.out)
 
 
 def _policy(args: argparse.Namespace, design: Design) -> Policy:
@@ -184,7 +204,8 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
             except WhirlError as failed:
                 failure = failed
         if comm is not None:
-            design, policy, failure = comm.bcast((design, policy, failure), root=0)
+            told = (design, policy, failure, args.out)
+            design, policy, failure, args.out = comm.bcast(told, root=0)
         if failure is not None:
             return _refused(args, failure, root=root)
         if args.dry_run or design is None or policy is None:
@@ -247,6 +268,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     if args.regimes_only:
         settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)
+    _fill(args, design.rules)
     policy = _policy(args, design)
     check_folder(args.out)
     tell_preset(design.base)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import print_json
+from hpcwhirl.cli.options import OR_FILE, print_json
 
 if TYPE_CHECKING:
     import xarray
@@ -27,7 +27,7 @@ Columns = dict[str, NDArray[Any]]
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--where", metavar="CONDITION",
         help='e.g. "regime == sustained and speed > 400", or "word == failed"; word is '
@@ -56,12 +56,13 @@ def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reader import open_results
+    from hpcwhirl.store.reader import open_results, results_of
 
     if args.limit < 0:
         msg = f"--limit must be >= 0, got {args.limit}"
         raise InputError(msg)
-    with reading(args.folder / "results.h5"), open_results(args.folder) as data:
+    place = results_of(args.folder)
+    with reading(place), open_results(place) as data:
         if args.columns == "?":
             _tell_columns(data)
             return 0

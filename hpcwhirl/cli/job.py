@@ -5,14 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.regular import read_regular
 
 TEXTS = {
-    "out": ("DIR", "directory of the campaign (default campaign)"),
-    "time": ("[D-]HH:MM:SS", "time limit of the job (default 04:00:00)"),
+    "out": (
+        "DIR",
+        "directory of the campaign (default: of the file's [campaign], or campaign)",
+    ),
+    "time": (
+        "[D-]HH:MM:SS",
+        "time limit of the job (default: [campaign] walltime, or 04:00:00)",
+    ),
     "name": ("NAME", "name of the job (default hpcwhirl)"),
     "partition": ("NAME", "partition or queue"),
     "account": ("NAME", "account, project or bank"),
@@ -23,6 +30,7 @@ TEXTS = {
     "venv": ("DIR", "virtual environment to activate"),
     "script": ("PATH", "write the script there instead of printing it"),
 }
+IN_FILE = {"out": "out", "time": "walltime"}  # options, and keys of [campaign]
 NUMBERS = {
     "ntasks": "ranks, of each element of an array (default 32)",
     "nodes": "nodes to spread the ranks over",
@@ -40,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE.toml", help="campaign")
     defaults = Request.__dataclass_fields__
     for name, (shape, meaning) in TEXTS.items():
-        default = defaults[name].default
+        default = None if name in IN_FILE else defaults[name].default
         parser.add_argument(f"--{name}", default=default, metavar=shape, help=meaning)
     for name, meaning in NUMBERS.items():
         default = defaults[name].default
@@ -63,6 +71,11 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.jobs.script import job_script
 
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
+    told = _in_file(Path(args.file))
+    for name, key in IN_FILE.items():
+        if values[name] is None:
+            default = Request.__dataclass_fields__[name].default
+            values[name] = told.get(key, default)
     request = Request(**(values | {"modules": tuple(args.modules)}))
     text = job_script(request)
     if not request.script:
@@ -71,6 +84,22 @@ def run(args: argparse.Namespace) -> int:
     _write(Path(request.script), text)
     print(f"{SCHEDULERS[request.scheduler].submit} {request.script}")
     return 0
+
+
+def _in_file(path: Path) -> dict[str, Any]:
+    """Return the options that a campaign's file sets; none where it is still to come.
+
+    A script may be printed before the file is there, or on another machine.
+    """
+    from hpcwhirl.campaign.design import rules_of
+    from hpcwhirl.campaign.policy import Policy, options_of, with_rules
+    from hpcwhirl.scene import load_document
+
+    if not path.exists():
+        return {}
+    rules = rules_of(load_document(path))
+    with_rules(Policy(), rules)
+    return options_of(rules)
 
 
 def _write(path: Path, text: str) -> None:

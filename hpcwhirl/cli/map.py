@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from hpcwhirl.cli.options import OR_FILE
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
     for side in ("x", "y"):
         parser.add_argument(
@@ -42,13 +44,15 @@ def run(args: argparse.Namespace) -> int:
     """Draw map.png and map.svg, and write map.csv if asked."""
     from hpcwhirl.report.maps import drawing_of, save_map
     from hpcwhirl.report.picture import Wish
+    from hpcwhirl.store.reader import results_of
 
     wish = Wish(
         args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,
         rpm=args.rpm, critical=args.critical,
     )  # fmt: skip
-    out = args.out or args.folder
-    drawing = drawing_of(args.folder / "results.h5", wish)
+    results = results_of(args.folder)
+    out = args.out or results.parent
+    drawing = drawing_of(results, wish)
     paths = save_map(drawing, out)
     if args.csv:
         from hpcwhirl.report.table import write_picture

@@ -11,12 +11,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene import (
+    DESIGN_TABLES,
     NAMED,
     Scene,
     apply_settings,
-    load_scene,
+    check_kept,
+    load_document,
     loss_of,
     named_scene,
     parse_setting,
@@ -25,8 +27,10 @@ from hpcwhirl.scene import (
     preset_loss,
     preset_names,
     preset_of,
+    scene_of_document,
 )
-from hpcwhirl.scene.files import SETS
+
+OR_FILE = "of a campaign, or a file of hpcwhirl run --out"
 
 
 class _Preset(argparse.Action):
@@ -54,6 +58,7 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help=f"{known}: solver inputs by name, over those of a file and below --set; "
+        "as preset in a file's [solver], too; "
         "what each sets and loses: hpcwhirl inputs preset",
     )
     parser.add_argument(
@@ -116,12 +121,27 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene of a file or a name, with settings applied.
 
-    A word without a dot or slash that is no file is taken for a named scene.
+    A word without a dot or slash that is no file is taken for a named scene. Of a
+    campaign's file the scene alone is taken, and that is said on stderr.
     """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
-    base = named_scene(name) if bare else load_scene(path)
-    return apply_settings(base, parsed(settings))
+    given = parsed(settings)
+    if bare:
+        return apply_settings(named_scene(name), given)
+    document = load_document(path)
+    scene = scene_of_document(document, DESIGN_TABLES, path.parent, given)
+    _tell_ignored(path, document)
+    return scene
+
+
+def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
+    """Say on stderr, in one line, which tables of a campaign's file are not used."""
+    found = [name for name in DESIGN_TABLES if name in document]
+    if found:
+        tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in found)
+        told = f"hpcwhirl: {path}: a campaign's {tables} ignored: one case of what all"
+        print(f"{told} cases share (and of --set)", file=sys.stderr)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
@@ -130,17 +150,10 @@ def parsed(settings: Sequence[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        also where one of them would be set again by another: nothing is lost unsaid
+        also where one of them would be set again by another
     """
     found = dict(parse_setting(text) for text in settings)
-    for cause, effects in SETS.items():
-        lost = [name for name in effects if name in found]
-        if lost and found.get(cause):
-            msg = (
-                f"--set {lost[0]}: {cause} = {found[cause]:g} sets it; add --set "
-                f"{cause.rpartition('.')[2]}=0"
-            )
-            raise InputError(msg)
+    check_kept(found)
     return found
 
 

@@ -21,7 +21,7 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import Scene, to_toml
+from hpcwhirl.scene import Scene
 
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
@@ -33,7 +33,12 @@ PLAIN_EVERY = 5.0  # s between progress lines where there is no terminal
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_scene(parser)
-    parser.add_argument("--out", type=Path, metavar="FILE.h5", help="traces, HDF5")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE.h5",
+        help="row and traces, in the format of results.h5",
+    )
     parser.add_argument("--plot", type=Path, metavar="DIR", help="orbit and traces")
     add_explain(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress")
@@ -42,15 +47,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
     from hpcwhirl.campaign.case import result_of
+    from hpcwhirl.campaign.one import design_of_one, write_case
     from hpcwhirl.dynamics.march import March
 
     scene = scene_of(args.scene, args.settings)
-    if scene.output.traces == "summary" and (args.out or args.plot):
-        msg = "traces is summary: --out and --plot need traces = orbit or full"
+    if scene.output.traces == "summary" and args.plot:
+        msg = "traces is summary: --plot needs traces = orbit or full"
         raise InputError(msg)
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)
     tell_preset(scene)
+    design = design_of_one(scene)
     march = March(scene)
     with _progress(march, quiet=args.quiet) as tick:
         history = march.run(tick)
@@ -63,9 +70,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(facts)
     if args.out:
-        from hpcwhirl.store.single import write_case
-
-        write_case(args.out, to_toml(scene), result.row, result.traces)
+        write_case(args.out, design, result)
     if args.plot:
         from hpcwhirl.report.plots import draw_case
 

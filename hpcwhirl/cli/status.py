@@ -1,7 +1,8 @@
 """`hpcwhirl status`: how far a campaign is, from journals and notes of its ranks.
 
 Counts by status, what each rank computes and for how long, rate, time and core-hours
-left, and the share of time spent in the kernel; as JSON all ranks, and since when.
+left, the share of time spent in the kernel, why it stopped, and whether the page is
+stale; as JSON all ranks, and since when.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print counts, rate, ETA, busy share, core-hours, words, what ranks are at."""
+    """Print counts, rate, ETA, kernel share, core-hours, words, what ranks are at."""
     from hpcwhirl.campaign.progress import progress_of
     from hpcwhirl.errors import InputError
 
@@ -51,11 +52,26 @@ def run(args: argparse.Namespace) -> int:
     if args.watch is not None:
         return _watch(args, found)
     if args.json:
-        print_json(asdict(found))
+        print_json(asdict(found) | {"stale": _stale(args.folder)})
         return 0
-    for name, value in _shown(found).items():
+    stale = _stale(args.folder)
+    for name, value in (_shown(found) | ({"stale": stale} if stale else {})).items():
         print(f"{name}: {value}")
     return 0
+
+
+def _stale(folder: Path) -> str:
+    """Return what shows other results than there are, and the remedy; "" for none."""
+    from hpcwhirl.errors import WhirlError
+
+    if not (folder / "report.html").exists() or not (folder / "results.h5").exists():
+        return ""
+    from hpcwhirl.report.page.build import NAME, is_stale
+
+    try:
+        return f"{NAME}: hpcwhirl report {folder}" if is_stale(folder) else ""
+    except WhirlError as failed:
+        return f"not known of {NAME}: {failed}"
 
 
 def _watch(args: argparse.Namespace, found: Progress) -> int:
@@ -85,6 +101,9 @@ def _shown(found: Progress) -> dict[str, str]:
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.statuses.keys() - {"ok"}:
         out["statuses"] = _counts(found.statuses)
+    if found.stopped:
+        at_it = any(not one.died for one in found.running)
+        out["stopping" if at_it else "stopped"] = found.stopped
     out |= _pace(found)
     out["regimes"] = _counts(found.regimes) or "none yet"
     for name, died in (("running", False), ("left by processes that died", True)):
@@ -104,8 +123,8 @@ def _pace(found: Progress) -> dict[str, str]:
         out["rate"] = f"{found.rate:.4g} cases/h"
     if found.eta is not None and found.left:
         out["left at this rate"] = duration_text(found.eta)
-    if found.busy is not None:
-        out["busy"] = f"{100 * found.busy:.1f} %"
+    if found.kernel_share is not None:
+        out["in the kernel"] = f"{100 * found.kernel_share:.1f} %"
     out["core_hours"] = f"{found.core_hours:.3g}"
     if found.core_hours_left is not None and found.left:
         out["core_hours left"] = f"{found.core_hours_left:.3g}"
@@ -155,7 +174,10 @@ class _Lines:
         shown = _shown(found)
         done = f"{found.done} of {found.cases} cases"
         bad = [f"{found.failed} failed"] if found.failed else []
-        names = ("rate", "left at this rate", "busy", "last case finished")
+        names = (
+            "rate", "left at this rate", "in the kernel", "last case finished",
+            "stopping", "stopped",
+        )  # fmt: skip
         parts = [
             f"{n} {shown[n]}" if n != "rate" else shown[n] for n in names if n in shown
         ]

@@ -1,13 +1,19 @@
 """Frozen, validated inputs in SI units; TOML in and out; named scenes."""
 
+from hpcwhirl.scene.documents import (
+    DESIGN_TABLES,
+    load_scene,
+    preset_in,
+    scene_of_document,
+)
 from hpcwhirl.scene.files import (
     apply_settings,
+    check_kept,
     content_digest,
     digest,
     flatten,
     input_names,
     load_document,
-    load_scene,
     parse_setting,
     scene_from,
     to_toml,
@@ -32,6 +38,7 @@ from hpcwhirl.scene.presets import (
 )
 
 __all__ = [
+    "DESIGN_TABLES",
     "NAMED",
     "Casing",
     "Engine",
@@ -40,6 +47,7 @@ __all__ = [
     "Scene",
     "Solver",
     "apply_settings",
+    "check_kept",
     "content_digest",
     "digest",
     "flatten",
@@ -50,11 +58,13 @@ __all__ = [
     "named_scene",
     "parse_setting",
     "preset_bounds",
+    "preset_in",
     "preset_in_short",
     "preset_inputs",
     "preset_loss",
     "preset_names",
     "preset_of",
     "scene_from",
+    "scene_of_document",
     "to_toml",
 ]

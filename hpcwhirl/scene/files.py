@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, get_origin
@@ -15,7 +15,6 @@ from pydantic import BaseModel, ValidationError
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown, unknown
 from hpcwhirl.regular import check_regular, open_regular, read_regular
-from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.inputs import Scene
 
 Value = bool | int | float | str | list[float]
@@ -25,6 +24,7 @@ MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # bits of a whole number: less than a float's largest
 DEEPEST = 32  # tables and lists inside one another
 SCENE_TABLES = ("scene", "engine", "solver", "output")
+PRESET = "preset"  # in [solver]: no input, but a name for several
 # an input that is not zero: what it sets, whatever was given for these
 SETS = {
     "solver.accuracy": ("solver.time_step",),
@@ -78,6 +78,11 @@ def resolve(name: str) -> str:
     if found:
         msg = f"input '{name}' is ambiguous: {' or '.join(found)}"
         raise InputError(msg)
+    if name.rpartition(".")[2] == PRESET:
+        msg = (
+            "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
+        )
+        raise InputError(msg)
     short = {n.rsplit(".", 1)[-1] for n in names}
     raise unknown("scene input", name, short | names.keys())
 
@@ -104,6 +109,7 @@ def _allowed(error: Mapping[str, Any]) -> str:
 def _unknown_key(table: str, word: str) -> InputError:
     """Return the error that names the key's own table, or the nearest key of this."""
     what, names = f"key in [{table or 'scene'}]", input_names()
+    names = {**names, f"solver.{PRESET}": ""}
     homes = [n.rpartition(".")[0] for n in names if n.rpartition(".")[2] == word]
     if homes:
         right = " or ".join(f"[{home or 'scene'}]" for home in homes)
@@ -167,6 +173,23 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
             place = place[table]
         place[leaf] = value
     return scene_from(data)
+
+
+def check_kept(settings: Mapping[str, Any]) -> None:
+    """Raise where a setting would be set again by another: nothing is lost unsaid.
+
+    Parameters
+    ----------
+    settings : {full dotted name: value} of options, and of a preset
+    """
+    for cause, effects in SETS.items():
+        lost = [name for name in effects if name in settings]
+        if lost and settings.get(cause):
+            msg = (
+                f"--set {lost[0]}: {cause} = {settings[cause]:g} sets it; add --set "
+                f"{cause.rpartition('.')[2]}=0"
+            )
+            raise InputError(msg)
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
@@ -253,52 +276,6 @@ def load_document(path: Path | str) -> dict[str, Any]:
     except ValueError as failed:
         msg = f"{path} is not valid TOML: {one_line(str(failed), 300)}"
         raise InputError(msg) from None
-
-
-def scene_of_document(
-    document: Mapping[str, Any],
-    extra_tables: Sequence[str] = (),
-    folder: Path | str = "",
-) -> Scene:
-    """Return the scene of a document with tables scene, engine, solver, output.
-
-    Parameters
-    ----------
-    document : parsed TOML
-    extra_tables : further tables that the document may have
-    folder : where a relative `engine.file` starts; "" is the working directory
-    """
-    known = (*SCENE_TABLES, *extra_tables)
-    for table, content in document.items():
-        if table not in known:
-            raise unknown("table", table, known)
-        if table in SCENE_TABLES and not isinstance(content, Mapping):
-            msg = f"[{table}] must be a table, got {shown(content)}"
-            raise InputError(msg)
-    data = dict(document.get("scene", {}))
-    for table in SCENE_TABLES[1:]:
-        if table in data:
-            msg = f"[scene] {table}: write it as the table [{table}]"
-            raise InputError(msg)
-        if table in document:
-            data[table] = document[table]
-    engine = data.get("engine")
-    if isinstance(engine, Mapping) and isinstance(engine.get("file"), str):
-        data["engine"] = {**engine, "file": _anchored(engine["file"], folder)}
-    return scene_from(data)
-
-
-def _anchored(file: str, folder: Path | str) -> str:
-    try:
-        return anchored(file, folder)
-    except ValueError as failed:
-        msg = f"{FILE}: {failed}"
-        raise InputError(msg) from None
-
-
-def load_scene(path: Path | str) -> Scene:
-    """Return the scene of a TOML file (tables scene, engine, solver, output)."""
-    return scene_of_document(load_document(path), folder=Path(path).parent)
 
 
 def to_toml(scene: Scene) -> str:

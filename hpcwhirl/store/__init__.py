@@ -24,7 +24,7 @@ owners/
     name. A dead owner is taken over, on its machine at once, on another 2 minutes after
     its last sign of life. Gathers and `classify` wait for each other.
 runs/RUN.json
-    what each rank did with its time; missing after a kill.
+    what each rank did with its time, and why it stopped early; missing after a kill.
 results.h5
     gathered under `results.h5.*.part`, a name of its own each time, synced and renamed.
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 def check_file(path: Path) -> None:
     """Raise one clear line unless `path` is a whole results file of this format."""
+    if path.parent.is_file():
+        msg = f"{path.parent} is a file: the directory of a campaign is wanted"
+        raise MissingFileError(msg)
     if not path.is_file():
         msg = f"no results file {path}: run or gather the campaign first"
         raise MissingFileError(msg)
@@ -30,6 +33,11 @@ def check_file(path: Path) -> None:
     if not np.array_equal(found, FORMAT):
         msg = f"{path} has format {shown(found)}, this program reads {FORMAT}"
         raise StoreError(msg)
+
+
+def results_of(place: Path) -> Path:
+    """Return the results file of a directory, or the file itself."""
+    return place if place.is_file() else place / "results.h5"
 
 
 def count_statuses(path: Path) -> dict[str, int]:
@@ -46,7 +54,7 @@ def open_results(path: Path | str) -> xarray.Dataset:
 
     Parameters
     ----------
-    path : `results.h5`, or the directory that holds it
+    path : `results.h5`, the directory that holds it, or a file of `hpcwhirl run --out`
 
     Returns
     -------

@@ -17,10 +17,11 @@ KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
 LARGEST = 1 << 53  # of the numbers
 
 
-def write_run(folder: Path, run: int, shares: list[Share]) -> None:
-    """Keep what the ranks of a run did; see `read_runs`."""
+def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") -> None:
+    """Keep what the ranks of a run did, and why it stopped early; see `read_runs`."""
     path = folder / "runs" / f"{run:04d}.json"
-    text = json.dumps({"run": run, "ranks": shares}, indent=1) + "\n"
+    told = {"run": run, "stopped": stopped, "ranks": shares}
+    text = json.dumps(told, indent=1) + "\n"
     write_whole(path, text.encode())
 
 
@@ -52,6 +53,16 @@ def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Sh
         more = f" ({len(told)} such files)" if len(told) > 1 else ""
         say(f"{told[0]}{more}: the ranks' times of that run are left out")
     return found
+
+
+def why_stopped(folder: Path, run: int) -> str:
+    """Return why a run stopped early, "" where it did not or nothing tells."""
+    try:
+        found = json.loads(read_regular(folder / "runs" / f"{run:04d}.json"))
+    except (OSError, ValueError, RecursionError):  # killed: it left no whole file
+        return ""
+    told = found.get("stopped") if isinstance(found, dict) else ""
+    return told if isinstance(told, str) else ""
 
 
 def _shares(data: Any) -> list[Share]:

@@ -1,4 +1,4 @@
-"""Files of one case and of one model."""
+"""Files of one model."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.store.hdf5 import refusal, writing
@@ -34,19 +33,3 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
                 file.attrs[name] = value
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
         raise refusal(path, failed) from None
-
-
-def write_case(
-    path: Path,
-    scene_toml: str,
-    row: Mapping[str, Any],
-    traces: Mapping[str, NDArray[np.float64]],
-) -> None:
-    """Write the traces of one case; its row and scene are root attributes."""
-    from hpcwhirl.store.schema import TRACES
-
-    arrays = {"time": (traces["time"], "s", "time of the sample")}
-    for name in traces.keys() & TRACES.keys():
-        _, unit, meaning = TRACES[name]
-        arrays[name] = (traces[name], unit, meaning)
-    write_arrays(path, arrays, {"scene": scene_toml, **row})

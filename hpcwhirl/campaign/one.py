@@ -1,0 +1,58 @@
+"""One case as a file of the format of `results.h5`: a campaign of one, gathered."""
+
+from __future__ import annotations
+
+import socket
+import tempfile
+import time
+from pathlib import Path
+
+from hpcwhirl.campaign.case import Result
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.errors import unwritable
+from hpcwhirl.scene import Scene
+from hpcwhirl.store.gather import gather
+from hpcwhirl.store.journal import Journal
+from hpcwhirl.store.plan import write_plan
+from hpcwhirl.store.whole import publish
+
+
+def design_of_one(scene: Scene) -> Design:
+    """Return the design of one case, with its engine's file as it is now."""
+    design = Design(base=scene, cases=(scene,), settings=({},), swept=())
+    design.content(scene.engine.file)  # as it is integrated: kept from now on
+    return design
+
+
+def write_case(path: Path, design: Design, result: Result) -> None:
+    """Write the results of a campaign of one case, whole or not at all.
+
+    It is gathered beside `path`, by what gathers campaigns, and renamed.
+
+    Parameters
+    ----------
+    path : file to replace
+    design : of `design_of_one`
+    result : of its case
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where it cannot be written; what was there stays
+    """
+    name = design.digest(0)
+    performance = {"rank": 0, "host": socket.gethostname(), **result.performance}
+    record = {"case": 0, "digest": name, "ended": time.time(), "status": "ok",
+              "message": "", "row": result.row, "performance": performance}  # fmt: skip
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
+            folder = Path(place)
+            write_plan(folder, design.plan())
+            with Journal(folder, 1, 0) as journal:
+                journal.append(record, result.traces)
+            publish(gather(folder, facts_of(design)), path)
+    except OSError as failed:
+        msg = f"cannot write {path}: {failed.strerror}"
+        raise unwritable(msg, failed) from None

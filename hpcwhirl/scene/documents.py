@@ -1,0 +1,107 @@
+"""Scenes of parsed TOML documents: tables, presets by name, engines beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.files import (
+    FILE,
+    PRESET,
+    SCENE_TABLES,
+    Value,
+    apply_settings,
+    check_kept,
+    load_document,
+    resolve,
+    scene_from,
+)
+from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.presets import preset_inputs, preset_names
+
+DESIGN_TABLES = ("sweep", "zip", "cases", "campaign")  # beside those of a scene
+
+
+def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
+    """Return {dotted name: value} that the preset in a document's [solver] sets.
+
+    Raises
+    ------
+    InputError
+        where there is none of this name
+    """
+    solver = document.get("solver")
+    if not isinstance(solver, Mapping) or PRESET not in solver:
+        return {}
+    name = solver[PRESET]
+    if not isinstance(name, str):
+        allowed = ", ".join(preset_names())
+        msg = f"[solver] preset must be one of {allowed}, got {shown(name)}"
+        raise InputError(msg)
+    return preset_inputs(name)
+
+
+def scene_of_document(
+    document: Mapping[str, Any],
+    extra_tables: Sequence[str] = (),
+    folder: Path | str = "",
+    settings: Mapping[str, Value] | None = None,
+) -> Scene:
+    """Return the scene of a document with tables scene, engine, solver, output.
+
+    A preset in [solver] counts over the other inputs of the document and below the
+    settings.
+
+    Parameters
+    ----------
+    document : parsed TOML
+    extra_tables : further tables that the document may have
+    folder : where a relative `engine.file` starts; "" is the working directory
+    settings : {name: value} that count over the document
+    """
+    known = (*SCENE_TABLES, *extra_tables)
+    for table, content in document.items():
+        if table not in known:
+            raise unknown("table", table, known)
+        if table in SCENE_TABLES and not isinstance(content, Mapping):
+            msg = f"[{table}] must be a table, got {shown(content)}"
+            raise InputError(msg)
+    data = dict(document.get("scene", {}))
+    for table in SCENE_TABLES[1:]:
+        if table in data:
+            msg = f"[scene] {table}: write it as the table [{table}]"
+            raise InputError(msg)
+        if table in document:
+            data[table] = document[table]
+    engine = data.get("engine")
+    if isinstance(engine, Mapping) and isinstance(engine.get("file"), str):
+        data["engine"] = {**engine, "file": _anchored(engine["file"], folder)}
+    return _set(data, preset_in(document), settings or {})
+
+
+def _set(
+    data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
+) -> Scene:
+    """Return the scene of plain data with a preset's inputs, and settings over them."""
+    if not preset:
+        return apply_settings(scene_from(data), settings)
+    solver = {name: value for name, value in data["solver"].items() if name != PRESET}
+    found = {**preset, **{resolve(name): value for name, value in settings.items()}}
+    check_kept(found)
+    return apply_settings(scene_from({**data, "solver": solver}), found)
+
+
+def _anchored(file: str, folder: Path | str) -> str:
+    try:
+        return anchored(file, folder)
+    except ValueError as failed:
+        msg = f"{FILE}: {failed}"
+        raise InputError(msg) from None
+
+
+def load_scene(path: Path | str) -> Scene:
+    """Return the scene of a TOML file (tables scene, engine, solver, output)."""
+    return scene_of_document(load_document(path), folder=Path(path).parent)
