@@ -137,7 +137,8 @@ class Claim:
             try:
                 self._make_folders(place)
                 return os.open(self.path, NEW, 0o644)
-            except FileNotFoundError:  # another has ended just now and tidied up
+            except (FileNotFoundError, FileExistsError):
+                # another has ended just now and tidied up, at worst within mkdir
                 time.sleep(random.uniform(0.0, PAUSE[0]))
         return os.open(self.path, NEW, 0o644)
 
