@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.running import Running, notes
 from hpcwhirl.store.states import read_state, write_state
 
-pytestmark = pytest.mark.timeout(60)
+pytestmark = pytest.mark.timeout(900)
 
 
 @pytest.fixture
@@ -108,3 +110,19 @@ def test_no_job_script_is_read_from_what_is_no_file(odd, tmp_path, capsys):
     path = odd(tmp_path / "job.sh")
     assert main(["job", "slurm", "c.toml", "--script", str(path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["report.html", "map.png", "map.csv"])
+def test_what_shows_results_may_be_a_fifo_and_nobody_waits(name, tmp_path):
+    os.mkfifo(tmp_path / name)
+    read = (
+        "from pathlib import Path; from hpcwhirl.report.maps import wish_of; "
+        "from hpcwhirl.report.page.build import is_stale; "
+        f"place = Path({str(tmp_path)!r}); "
+        f"print(is_stale(place), wish_of(place / {name!r}))"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", read], capture_output=True, text=True, timeout=600,
+        check=True,
+    )  # fmt: skip
+    assert ended.stdout.split() == ["False", "None"]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import unwritable
+from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
 from hpcwhirl.report.sheet import figure_of
@@ -75,7 +76,7 @@ def wish_of(path: Path) -> Wish | None:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(path) as image:
+        with open_regular(path) as file, Image.open(file) as image:
             asked = json.loads(image.info[KEY])
         lists = {n: tuple(asked[n]) for n in ("panels", "at")}
         return Wish(**{**asked, **lists})

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.regular import open_regular
 from hpcwhirl.report.page.data import Told, told_of
 from hpcwhirl.store.excerpt import Excerpt
 from hpcwhirl.store.whole import write_whole
@@ -49,7 +50,7 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
 def is_stale(folder: Path, path: Path | None = None) -> bool:
     """Return whether there is a page that shows other results than there are."""
     try:
-        with (path or folder / NAME).open("rb") as file:
+        with open_regular(path or folder / NAME) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
     except OSError:
         return False
