@@ -273,7 +273,7 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_only_a_regular_file_is_read(endless, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
