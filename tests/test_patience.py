@@ -69,8 +69,6 @@ def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, 
     assert process.returncode == 75, told
     assert "not all ranks have stopped 1 s after" in told
     assert all(record in records(out) for record in kept)
-    if hung:  # rank 0 had a case on its way; others may have waited for its answer
-        assert list(out.glob("states/*.state"))
     assert launch(*words).returncode == 0
     assert root_variables(out) == undisturbed
     assert len(records(out)) == 6
