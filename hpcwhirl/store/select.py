@@ -48,11 +48,6 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     return found[0]
 
 
-def dotted_of(variable: str) -> str:
-    """Return the dotted name of the input that a variable of the file holds."""
-    return next(n for n in input_names() if variable_name(n) == variable)
-
-
 def told(value: Any) -> str:
     """Return a value as one writes it in a setting: the fewest digits that tell it."""
     if isinstance(value, float | np.floating):
