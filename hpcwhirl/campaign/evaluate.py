@@ -85,12 +85,7 @@ class Evaluator:
 
     def _as_planned(self, cases: Unit) -> bool:
         """Return whether the engines of a unit are; alone, each case tells if not."""
-        try:
-            for case in cases:
-                self.design.check_engine(case)
-        except WhirlError:
-            return False
-        return True
+        return not any(self._changed(case) for case in cases)
 
     def _together(self, cases: Unit, between: Callable[[], None]) -> dict[int, str]:
         """Compute a batch; what it could not finish is left to be computed alone."""
@@ -153,8 +148,17 @@ class Evaluator:
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
-            return self._fail(case, failed, time.perf_counter() - start)
+            cause = self._changed(case) or failed
+            return self._fail(case, cause, time.perf_counter() - start)
         return self._keep(case, result)
+
+    def _changed(self, case: int) -> WhirlError | None:
+        """Return why a case's engine is not known to be the plan's, None if it is."""
+        try:
+            self.design.check_engine(case)
+        except WhirlError as changed:
+            return changed
+        return None
 
     def _isolated(self, case: int, between: Callable[[], None]) -> Result:
         name = self._digests[case]
@@ -188,9 +192,7 @@ class Evaluator:
 
     def _keep(self, case: int, result: Result) -> str:
         """Keep a result, unless its engine is no longer known to be the plan's."""
-        try:
-            self.design.check_engine(case)
-        except WhirlError as changed:
+        if changed := self._changed(case):
             return self._fail(case, changed, float(result.performance["seconds"]))
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
