@@ -11,7 +11,7 @@ TYPE_CHECKING = False  # `typing` itself would delay the first look at signals
 if TYPE_CHECKING:
     from typing import Any
 
-    from hpcwhirl.campaign.case import simulate
+    from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.scene import Scene
     from hpcwhirl.store.grid import grid
     from hpcwhirl.store.reader import open_results, words
@@ -21,7 +21,7 @@ __all__ = ["Scene", "__version__", "grid", "open_results", "simulate", "words"]
 
 _HOMES = {
     "Scene": "hpcwhirl.scene",
-    "simulate": "hpcwhirl.campaign.case",
+    "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reader",
     "words": "hpcwhirl.store.reader",
     "grid": "hpcwhirl.store.grid",

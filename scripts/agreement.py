@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
 WAYS: dict[str, tuple[dict[str, str], dict[str, str]]] = {

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.reduction.mistuned import modes_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, modal_model
-from hpcwhirl.reduction.whole import modes_of
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.structure import CyclicStructure, FourierOperator
 from hpcwhirl.structure.beams import Section, beam

@@ -21,9 +21,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.bodies import tip_rows
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 

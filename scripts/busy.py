@@ -32,15 +32,15 @@ from typing import Any
 
 import numpy as np
 
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.cost import costs_of
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Tally
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.shares import keep_shares
+from hpcwhirl.campaign.time_use import keep_shares
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.running import Running
@@ -110,8 +110,8 @@ def baseline(share: str, file: Path, out: Path) -> None:
         Running(out, 1, comm.rank) as running,
         closing(Child(out, SAVE_EVERY)) as child,
     ):
-        halfway = Halfway(out, SAVE_EVERY, say)
-        desk = Desk(comm.rank, journal, running, halfway, child)
+        checkpoints = Checkpoints(out, SAVE_EVERY, say)
+        desk = Desk(comm.rank, journal, running, checkpoints, child)
         evaluate, tally = Evaluator(design, units, desk), Tally()
         SHARES[share](comm, design, evaluate, tally)
         comm.Barrier()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from hpcwhirl.campaign.case import Result, result_of
+from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.lanes import can_ride

@@ -20,13 +20,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from hpcwhirl.campaign.case import Result, simulate
 from hpcwhirl.campaign.design import Design, design_of
 from hpcwhirl.campaign.forecast import forecast
+from hpcwhirl.campaign.simulate import Result, simulate
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.gather import has_mpi_io
 from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.plan import write_plan
+from hpcwhirl.store.manifest import write_manifest
 
 ROOT = Path(__file__).resolve().parent.parent
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
@@ -72,7 +72,7 @@ def design(cases: int, detail: str, samples: int) -> Design:
 def begin(folder: Path, many: Design, results: list[Result]) -> float:
     """Journal a record for every case; return the seconds an append took."""
     plan = many.plan()
-    write_plan(folder, plan)
+    write_manifest(folder, plan)
     journals = [Journal(folder, 1, rank) for rank in range(JOURNALS)]
     start = time.perf_counter()
     for case, digest in enumerate(plan.digests):

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from hpcwhirl.campaign.case import result_of
+from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.spectrum import strongest
-from hpcwhirl.reduction.model import model_of
+from hpcwhirl.case.model import model_of
 from hpcwhirl.report.sweeps import frequency_spectra, rotating
 from hpcwhirl.store.cases import Cases
 

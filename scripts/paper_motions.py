@@ -10,8 +10,8 @@ from paper_found import Found, Row
 from paper_text import Number, Statement, judged
 
 from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.case.model import model_of
 from hpcwhirl.reduction.families import first_family, modal_table
-from hpcwhirl.reduction.model import model_of
 
 
 def motion_statements(found: Found) -> list[Statement]:

@@ -7,8 +7,8 @@ from paper_found import Found, Row
 from paper_text import table
 from scipy.stats import spearmanr
 
-from hpcwhirl.analysis.closure import growth_of_diameter
-from hpcwhirl.reduction.model import model_of
+from hpcwhirl.analysis.stability import growth_of_diameter
+from hpcwhirl.case.model import model_of
 
 COLUMNS = (
     "late_friction",

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from presets import PATH, write
 
 import hpcwhirl
-from hpcwhirl.campaign.trials import trials
+from hpcwhirl.measure.trials import trials
 from hpcwhirl.scene import preset_names
 from hpcwhirl.scene.files import resolve
 from hpcwhirl.store.reader import words

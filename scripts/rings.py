@@ -12,9 +12,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.operators import contact_operators, friction_with_sign
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
 Floats = NDArray[np.float64]

@@ -32,15 +32,15 @@ from scale_model import Model, Outcome, Times, dedicated_master, static_split
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
-from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, places_of
 from hpcwhirl.campaign.design import Design, Scenes, design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, digest, input_names
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal, read_records, read_traces
-from hpcwhirl.store.plan import read_plan
+from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.runs import read_runs
 
 Floats = NDArray[np.float64]
@@ -135,7 +135,7 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
         prepare(design, place)
         run_campaign(design, place)
         return place, design
-    plan = read_plan(place)
+    plan = read_manifest(place)
     known = input_names()
     base = apply_settings(Scene(), {n: v for n, v in plan.base.items() if n in known})
     rows = tuple(plan.settings)
@@ -144,7 +144,7 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
 
 def case_times(place: Path, design: Design) -> tuple[Floats, Floats]:
     """Return the seconds and the places of the finished cases of a campaign."""
-    records, plan = read_records(place), read_plan(place)
+    records, plan = read_records(place), read_manifest(place)
     places = places_of(design)
     found = [
         (records[d]["performance"]["seconds"], places[case])

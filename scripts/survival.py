@@ -18,8 +18,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.dynamics.march import March
@@ -46,11 +46,11 @@ def of_states(folder: Path, repeats: int) -> None:
         march = March(apply_settings(named_scene("table2"), settings))
         march.advance(march.total)
         name = digest(march.scene)
-        halfway = Halfway(folder, math.inf, say)
-        kept = seconds(partial(halfway.save, name, march), repeats)
+        checkpoints = Checkpoints(folder, math.inf, say)
+        kept = seconds(partial(checkpoints.save, name, march), repeats)
         size = (folder / "states" / f"{name}.state").stat().st_size
         other = March(march.scene)
-        taken = seconds(partial(halfway.take_up, name, other), repeats)
+        taken = seconds(partial(checkpoints.take_up, name, other), repeats)
         line = f"state, {traces}: {size} bytes, kept in {1e3 * kept:.1f} ms"
         print(f"{line}, taken up in {1e3 * taken:.2f} ms")
 
@@ -58,11 +58,11 @@ def of_states(folder: Path, repeats: int) -> None:
 def of_isolation(folder: Path, repeats: int) -> None:
     """Print what a process of its own costs, at its start and a case."""
     scene = apply_settings(named_scene("table2"), SHORT)
-    halfway, child = Halfway(folder, math.inf, say), Child(folder, math.inf)
+    checkpoints, child = Checkpoints(folder, math.inf, say), Child(folder, math.inf)
     name, limit = digest(scene), math.inf
 
     def here() -> None:
-        compute(scene, name, halfway, limit, lambda: None)
+        compute(scene, name, checkpoints, limit, lambda: None)
 
     def there() -> None:
         child.compute(scene, name, limit, lambda: None)

@@ -7,7 +7,7 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.plan import write_plan
+from hpcwhirl.store.manifest import write_manifest
 from hpcwhirl.store.schema import ROW
 
 INTERVAL = 2e-4  # s
@@ -95,7 +95,7 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     random = np.random.default_rng(seed)
     design = design_of(document)
     folder.mkdir(parents=True)
-    write_plan(folder, design.plan())
+    write_manifest(folder, design.plan())
     with Journal(folder, 1, 0) as journal:
         for case, scene in enumerate(design.cases):
             record = {"digest": design.digests[case], "performance": WHERE}

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.schema import ENUMS, ROW, TEXT, TRACES
 
 SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
@@ -38,8 +38,8 @@ def begin(folder, *, one_interval):
     settings = [{"speed": speed} for speed in SPEEDS]
     settings[2] |= {"direction": "stretch"}
     digests = [f"d{case}" for case in range(len(SPEEDS))]
-    plan = Plan("salvat2016", BASE, ["speed", "direction"], digests, settings, "0")
-    write_plan(folder, plan)
+    plan = Manifest("salvat2016", BASE, ["speed", "direction"], digests, settings, "0")
+    write_manifest(folder, plan)
     where = {"rank": 1, "host": "node-ä", "seconds": 0.5}
     with Journal(folder, 1, 0) as zero, Journal(folder, 1, 1) as one:
         for case, journal in zip(SAMPLES, (one, zero, one), strict=True):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import (
     HARDLY,
@@ -12,7 +13,6 @@ from hpcwhirl.dynamics.timestep import (
     longest_phase,
     with_step,
 )
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 

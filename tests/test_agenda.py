@@ -13,7 +13,7 @@ from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.questions import Questions
 from hpcwhirl.campaign.ranks import Tally, map_serial
-from hpcwhirl.campaign.shares import told
+from hpcwhirl.campaign.time_use import told
 
 GRID = {
     "scene": {"duration": 1.0},

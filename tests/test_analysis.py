@@ -5,24 +5,24 @@ import pytest
 
 from hpcwhirl import simulate
 from hpcwhirl.analysis.cascade import after_revolutions, cascade
-from hpcwhirl.analysis.closure import (
+from hpcwhirl.analysis.contact_map import touches
+from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
+from hpcwhirl.analysis.participation import contributions, family_amplitudes
+from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum, strongest
+from hpcwhirl.analysis.stability import (
     closed_roots,
     coupled,
     fastest,
     growth_of_diameter,
     sprung_roots,
 )
-from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
-from hpcwhirl.analysis.participation import contributions, family_amplitudes
-from hpcwhirl.analysis.section import section
-from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum, strongest
-from hpcwhirl.analysis.touch import touches
 from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.families import family_ranks
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 INTERVAL = 2e-4

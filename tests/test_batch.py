@@ -6,12 +6,12 @@ import sys
 import numpy as np
 import pytest
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 MIXED = [

@@ -23,17 +23,17 @@ from launch import (
 )
 
 from hpcwhirl.campaign import evaluate
-from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.batches import units_of
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.units import units_of
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.plan import write_plan
+from hpcwhirl.store.manifest import write_manifest
 from hpcwhirl.store.running import Running
 
 SHORT = """
@@ -333,10 +333,10 @@ def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, caps
 
     monkeypatch.setattr(evaluate, "Batch", Broken)
     unit = (0, 2, 4, 6)
-    write_plan(journal, design.plan())
+    write_manifest(journal, design.plan())
     with Journal(journal, 0, 0) as kept, Running(journal, 0, 0) as running:
-        halfway, child = Halfway(journal, 600.0, say), Child(journal, 600.0)
-        desk = evaluate.Desk(0, kept, running, halfway, child)
+        checkpoints, child = Checkpoints(journal, 600.0, say), Child(journal, 600.0)
+        desk = evaluate.Desk(0, kept, running, checkpoints, child)
         done = evaluate.Evaluator(design, [unit], desk)(0, lambda: None)
     assert done == ["ok"] * 4
     assert "planted" in capsys.readouterr().err

@@ -105,7 +105,7 @@ def test_run_prints_the_names_that_scripts_rely_on(facts, traces):
 
 def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch):
     named = ("unstable", "none", "none")
-    monkeypatch.setattr("hpcwhirl.campaign.case.name_regime", lambda *_: named)
+    monkeypatch.setattr("hpcwhirl.campaign.simulate.name_regime", lambda *_: named)
     assert main(["run", "--json", *SHORT]) == 1
     assert json.loads(capsys.readouterr().out)["outcome"] == "unstable"
 

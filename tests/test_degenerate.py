@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.case.model import model_of
 from hpcwhirl.cli import main
 from hpcwhirl.reduction.degenerate import aligned, diameter_shares, unmixed
 from hpcwhirl.reduction.families import first_family, modal_table
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 BLADES = {6: 20, 7: 20, 22: 110}  # N -> modes

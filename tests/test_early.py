@@ -10,10 +10,10 @@ from launch import ENVIRONMENT, LIMIT, ROOT
 from test_jobs import noted, run_bash, tools  # noqa: F401 - a fixture
 
 from hpcwhirl import early
-from hpcwhirl.campaign.jobs.request import Request
-from hpcwhirl.campaign.jobs.script import job_script
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
+from hpcwhirl.cluster.jobs.request import Request
+from hpcwhirl.cluster.jobs.script import job_script
 
 # A process that sends itself a signal as it first imports a module.
 SELF = """

@@ -13,10 +13,10 @@ import pytest
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
-from hpcwhirl.reduction.engine_file import LARGEST, read_rotor
-from hpcwhirl.reduction.foreign import rotor_from
+from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.scene import digest, named_scene, scene_from
 from hpcwhirl.scene.files import MOST_BYTES, apply_settings
+from hpcwhirl.store.engine_file import LARGEST, read_rotor
 
 SMALL = ("--set", "blades=6", "--set", "engine.rotor.elements=3", "--set", "modes=18")
 
@@ -316,7 +316,7 @@ def test_damaged_files_are_told_in_one_line(exported, tmp_path):
         (tmp_path / f"{number}.h5").write_bytes(spoilt[: random.integers(1, 10**6)])
     code = (
         "import sys\nfrom hpcwhirl.errors import WhirlError\n"
-        "from hpcwhirl.reduction.foreign import rotor_from\n"
+        "from hpcwhirl.reduction.imported import rotor_from\n"
         "for n in range(40):\n"
         "    try: rotor_from(f'{sys.argv[1]}/{n}.h5', 6, 0.01)\n"
         "    except WhirlError as told: assert str(told).isprintable()\n"

@@ -9,6 +9,7 @@ import pytest
 
 from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.case.model import model_of
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.general import march_general
 from hpcwhirl.dynamics.march import March
@@ -16,9 +17,8 @@ from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.families import modal_table
-from hpcwhirl.reduction.model import model_of
+from hpcwhirl.reduction.mistuned import boundary_of, whole_model
 from hpcwhirl.reduction.modes import modal_model
-from hpcwhirl.reduction.whole import boundary_of, whole_model
 from hpcwhirl.scene import (
     Rotor,
     Scene,

@@ -7,9 +7,9 @@ import pytest
 from evidence import estimates, estimates_drawn
 from evidence.estimates_drawn import of_accuracy, touched_engine
 
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.dynamics.timestep import with_step
-from hpcwhirl.reduction.model import model_of
-from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import preset_bounds, preset_inputs, preset_loss, preset_names
 from hpcwhirl.scene.presets import ELSEWHERE
 

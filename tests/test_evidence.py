@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.case import result_of, simulate
+from hpcwhirl.campaign.simulate import result_of, simulate
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import beat_of, fastest_line
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCENE = named_scene("table2")

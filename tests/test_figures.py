@@ -9,11 +9,11 @@ import numpy as np
 import paper_text
 import pytest
 
-from hpcwhirl.campaign.case import simulate
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.model import model_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.report import campbell, figures, growth, motions, ranges, shapes, sweeps
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.cases import Cases

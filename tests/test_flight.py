@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.case import result_of
+from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.dynamics import flights
 from hpcwhirl.dynamics.kernels import contact, flight, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths

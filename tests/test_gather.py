@@ -22,7 +22,7 @@ from hpcwhirl.store import blocks
 from hpcwhirl.store.blocks import ranges
 from hpcwhirl.store.gather import gather, has_mpi_io
 from hpcwhirl.store.journal import read_records, read_traces
-from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.runs import write_run
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
@@ -130,8 +130,8 @@ def test_failed_and_missing_cases_are_rows_that_say_so(results):
 def test_a_case_without_a_result_shows_its_duration_in_seconds(tmp_path):
     # a tenth of a revolution at 400 rad/s and nothing integrated: not 2.5 s
     base = flatten(Scene()) | {"revolutions": 0.1}
-    plan = Plan("made", base, ["speed"], ["d0"], [{"speed": 400.0}], "0")
-    write_plan(tmp_path, plan)
+    plan = Manifest("made", base, ["speed"], ["d0"], [{"speed": 400.0}], "0")
+    write_manifest(tmp_path, plan)
     with h5py.File(gather(tmp_path, {})) as file:
         assert file["duration"][0] == pytest.approx(0.1 * 2 * np.pi / 400.0)
 

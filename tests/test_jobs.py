@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from launch import ROOT, tree, wait_for
 
-from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
-from hpcwhirl.campaign.jobs.schedulers import SCHEDULERS, clock
-from hpcwhirl.campaign.jobs.script import PRINTED, job_script
 from hpcwhirl.cli import main
+from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
+from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS, clock
+from hpcwhirl.cluster.jobs.script import PRINTED, job_script
 
 TEMPLATES = sorted((ROOT / "jobs").glob("*.sh"))
 AWKWARD = "a $(touch owned) `id` 'b' \"c\" ; & | > * \\ # ü.toml"

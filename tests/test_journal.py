@@ -7,7 +7,7 @@ import pytest
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal, next_run, read_records, read_traces
-from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.manifest import Manifest, write_manifest
 
 AWKWARD = [0.1 + 0.2, 5e-324, -0.0, 1.7976931348623157e308, 1 / 3]
 TRACES = {
@@ -117,7 +117,7 @@ def test_a_run_after_a_torn_one_writes_elsewhere_and_its_records_win(folder, log
 
 
 def test_a_record_of_no_case_of_the_plan_is_ignored(tmp_path):
-    write_plan(tmp_path, Plan("e", {}, [], ["known"], [{}], "0"))
+    write_manifest(tmp_path, Manifest("e", {}, [], ["known"], [{}], "0"))
     where = {"status": "failed", "message": "why", "performance": {}}
     with Journal(tmp_path, 1, 0) as journal:
         journal.append({"digest": "alien", **where}, TRACES)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCHEMES = ["modal", "general", "paper", "exact"]

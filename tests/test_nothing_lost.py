@@ -28,7 +28,7 @@ from hpcwhirl.store.journal import (
     sealed,
 )
 from hpcwhirl.store.listing import listed
-from hpcwhirl.store.plan import is_sealed, read_plan
+from hpcwhirl.store.manifest import is_sealed, read_manifest
 from hpcwhirl.store.running import Running, crashes, notes
 from hpcwhirl.store.runs import read_runs, write_run
 from hpcwhirl.store.schema import ENUMS
@@ -294,35 +294,35 @@ def test_an_unsealed_plan_is_believed_where_its_digests_follow(tmp_path):
     design = design_of(document)
     prepare(design, tmp_path)
     assert is_sealed(tmp_path)
-    plan = read_plan(tmp_path)
+    plan = read_manifest(tmp_path)
     unsealed(tmp_path)
     assert not is_sealed(tmp_path)
-    assert read_plan(tmp_path) == plan
+    assert read_manifest(tmp_path) == plan
     assert main(["gather", str(tmp_path)]) == 1
     edited(tmp_path, 'rotor.blades": 12', 'rotor.blades": 14')
     with pytest.raises(StoreError, match=r"case 1 is not that of its digest"):
-        read_plan(tmp_path)
+        read_manifest(tmp_path)
     edited(tmp_path, 'rotor.blades": 14', 'rotor.blades": "many"')
     with pytest.raises(StoreError, match="has no seal and cannot be checked"):
-        read_plan(tmp_path)
+        read_manifest(tmp_path)
     edited(tmp_path, 'rotor.blades": "many"', 'rotor.blades": 12')
     prepare(design, tmp_path)
     assert is_sealed(tmp_path)
-    assert read_plan(tmp_path) == plan
+    assert read_manifest(tmp_path) == plan
     edited(tmp_path, '"physics version": ', '"physics version": 9')
     unsealed(tmp_path)
     with pytest.raises(StoreError, match="of another physics version"):
-        read_plan(tmp_path)
+        read_manifest(tmp_path)
 
 
 def test_an_unsealed_plan_of_a_file_needs_the_file_as_it_was(engine, tmp_path):
     file, spoil, paths = engine
     prepare(load_design(file, {}), tmp_path / "out")
     unsealed(tmp_path / "out")
-    read_plan(tmp_path / "out")
+    read_manifest(tmp_path / "out")
     spoil(paths[1])
     with pytest.raises(StoreError, match="case 1 is not that of its digest"):
-        read_plan(tmp_path / "out")
+        read_manifest(tmp_path / "out")
 
 
 @pytest.mark.parametrize(

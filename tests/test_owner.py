@@ -32,10 +32,10 @@ from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.store import gather as gathering
 from hpcwhirl.store import owner, relabel
 from hpcwhirl.store import process as processes
+from hpcwhirl.store.atomic import part_of, replacing, sweep, write_whole
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.owner import Asking, claim, claimed, in_the_way, owners
 from hpcwhirl.store.process import begun, is_alive, machine
-from hpcwhirl.store.whole import part_of, replacing, sweep, write_whole
 
 SHORT = """
 scene = {duration = 2e-3}

@@ -5,8 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.case import result_of
-from hpcwhirl.campaign.units import PAYS, units_of
+from hpcwhirl.campaign.batches import PAYS, units_of
+from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case.explain import facts_of_plan
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.plan import folds_of, plan_of
+from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.certificate import roots_of
@@ -14,10 +18,6 @@ from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import ModelError
-from hpcwhirl.reduction.explain import facts_of_plan
-from hpcwhirl.reduction.fold import folded_model
-from hpcwhirl.reduction.model import model_of
-from hpcwhirl.reduction.plan import folds_of, plan_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 SERIES = (

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis.regimes import Thresholds, growth, name_regime
-from hpcwhirl.campaign.case import result_of
+from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCHEMES = ["modal", "exact", "general", "paper"]

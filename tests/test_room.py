@@ -16,9 +16,9 @@ from launch import ENVIRONMENT, LIMIT, ROOT
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, NoRoomError, unwritable
 from hpcwhirl.store import hdf5
+from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.hdf5 import refusal, writing
-from hpcwhirl.store.whole import write_whole
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 SHORT = """
@@ -94,7 +94,7 @@ def test_a_disk_full_at_the_beginning_is_a_reason_to_come_again(
     tmp_path, monkeypatch, capsys
 ):
     (tmp_path / "short.toml").write_text(SHORT)
-    monkeypatch.setattr("hpcwhirl.store.whole.publish", full)
+    monkeypatch.setattr("hpcwhirl.store.atomic.publish", full)
     words = ["campaign", str(tmp_path / "short.toml"), "--out", str(tmp_path / "o")]
     assert main(words) == 75
     assert "No space left on device" in told(capsys)[0]
@@ -184,7 +184,7 @@ def test_gathering_where_a_file_may_not_grow_is_one_line(finished, tmp_path):
 
 def test_a_small_file_on_a_full_disk_is_told(tmp_path, monkeypatch):
     (tmp_path / "x").write_text("before")
-    monkeypatch.setattr("hpcwhirl.store.whole.publish", full)
+    monkeypatch.setattr("hpcwhirl.store.atomic.publish", full)
     with pytest.raises(NoRoomError, match="No space"):
         write_whole(tmp_path / "x", b"after")
     assert (tmp_path / "x").read_text() == "before"

@@ -10,7 +10,7 @@ from launch import finish, launch, records, root_variables, start
 
 from hpcwhirl.campaign.shards import Shard, parse_shard, share
 from hpcwhirl.store.journal import claim_run
-from hpcwhirl.store.plan import Plan, read_plan, write_plan
+from hpcwhirl.store.manifest import Manifest, read_manifest, write_manifest
 
 SWEPT = """
 scene = {duration = 4e-3}
@@ -68,13 +68,13 @@ def test_runs_that_begin_at_once_never_share_a_journal(tmp_path):
 
 
 def test_plans_written_at_once_leave_a_whole_one(tmp_path):
-    plan = Plan("e", {}, [], [f"d{i}" for i in range(2000)], [{}] * 2000, "0")
+    plan = Manifest("e", {}, [], [f"d{i}" for i in range(2000)], [{}] * 2000, "0")
     failures = []
 
     def write():
         try:
             for _ in range(20):
-                write_plan(tmp_path, plan)
+                write_manifest(tmp_path, plan)
         except OSError as failed:
             failures.append(failed)
 
@@ -84,7 +84,7 @@ def test_plans_written_at_once_leave_a_whole_one(tmp_path):
     for thread in writers:
         thread.join()
     assert failures == []
-    assert read_plan(tmp_path) == plan
+    assert read_manifest(tmp_path) == plan
     assert [path.name for path in tmp_path.iterdir()] == ["campaign.json"]
 
 

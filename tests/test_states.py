@@ -5,8 +5,8 @@ import os
 import numpy as np
 import pytest
 
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
@@ -67,10 +67,10 @@ def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
     march = March(case)
     march.unfold()  # as after many touchdowns
     march.advance(400)
-    Halfway(tmp_path, 600.0, told.append).save("d", march)
+    Checkpoints(tmp_path, 600.0, told.append).save("d", march)
     other = March(case)
     assert other.lean.model.folds == 2
-    Halfway(tmp_path, 600.0, told.append).take_up("d", other)
+    Checkpoints(tmp_path, 600.0, told.append).take_up("d", other)
     assert other.steps == 400
     assert_same_bits(ended(other), ended(march))
     assert not told
@@ -197,9 +197,9 @@ def stopped_again_and_again(case, folder, told, limit=1e9):
             if len(calls) > 2:
                 raise Stop
 
-        halfway = Halfway(folder, 1e9, told.append)
+        checkpoints = Checkpoints(folder, 1e9, told.append)
         try:
-            return compute(case, "d", halfway, limit, between), attempt
+            return compute(case, "d", checkpoints, limit, between), attempt
         except Stop:
             assert stored_states(folder) == {"d"}
     raise AssertionError
@@ -207,7 +207,7 @@ def stopped_again_and_again(case, folder, told, limit=1e9):
 
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
     case = scene(duration=0.05, interval=1e-4)
-    whole = compute(case, "d", Halfway(tmp_path, 1e9, print), 1e9, lambda: None)
+    whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
     made, told = steps_of(monkeypatch), []
     result, attempts = stopped_again_and_again(case, tmp_path, told)
     assert attempts > 3
@@ -222,12 +222,12 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, monkeyp
     case, told = scene(), []
     march = March(case)
     march.advance(700)
-    Halfway(tmp_path, 1e9, told.append).save("d", march)
+    Checkpoints(tmp_path, 1e9, told.append).save("d", march)
     path = tmp_path / "states/d.state"
     path.write_bytes(path.read_bytes()[:-1])
     made = steps_of(monkeypatch)
-    halfway = Halfway(tmp_path, 1e9, told.append)
-    compute(case, "d", halfway, 1e9, lambda: None)
+    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    compute(case, "d", checkpoints, 1e9, lambda: None)
     (line,) = told
     assert "it is damaged: the case starts anew" in line
     assert sum(made) == 1500
@@ -235,24 +235,24 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, monkeyp
 
 
 def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypatch):
-    saved, save = [], Halfway.save
+    saved, save = [], Checkpoints.save
     monkeypatch.setattr(
-        Halfway, "save", lambda *of: (saved.append(of[2].seconds), save(*of))
+        Checkpoints, "save", lambda *of: (saved.append(of[2].seconds), save(*of))
     )
-    halfway = Halfway(tmp_path, 0.02, print)
-    compute(scene(duration=0.2, interval=1e-3), "d", halfway, 1e9, lambda: None)
+    checkpoints = Checkpoints(tmp_path, 0.02, print)
+    compute(scene(duration=0.2, interval=1e-3), "d", checkpoints, 1e9, lambda: None)
     assert saved
     assert np.diff([0.0, *saved]).min() >= 0.02
 
 
 def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, monkeypatch):
     case = scene(duration=0.2, interval=1e-3)
-    halfway = Halfway(tmp_path, 1e9, print)
+    checkpoints = Checkpoints(tmp_path, 1e9, print)
     with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
-        compute(case, "d", halfway, 0.01, lambda: None)
+        compute(case, "d", checkpoints, 0.01, lambda: None)
     assert stored_states(tmp_path) == {"d"}
     made = steps_of(monkeypatch)
-    result = compute(case, "d", Halfway(tmp_path, 1e9, print), 1e9, lambda: None)
+    result = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
     assert 0 < sum(made) < 100_000 == result.row["steps"]
     assert result.performance["seconds"] > 0.01
 

@@ -13,13 +13,13 @@ import pytest
 
 from hpcwhirl.campaign.progress import Progress, duration_text, progress_of
 from hpcwhirl.campaign.ranks import Tally
-from hpcwhirl.campaign.shares import keep_shares
-from hpcwhirl.campaign.shares import told as told_shares
+from hpcwhirl.campaign.time_use import keep_shares
+from hpcwhirl.campaign.time_use import told as told_shares
 from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.store.journal import Journal, claim_run, sealed
-from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.running import Running
 from hpcwhirl.store.schema import SHARES
 
@@ -38,7 +38,7 @@ def record(case, ended, seconds, status="ok"):
 def plan(folder):
     settings = [{"duration": length} for length in LENGTHS]
     digests = [f"d{case}" for case in range(len(LENGTHS))]
-    write_plan(folder, Plan("e", BASE, ["duration"], digests, settings, "0"))
+    write_manifest(folder, Manifest("e", BASE, ["duration"], digests, settings, "0"))
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_the_step_sets_the_time_left_and_no_step_no_weights(tmp_path):
     base = BASE | {"solver.accuracy": 0.01}
     settings = [{"duration": length} for length in LENGTHS]
     digests = [f"d{case}" for case in range(len(LENGTHS))]
-    write_plan(tmp_path, Plan("e", base, ["duration"], digests, settings, "0"))
+    write_manifest(tmp_path, Manifest("e", base, ["duration"], digests, settings, "0"))
     with Journal(tmp_path, 1, 0) as journal:
         journal.append(record(0, 40.0, 40.0), {})
     assert progress_of(tmp_path).eta == pytest.approx(5 * 40.0)

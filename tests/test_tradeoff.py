@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hpcwhirl.campaign import tradeoff, trials
-from hpcwhirl.campaign.tradeoff import Compared, Sample, difference, floor_of, measure
-from hpcwhirl.campaign.trials import (
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.measure import tradeoff, trials
+from hpcwhirl.measure.tradeoff import Compared, Sample, difference, floor_of, measure
+from hpcwhirl.measure.trials import (
     Setting,
     applied,
     default_scenes,
     reference_of,
     settings_of,
 )
-from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
 from hpcwhirl.report.tradeoff import Row, front_of, markdown, table_of
 from hpcwhirl.scene import apply_settings, flatten, named_scene
 

@@ -5,18 +5,18 @@ import pytest
 from evidence.estimates_drawn import of_truncation
 
 from hpcwhirl import simulate
-from hpcwhirl.cli import main
-from hpcwhirl.dynamics.lanes import group_key
-from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
-from hpcwhirl.reduction.truncation import (
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.truncation import (
     HARMONICS,
     TO_ROTOR,
     left_out,
     truncation_error,
     with_truncation,
 )
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.lanes import group_key
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 
 FINE = {"modes": 176, "casing.harmonics": 40}

@@ -8,9 +8,9 @@ be given anew with other thresholds (`regimes`). Whirl is judged in the static f
 rad/s is forward in the static frame when Omega > 256 rad/s.
 
 `late_friction` and `late_rotation` say what feeds a motion: friction, or the transport
-of contacts over the deformed ring, -lambda Omega dw/dtheta. `closure` is a linear check
-beside the measured growth: all N tips held on the ring, sliding, one nodal diameter at
-a time. `participation` reads q_k from tips and centre alone; against the modes that
-were integrated, 1F and suspension are off by less than 8 %
+of contacts over the deformed ring, -lambda Omega dw/dtheta. `stability` is a linear
+check beside the measured growth: all N tips held on the ring, sliding, one nodal
+diameter at a time. `participation` reads q_k from tips and centre alone; against the
+modes that were integrated, 1F and suspension are off by less than 8 %
 (`pytest tests/test_analysis.py -k integrated`).
 """

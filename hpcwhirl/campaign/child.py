@@ -16,8 +16,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute, message_of
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import STOP
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Stop
@@ -35,7 +35,7 @@ class Server:
     def __init__(self, source: int, sink: BinaryIO) -> None:
         self._source, self._sink, self._come = source, sink, b""
         first = self._next() or {}
-        self.halfway = Halfway(Path(first["folder"]), first["every"], say)
+        self.checkpoints = Checkpoints(Path(first["folder"]), first["every"], say)
 
     def serve(self) -> None:
         """Answer one request after the other."""
@@ -82,7 +82,7 @@ class Server:
         limit = float("inf") if asked["limit"] is None else asked["limit"]
         try:
             digest = asked["digest"]
-            result = compute(scene, digest, self.halfway, limit, self._between)
+            result = compute(scene, digest, self.checkpoints, limit, self._between)
         except Stop:
             self._send({"status": "stopped"})
         except Exception as failed:  # noqa: BLE001 - a failed case is a row

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hpcwhirl.campaign.case import Result, result_of
-from hpcwhirl.campaign.halfway import Halfway
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.campaign.stop import breakable
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import CaseError
@@ -44,7 +44,7 @@ def message_of(failed: Exception) -> str:
 def compute(
     scene: Scene,
     digest: str,
-    halfway: Halfway,
+    checkpoints: Checkpoints,
     limit: float,
     between: Callable[[], None],
 ) -> Result:
@@ -53,7 +53,7 @@ def compute(
     Parameters
     ----------
     scene, digest : the case
-    halfway : where its state is kept and may be found; not dropped here
+    checkpoints : where its state is kept and may be found; not dropped here
     limit : s of computing that the case may take, all runs together
     between : called between slices; may raise `Stop`
 
@@ -66,18 +66,18 @@ def compute(
         march = March(scene)
         march.advance(0)  # compiles what has not been compiled yet
     march.seconds = 0.0
-    halfway.take_up(digest, march)
+    checkpoints.take_up(digest, march)
 
     def guard() -> None:
         if march.seconds > limit and not march.done:
             raise late(march, limit)
-        if halfway.is_due(digest, march):
-            halfway.save(digest, march)
+        if checkpoints.is_due(digest, march):
+            checkpoints.save(digest, march)
         between()
 
     try:
         history = march.run(guard)
     except (Stop, LateError):
-        halfway.save(digest, march)
+        checkpoints.save(digest, march)
         raise
     return result_of(march.scene, history)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.journal import Record, scan
 
@@ -93,11 +93,11 @@ def places_of(design: Design) -> Floats:
     base = flatten(design.base)
     for name in design.swept:
         values = [row.get(name, base[name]) for row in design.settings]
-        columns.append(_spread(values))
+        columns.append(_to_unit(values))
     return np.column_stack(columns) if columns else np.zeros((len(design.cases), 1))
 
 
-def _spread(values: Sequence[Any]) -> Floats:
+def _to_unit(values: Sequence[Any]) -> Floats:
     if all(isinstance(value, int | float) for value in values):
         distinct, place = np.unique(np.asarray(values, float), return_inverse=True)
         return np.asarray(place / max(len(distinct) - 1, 1), dtype=np.float64)

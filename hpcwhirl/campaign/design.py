@@ -35,7 +35,7 @@ from hpcwhirl.scene.files import (
     resolve,
     takes_list,
 )
-from hpcwhirl.store.plan import CONTENT, PHYSICS, Plan
+from hpcwhirl.store.manifest import CONTENT, PHYSICS, Manifest
 
 Settings = dict[str, Value]
 RANGE_KEYS = ("start", "stop", "step", "num")
@@ -121,12 +121,12 @@ class Design:
             msg = f"{FILE} {file} has changed since the campaign was begun: put it "
             raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
-    def plan(self) -> Plan:
+    def plan(self) -> Manifest:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
         content: dict[str, Value] = {CONTENT: self.content(file)} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
-        return Plan(
+        return Manifest(
             engine=self.base.engine.name,
             base=flatten(self.base) | content,
             swept=list(self.swept),

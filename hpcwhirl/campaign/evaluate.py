@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.case import Result, result_of
+from hpcwhirl.campaign.batches import Unit
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     DiedError,
     LateError,
@@ -20,18 +21,17 @@ from hpcwhirl.campaign.compute import (
     message_of,
 )
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.campaign.stop import Stopping, breakable
-from hpcwhirl.campaign.units import Unit
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.store.journal import Journal, Record
 from hpcwhirl.store.running import Running
 
@@ -45,7 +45,7 @@ class Desk:
     Attributes
     ----------
     journal, running : its own files of the campaign's directory
-    halfway : states of cases on their way
+    checkpoints : states of cases on their way
     child : of its own interpreter, for isolated cases
     suspects : cases to be isolated: in flight when two processes died
     """
@@ -53,7 +53,7 @@ class Desk:
     rank: int
     journal: Journal
     running: Running
-    halfway: Halfway
+    checkpoints: Checkpoints
     child: Child
     policy: Policy = field(default_factory=Policy)
     stopping: Stopping = field(default_factory=Stopping)
@@ -91,11 +91,16 @@ class Evaluator:
         """Compute a batch; what it could not finish is left to be computed alone."""
         done: dict[int, str] = {}
         batch = self._batch(cases, between)
-        halfway, names = self.desk.halfway, [self._digests[case] for case in cases]
+        checkpoints, names = (
+            self.desk.checkpoints,
+            [self._digests[case] for case in cases],
+        )
 
         def guard() -> None:
-            for place, march in batch.aboard(lambda i, m: halfway.is_due(names[i], m)):
-                halfway.save(names[place], march)
+            for place, march in batch.aboard(
+                lambda i, m: checkpoints.is_due(names[i], m)
+            ):
+                checkpoints.save(names[place], march)
             between()
 
         marches = batch.marches(guard)
@@ -105,7 +110,7 @@ class Evaluator:
                 status = self._settle(cases[place], march)
             except Stop:
                 for place, march in batch.aboard():
-                    halfway.save(names[place], march)
+                    checkpoints.save(names[place], march)
                 raise
             except Exception as failed:  # noqa: BLE001 - each case shows its own error
                 say(f"batch of cases {cases} given up, they go on alone: {failed}")
@@ -121,7 +126,7 @@ class Evaluator:
             Lanes(March(scenes[0], model)).advance(0)
 
         def begin(place: int, march: March) -> None:
-            self.desk.halfway.take_up(self._digests[cases[place]], march)
+            self.desk.checkpoints.take_up(self._digests[cases[place]], march)
 
         return Batch(scenes, len(scenes), model, begin, self.limit)
 
@@ -129,7 +134,7 @@ class Evaluator:
         """Keep what a lane has given: a result, or a case beyond its limit."""
         if march.done:
             return self._keep(case, result_of(march.scene, march.history()))
-        self.desk.halfway.save(self._digests[case], march)
+        self.desk.checkpoints.save(self._digests[case], march)
         return self._fail(case, late(march, self.limit), march.seconds)
 
     def _alone(self, case: int, between: Callable[[], None]) -> str:
@@ -139,9 +144,9 @@ class Evaluator:
             if self.desk.policy.isolate or case in self.desk.suspects:
                 result = self._isolated(case, between)
             else:
-                scene, halfway = self.design.cases[case], self.desk.halfway
+                scene, checkpoints = self.design.cases[case], self.desk.checkpoints
                 result = compute(
-                    scene, self._digests[case], halfway, self.limit, between
+                    scene, self._digests[case], checkpoints, self.limit, between
                 )
         except Stop:
             raise
@@ -162,7 +167,7 @@ class Evaluator:
 
     def _isolated(self, case: int, between: Callable[[], None]) -> Result:
         name = self._digests[case]
-        self.desk.halfway.kept.add(name)  # the child may have kept a state
+        self.desk.checkpoints.kept.add(name)  # the child may have kept a state
         scene = self.design.cases[case]
         return self.desk.child.compute(scene, name, self.limit, between)
 
@@ -178,7 +183,7 @@ class Evaluator:
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
-            self.desk.halfway.drop(self._digests[case])
+            self.desk.checkpoints.drop(self._digests[case])
         self.told += 1
         if self.told <= MOST_TOLD:
             where = f"{self.where['host']}, rank {self.where['rank']}"
@@ -197,7 +202,7 @@ class Evaluator:
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
         self._append(record, result.traces)
-        self.desk.halfway.drop(self._digests[case])
+        self.desk.checkpoints.drop(self._digests[case])
         return "ok"
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcwhirl.campaign.case import simulate
 from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps, stepped
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
-from hpcwhirl.store.forecast import Bytes, bytes_of
-from hpcwhirl.store.plan import NAME
+from hpcwhirl.store.manifest import NAME
+from hpcwhirl.store.sizes import Bytes, bytes_of
 
 PROBE = 0.03  # s of computing a probe
 FIRST = 2000  # steps of its first slice

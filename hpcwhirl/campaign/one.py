@@ -7,15 +7,15 @@ import tempfile
 import time
 from pathlib import Path
 
-from hpcwhirl.campaign.case import Result
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.errors import unwritable
 from hpcwhirl.scene import Scene
+from hpcwhirl.store.atomic import publish
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.plan import write_plan
-from hpcwhirl.store.whole import publish
+from hpcwhirl.store.manifest import write_manifest
 
 
 def design_of_one(scene: Scene) -> Design:
@@ -49,7 +49,7 @@ def write_case(path: Path, design: Design, result: Result) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
             folder = Path(place)
-            write_plan(folder, design.plan())
+            write_manifest(folder, design.plan())
             with Journal(folder, 1, 0) as journal:
                 journal.append(record, result.traces)
             publish(gather(folder, facts_of(design)), path)

@@ -12,6 +12,8 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
+from hpcwhirl.store.atomic import sweep
+from hpcwhirl.store.manifest import NAME
 from hpcwhirl.store.owner import (
     CAMPAIGN,
     Asking,
@@ -20,8 +22,6 @@ from hpcwhirl.store.owner import (
     claim,
     shard_claim,
 )
-from hpcwhirl.store.plan import NAME
-from hpcwhirl.store.whole import sweep
 
 LONG_AGO = 3600.0  # s, after which nobody still writes a small file
 

@@ -13,7 +13,7 @@ from typing import Any
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, next_run, read_journals, read_records
-from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
 
@@ -134,7 +134,7 @@ def status_of(record: Record) -> str:
 
 
 def computing(
-    folder: Path, plan: Plan, records: Mapping[str, Record], now: float
+    folder: Path, plan: Manifest, records: Mapping[str, Record], now: float
 ) -> list[Computing]:
     """Return what each rank computes; a case that has ended since is left out."""
     numbers = {digest: case for case, digest in enumerate(plan.digests)}
@@ -158,7 +158,7 @@ def _ended(record: Record | None) -> float:
     return float(record.get("ended", 0.0)) if record else -math.inf
 
 
-def predicted_work(plan: Plan) -> dict[str, float]:
+def predicted_work(plan: Manifest) -> dict[str, float]:
     """Return {digest: steps} of each case; one each where the step is not an input."""
     work = {}
     for digest, settings in zip(plan.digests, plan.settings, strict=True):
@@ -190,7 +190,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         where it is no campaign directory, or its plan is damaged
     """
     now = time.time() if now is None else now
-    plan, journals = read_plan(folder), read_journals(folder)
+    plan, journals = read_manifest(folder), read_journals(folder)
     records = read_records(folder)
     own = [records[d] for d in plan.digests if d in records]
     done = [r for r in own if r["status"] == "ok"]

@@ -9,12 +9,18 @@ from typing import Any
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.stop import refuse_stop_file
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.timestep import check_step, with_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.journal import Record, is_whole, scan
-from hpcwhirl.store.plan import NAME, check_same, is_sealed, read_plan, write_plan
+from hpcwhirl.store.manifest import (
+    NAME,
+    check_same,
+    is_sealed,
+    read_manifest,
+    write_manifest,
+)
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
 
@@ -35,12 +41,12 @@ def prepare(design: Design, folder: Path) -> None:
     refuse_stop_file(folder)
     plan = design.plan()
     if (folder / NAME).exists():
-        old = read_plan(folder)
+        old = read_manifest(folder)
         check_same(old, plan, folder)
         if old == plan and is_sealed(folder):
             return
     check_steps(design)
-    write_plan(folder, plan)
+    write_manifest(folder, plan)
 
 
 def check_steps(design: Design) -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.batches import Unit, units_of
+from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.cost import (
     Costs,
     costs_of,
@@ -20,7 +22,6 @@ from hpcwhirl.campaign.cost import (
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, cases_of, conclude
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
-from hpcwhirl.campaign.halfway import Halfway
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
@@ -28,12 +29,11 @@ from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
 from hpcwhirl.campaign.resume import suspects, to_do
-from hpcwhirl.campaign.shares import keep_shares
 from hpcwhirl.campaign.stop import Stopping, breakable
-from hpcwhirl.campaign.units import Unit, units_of
+from hpcwhirl.campaign.time_use import keep_shares
+from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.reduction.plan import folds_of
 from hpcwhirl.store.journal import Journal, claim_run
 from hpcwhirl.store.owner import Claim
 from hpcwhirl.store.running import Running
@@ -148,7 +148,7 @@ def _desk(
 ) -> Iterator[Desk]:
     """Open what this rank works with."""
     rank = comm.rank if comm is not None else 0
-    halfway = Halfway(folder, policy.save_every, say)
+    checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
     with (
         Journal(folder, work.run, rank) as journal,
@@ -156,7 +156,7 @@ def _desk(
         closing(child),
     ):
         yield Desk(
-            rank, journal, running, halfway, child, policy, stopping, work.suspects
+            rank, journal, running, checkpoints, child, policy, stopping, work.suspects
         )
 
 

@@ -63,8 +63,8 @@ def run(args: argparse.Namespace) -> int:
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     """Return the timings, the core's peak and what `modal` reaches of it in flight."""
-    from hpcwhirl.dynamics import bench
     from hpcwhirl.dynamics.march import March
+    from hpcwhirl.measure import bench
 
     peak = bench.fma_peak(repeats)
     rows = [asdict(timing) for timing in bench.time_schemes(scene, repeats)]
@@ -83,7 +83,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
     """Return regime and seconds of whole cases, one after the other, both schemes."""
-    from hpcwhirl.campaign.case import simulate
+    from hpcwhirl.campaign.simulate import simulate
 
     out = []
     for settings in CASES:
@@ -99,11 +99,11 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 def batched_case(scene: Scene) -> list[dict[str, Any]]:
     """Return the same of the sustained case as one of four in a batch, or nothing."""
-    from hpcwhirl.campaign.case import result_of
+    from hpcwhirl.campaign.simulate import result_of
+    from hpcwhirl.case.model import model_of
     from hpcwhirl.dynamics.batch import Batch
-    from hpcwhirl.dynamics.bench import APART
     from hpcwhirl.dynamics.lanes import can_ride
-    from hpcwhirl.reduction.model import model_of
+    from hpcwhirl.measure.bench import APART
 
     base = apply_settings(scene, {"revolutions": 0.0, "scheme": "modal"})
     if not can_ride(base, model_of(base)):

@@ -282,9 +282,9 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
 
 def _explain(design: Design) -> None:
     """Say on stderr what the plans of the cases leave out, each kind of plan once."""
-    from hpcwhirl.reduction.explain import notes_of
-    from hpcwhirl.reduction.model import model_of
-    from hpcwhirl.reduction.plan import plan_of
+    from hpcwhirl.case.explain import notes_of
+    from hpcwhirl.case.model import model_of
+    from hpcwhirl.case.plan import plan_of
 
     kinds: dict[tuple[int, bool], list[Any]] = {}
     for scene in design.cases:

@@ -27,9 +27,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print findings and remedies; 1 where something will break, else 0."""
-    from hpcwhirl.campaign.doctor.facts import launcher_facts, rank_facts, world
-    from hpcwhirl.campaign.doctor.findings import BREAKS, findings
-    from hpcwhirl.campaign.doctor.place import place_facts
+    from hpcwhirl.cluster.doctor.facts import launcher_facts, rank_facts, world
+    from hpcwhirl.cluster.doctor.findings import BREAKS, findings
+    from hpcwhirl.cluster.doctor.place import place_facts
 
     own = rank_facts()
     comm, told = world(own["launched"])

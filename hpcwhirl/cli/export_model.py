@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import NAMED, to_toml
 

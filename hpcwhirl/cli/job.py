@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.jobs.request import LAUNCHERS, Request
+from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.regular import read_regular
 
@@ -67,8 +67,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to the path it is to lie at."""
-    from hpcwhirl.campaign.jobs.schedulers import SCHEDULERS
-    from hpcwhirl.campaign.jobs.script import job_script
+    from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
+    from hpcwhirl.cluster.jobs.script import job_script
 
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
     told = _in_file(Path(args.file))
@@ -104,8 +104,8 @@ def _in_file(path: Path) -> dict[str, Any]:
 
 def _write(path: Path, text: str) -> None:
     """Write the script; only a script that was printed before is replaced."""
-    from hpcwhirl.campaign.jobs.script import PRINTED
-    from hpcwhirl.store.whole import write_whole
+    from hpcwhirl.cluster.jobs.script import PRINTED
+    from hpcwhirl.store.atomic import write_whole
 
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED

@@ -6,6 +6,8 @@ import argparse
 from typing import Any
 
 from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.case.explain import facts_of_plan
+from hpcwhirl.case.model import model_of
 from hpcwhirl.cli.options import (
     add_explain,
     add_scene,
@@ -14,9 +16,8 @@ from hpcwhirl.cli.options import (
     scene_of,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.explain import facts_of_plan
 from hpcwhirl.reduction.families import as_records, first_family, modal_table
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import blade_stiffness
 

@@ -46,8 +46,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
-    from hpcwhirl.campaign.case import result_of
     from hpcwhirl.campaign.one import design_of_one, write_case
+    from hpcwhirl.campaign.simulate import result_of
     from hpcwhirl.dynamics.march import March
 
     scene = scene_of(args.scene, args.settings)
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _explained(scene: Scene, march: March) -> dict[str, Any]:
     """Return what the plan left out, and the share of amplitudes and steps marched."""
-    from hpcwhirl.reduction.explain import amplitudes, notes_of
+    from hpcwhirl.case.explain import amplitudes, notes_of
 
     notes = [asdict(note) for note in notes_of(scene, march.model)]
     few, many = amplitudes(march.lean.model), amplitudes(march.model)

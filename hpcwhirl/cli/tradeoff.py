@@ -30,7 +30,7 @@ NOT_OFFERED = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    from hpcwhirl.campaign.trials import axes
+    from hpcwhirl.measure.trials import axes
 
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE",
@@ -57,11 +57,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measure, then print the table; files are written whole at the end."""
-    from hpcwhirl.campaign.doctor.facts import machine_facts
-    from hpcwhirl.campaign.tradeoff import measure
-    from hpcwhirl.campaign.trials import settings_of
+    from hpcwhirl.cluster.doctor.facts import machine_facts
+    from hpcwhirl.measure.tradeoff import measure
+    from hpcwhirl.measure.trials import settings_of
     from hpcwhirl.report.tradeoff import draw_tradeoff, markdown
-    from hpcwhirl.store.whole import write_whole
+    from hpcwhirl.store.atomic import write_whole
 
     if args.repeats < 2:
         msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
-    from hpcwhirl.campaign.trials import default_scenes
+    from hpcwhirl.measure.trials import default_scenes
 
     if not args.scenes:
         kinds = default_scenes(named_scene("table2"))

@@ -6,12 +6,13 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.lanes import Lanes, can_ride, group_key
 from hpcwhirl.dynamics.march import FIRST_SLICE, March, next_slice
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 MOST_LANES = 1024

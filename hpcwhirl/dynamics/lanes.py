@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.plan import plan_of
 from hpcwhirl.dynamics.kernels import contact, lane_passes, lane_state, lanes, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.timestep import with_step
-from hpcwhirl.reduction.model import Model, model_of
-from hpcwhirl.reduction.plan import plan_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.casing import unfolded
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.plan import Case, lean_case, plan_of
+from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.coast import Coast, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
@@ -27,9 +29,8 @@ from hpcwhirl.dynamics.timestep import (
     with_step,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.reduction.plan import Case, lean_case, plan_of
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.casing import (
+from hpcwhirl.dynamics.casing_trace import (
     waves_of_coordinates,
     waves_of_modes,
     waves_of_rigid,

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.structure import RingOperator
 

@@ -7,15 +7,15 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.foreign import rotor_from
 from hpcwhirl.reduction.harmonics import harmonic_model
+from hpcwhirl.reduction.imported import rotor_from
+from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,
     modal_model,
     with_ratio,
 )
-from hpcwhirl.reduction.whole import boundary_of, named_after, whole_model
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
 

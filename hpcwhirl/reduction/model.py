@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.reduction.truncation import with_truncation
 from hpcwhirl.scene import Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
@@ -24,7 +23,7 @@ class Model:
     Attributes
     ----------
     rotor, casing, ring, blades : the bodies, how the casing is read, N
-    folds : g, where this is one of g sectors that move alike, see `fold`; else 1
+    folds : g, where this is one of g sectors that move alike, see `sectors`; else 1
     lifts : of rotor and casing then, (n, m) each: displacements of the whole for
         the sector's amplitudes
     """
@@ -42,15 +41,15 @@ class Model:
         return {n: 2.0 / float(b.omega.max()) for n, b in bodies.items() if b}
 
 
-def model_of(scene: Scene) -> Model:
-    """Return the model of a scene; R_c = R_bd + gap.
+def whole_model_of(scene: Scene) -> Model:
+    """Return the model of a scene as it is given; R_c = R_bd + gap.
 
     Raises
     ------
     InputError
         where the inputs do not lead to a model that double precision holds
     """
-    scene, file = with_truncation(scene), scene.engine.file
+    file = scene.engine.file
     with representable("the rotor"):
         if file:
             rotor = file_model(file, content_digest(file), scene.engine.rotor)

@@ -39,7 +39,7 @@ class ModalModel:
     shapes : (n, m), mass-orthonormal
     omega : (m,), rad/s, ascending
     diameter : (m,), nodal diameter of each mode; of a rotor that is not cyclic
-        the one that dominates its tips, see `whole`
+        the one that dominates its tips, see `mistuned`
     rank : (m,), place of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
     centre_share : (m,), share of the strain energy in the shaft's springs; 0 for a

@@ -48,7 +48,7 @@ class Axis:
         return np.searchsorted(self.levels, self.place)
 
     def edges(self) -> Floats:
-        """Return the edges of cells, (m + 1,), halfway between levels to scale."""
+        """Return the edges of cells, (m + 1,), midway between levels to scale."""
         return cell_edges(self.levels, self.scale)
 
     def middles(self, rows: NDArray[np.intp]) -> Floats:

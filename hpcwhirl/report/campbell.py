@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.report.ranges import FAMILIES, MARGIN
 from hpcwhirl.scene import Scene
 

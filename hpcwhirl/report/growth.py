@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.analysis.closure import SLOW, growth_of_diameter
+from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
 from hpcwhirl.store.cases import Cases

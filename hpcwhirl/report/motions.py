@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
-from hpcwhirl.analysis.section import section
-from hpcwhirl.analysis.touch import touches
-from hpcwhirl.reduction.model import model_of
+from hpcwhirl.analysis.poincare import section
+from hpcwhirl.case.model import model_of
 from hpcwhirl.report.sweeps import rotating
 from hpcwhirl.store.cases import Cases
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import campbell
+from hpcwhirl.case.model import model_of
 from hpcwhirl.reduction.families import Line, modal_table
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]

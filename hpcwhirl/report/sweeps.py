@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.cascade import after_revolutions, cascade
 from hpcwhirl.analysis.critical import campbell, coincidences
-from hpcwhirl.analysis.section import section
+from hpcwhirl.analysis.poincare import section
 from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
+from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.report.palette import SEQUENTIAL, WORDS, word_of
 from hpcwhirl.report.ranges import (
     centre_top,

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 from hpcwhirl.report.picture import Picture
-from hpcwhirl.store.whole import write_whole
+from hpcwhirl.store.atomic import write_whole
 
 
 def write_picture(path: Path, picture: Picture) -> Path:

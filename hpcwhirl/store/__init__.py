@@ -50,4 +50,6 @@ writes much of a file as it is closed, and where that fails it crashes as the pr
 ends: files are flushed first, and the library never sees a full disk. Before gathering,
 the room is checked: MPI-IO waits for ever where one rank's write fails. Traces
 packed through MPI-IO need HDF5 1.10.2 or newer.
+
+An engine's HDF5 file is read in `engine_file`, which knows arrays and no mechanics.
 """

@@ -12,7 +12,7 @@ from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra, variable_name
-from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.schema import (
     PERFORMANCE,
     ROW,
@@ -73,7 +73,7 @@ def _status(record: Record | None) -> dict[str, Any]:
     return record or {"status": "missing", "message": "not computed yet"}
 
 
-def row_of(plan: Plan, case: int, record: Record | None) -> dict[str, Any]:
+def row_of(plan: Manifest, case: int, record: Record | None) -> dict[str, Any]:
     """Return the row of a case; without a result, what is known: its inputs."""
     if record and record.get("row"):
         return dict(record["row"])

@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import resolve
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.layout import variable_name
-from hpcwhirl.store.plan import read_plan
+from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
 
@@ -74,7 +74,7 @@ class Cases:
         self.folder = folder
         self.path = folder / "results.h5"
         check_file(self.path)
-        self._plan = read_plan(folder)
+        self._plan = read_manifest(folder)
         with reading(self.path), h5py.File(self.path, "r") as file:
             table = ROW | STATUS
             lacking = [name for name in table if name not in file]

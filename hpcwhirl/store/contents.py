@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.store.journal import Record, read_at, whole_records
-from hpcwhirl.store.plan import Plan, read_plan
+from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TRACES, dtype
 
@@ -33,7 +33,7 @@ class Contents:
     """
 
     folder: Path
-    plan: Plan
+    plan: Manifest
     journals: list[str] = field(default_factory=list)
     place: NDArray[np.int64] = field(init=False)
     samples: NDArray[np.int64] = field(init=False)
@@ -104,7 +104,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     folder : the campaign's directory
     say : told what is left out that no result depends on
     """
-    contents = Contents(folder, read_plan(folder), shares=read_runs(folder, say))
+    contents = Contents(folder, read_manifest(folder), shares=read_runs(folder, say))
     case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}

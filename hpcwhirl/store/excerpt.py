@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.cases import WHOLE
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.plan import read_plan
+from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
 
@@ -42,7 +42,7 @@ class Excerpt:
     def __init__(self, folder: Path) -> None:
         self.path = folder / "results.h5"
         check_file(self.path)
-        self.plan = read_plan(folder)
+        self.plan = read_manifest(folder)
         with reading(self.path), h5py.File(self.path, "r") as file:
             self.facts = {n: _plain(v) for n, v in file.attrs.items()}
             self.columns = _columns(file)

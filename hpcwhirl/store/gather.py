@@ -20,14 +20,14 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
+from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.layout import LIBVER, define
+from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.owner import RESULTS as OWNER_OF_RESULTS
 from hpcwhirl.store.owner import Asking, Claim, claimed
-from hpcwhirl.store.plan import read_plan
-from hpcwhirl.store.whole import part_of, publish, sweep
 
 RESULTS = "results.h5"
 
@@ -89,7 +89,7 @@ def _begin(
 ) -> tuple[Claim, Path, Contents]:
     """Return the claim, a temporary file and its contents, until the stack ends."""
     if not folder.is_dir():
-        read_plan(folder)  # which tells that there is no campaign
+        read_manifest(folder)  # which tells that there is no campaign
     own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
     content = _fitting(folder, asking.say)
     sweep(folder, RESULTS)

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.store.contents import Contents
-from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import (
     ENUMS,
@@ -42,7 +42,7 @@ def variable_name(dotted: str) -> str:
     return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})
 
 
-def swept_extra(plan: Plan) -> dict[str, str]:
+def swept_extra(plan: Manifest) -> dict[str, str]:
     """Return {variable: dotted name} of swept inputs that no row has."""
     names = {variable_name(dotted): dotted for dotted in plan.swept}
     return {v: d for v, d in names.items() if v not in ROW}
@@ -116,7 +116,9 @@ def define(
         _define_traces(file, contents, compress)
 
 
-def _define_head(file: h5py.File, plan: Plan, facts: Mapping[str, str | float]) -> None:
+def _define_head(
+    file: h5py.File, plan: Manifest, facts: Mapping[str, str | float]
+) -> None:
     head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
     for name, value in {**head, **facts}.items():
         plain = value.encode() if isinstance(value, str) else value

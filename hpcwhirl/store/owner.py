@@ -31,8 +31,8 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, unwritable
+from hpcwhirl.store.atomic import NEW
 from hpcwhirl.store.process import begun, is_alive, machine
-from hpcwhirl.store.whole import NEW
 
 FOLDER = "owners"
 CAMPAIGN, RESULTS = "campaign", "results"

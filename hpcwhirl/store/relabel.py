@@ -11,11 +11,11 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.store.atomic import replacing
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file
 from hpcwhirl.store.schema import ENUMS, ROW
-from hpcwhirl.store.whole import replacing
 
 WORDS = ("outcome", "regime", "whirl")
 Words = tuple[str, str, str]

@@ -9,8 +9,8 @@ from typing import Any
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.regular import read_regular
+from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.listing import listed
-from hpcwhirl.store.whole import write_whole
 
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}

@@ -8,8 +8,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from hpcwhirl.store.atomic import replacing
 from hpcwhirl.store.hdf5 import refusal, writing
-from hpcwhirl.store.whole import replacing
 
 Arrays = Mapping[str, tuple[NDArray[Any], str, str]]
 

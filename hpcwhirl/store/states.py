@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
 from hpcwhirl.regular import open_regular
+from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.listing import listed
-from hpcwhirl.store.whole import write_whole
 
 Arrays = dict[str, NDArray[Any]]
 FORMAT = 1

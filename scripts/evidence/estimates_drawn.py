@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl import simulate
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.truncation import truncation_error, with_truncation
 from hpcwhirl.dynamics.timestep import SAFE, central_differences, with_step
-from hpcwhirl.reduction.model import model_of
-from hpcwhirl.reduction.truncation import truncation_error, with_truncation
 from hpcwhirl.scene import (
     Scene,
     apply_settings,

@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.files import resolve
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra, variable_name
-from hpcwhirl.store.plan import Plan, write_plan
+from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, dtype, missing
 
 INTERVAL = 5e-3  # s between samples of made-up orbits
@@ -47,8 +47,8 @@ def synthetic(
     swept = list(dict.fromkeys(n for row in full for n in row))
     base = Scene()
     digests = [f"made-up-{case}" for case in range(len(full))]
-    plan = Plan(base.engine.name, flatten(base), swept, digests, full, "0")
-    write_plan(folder, plan)
+    plan = Manifest(base.engine.name, flatten(base), swept, digests, full, "0")
+    write_manifest(folder, plan)
     contents = Contents(folder, plan)
     if samples:
         contents.samples[:], contents.interval[:] = samples, INTERVAL
@@ -64,7 +64,7 @@ def synthetic(
     return folder
 
 
-def _rows(plan: Plan, status: Sequence[str]) -> Columns:
+def _rows(plan: Manifest, status: Sequence[str]) -> Columns:
     count = len(plan.digests)
     given = {name: _column(plan, name) for name in plan.base}
     plain = {variable_name(dotted): dotted for dotted in plan.base}
@@ -86,7 +86,7 @@ def _rows(plan: Plan, status: Sequence[str]) -> Columns:
     return out
 
 
-def _column(plan: Plan, dotted: str) -> list[Any]:
+def _column(plan: Manifest, dotted: str) -> list[Any]:
     if dotted not in plan.swept:
         return [plan.base[dotted]] * len(plan.digests)
     return [row.get(dotted, plan.base[dotted]) for row in plan.settings]

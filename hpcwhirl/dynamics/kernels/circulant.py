@@ -12,12 +12,12 @@ from numba import njit
 from hpcwhirl.dynamics.kernels.contact import complementarity, contact_space
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     element,
     fma,
     fnma,
     load,
     lower_of,
-    spread,
     store,
 )
 
@@ -123,20 +123,20 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
             remember(where, size, blades, known, inverse, column, padded)
         sound = size > 0 and known[blades + 1] == 1
         for v in range(0, size, FOUR):
-            total = spread(0.0)
+            total = broadcast(0.0)
             for s in range(size):
                 gap = gaps[row + place_of(known[s], blades, wide)]
-                total = fnma(load(inverse, s * padded + v), spread(gap), total)
+                total = fnma(load(inverse, s * padded + v), broadcast(gap), total)
             store(push, v, total)
         for s in range(size):
             sound = sound and push[s] >= 0.0
         if sound:
-            least = spread(0.0)
+            least = broadcast(0.0)
             for v in range(0, 2 * wide, FOUR):
                 total = load(gaps, row + v)
                 for s in range(size):
                     opening = load(rows, known[s] * 2 * wide + v)
-                    total = fma(opening, spread(push[s]), total)
+                    total = fma(opening, broadcast(push[s]), total)
                 least = lower_of(least, total)
             for i in range(FOUR):
                 sound = sound and element(least, i) >= 1e-13 * lowest
@@ -148,7 +148,7 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
         total = load(gaps, row + v)
         for s in range(size):
             opening = load(rows, known[s] * 2 * wide + v)
-            total = fma(opening, spread(push[s]), total)
+            total = fma(opening, broadcast(push[s]), total)
         store(gaps, row + v, total)
     for s in range(size):
         where[s] = known[s]

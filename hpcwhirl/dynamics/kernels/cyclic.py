@@ -69,9 +69,9 @@ from hpcwhirl.dynamics.kernels.samples import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     fma,
     load,
-    spread,
     store,
 )
 
@@ -81,14 +81,14 @@ def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then (im, -re) of it."""
     half = width // 2
     for v in range(0, width, FOUR):
-        store(lam, v, load(turns, where[0] * width + v) * spread(push[0]))
+        store(lam, v, load(turns, where[0] * width + v) * broadcast(push[0]))
     for s in range(1, size):
         for v in range(0, width, FOUR):
             row = load(turns, where[s] * width + v)
-            store(lam, v, fma(row, spread(push[s]), load(lam, v)))
+            store(lam, v, fma(row, broadcast(push[s]), load(lam, v)))
     for v in range(0, half, FOUR):
         store(lam, width + v, load(lam, half + v))
-        store(lam, width + half + v, spread(0.0) - load(lam, v))
+        store(lam, width + half + v, broadcast(0.0) - load(lam, v))
 
 
 @njit(error_model="numpy", cache=True)

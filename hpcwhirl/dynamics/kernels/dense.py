@@ -97,7 +97,7 @@ def push_dense(force_n, force_t, mu, inverse, ahead, increments, ledger):
 
 
 @njit(cache=True)
-def spread(lam, index, shape, radial, tangential, normal, drag):
+def push_all(lam, index, shape, radial, tangential, normal, drag):
     """Set the ring's normal and tangential loads, both (n,), of the multipliers."""
     normal[:] = 0.0
     drag[:] = 0.0
@@ -170,7 +170,7 @@ def march_paper(
                 return
             for j in range(blades):
                 normal_b[2 * j], drag_b[2 * j + 1] = -lam[j], -lam[j]
-            spread(lam, index, shape, radial, tangential, normal_c, drag_c)
+            push_all(lam, index, shape, radial, tangential, normal_c, drag_c)
             push_dense(normal_b, drag_b, mu, inverse_b, ahead_b, d_b, ledger)
             push_dense(normal_c, drag_c, mu, inverse_c, ahead_c, d_c, ledger)
             book_contacts(

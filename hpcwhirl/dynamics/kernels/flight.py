@@ -40,13 +40,13 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     element,
     fma,
     fnma,
     higher_of,
     load,
     root,
-    spread,
     store,
 )
 
@@ -66,12 +66,12 @@ LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
 def bound_rotor(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the rotor; set rate (2 k,), the spectrum of its velocity."""
     width, size = 2 * k, 2 * k * rows
-    bend, reach = spread(0.0), spread(0.0)
+    bend, reach = broadcast(0.0), broadcast(0.0)
     for col in range(0, k, FOUR):
-        rate_re, rate_im = spread(0.0), spread(0.0)
+        rate_re, rate_im = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
             m = f * width + col
-            power = spread(0.0)
+            power = broadcast(0.0)
             for phase in range(2):
                 i = m + phase * k
                 q, d = load(s, i), load(s, now + i)
@@ -85,7 +85,7 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
                     rate_re = fma(load(c, RADIAL * size + i), v, rate_re)
                 else:
                     rate_im = fma(load(c, RADIAL * size + i), v, rate_im)
-            v = root(higher_of(power, spread(0.0)))  # of 1e-160 it rounds below 0
+            v = root(higher_of(power, broadcast(0.0)))  # of 1e-160 it rounds below 0
             bend = fma(load(bound, RISE * size + m), v, bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
         store(rate, col, rate_re)
@@ -97,7 +97,7 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
 def bound_ring(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the ring; add to rate (2 k,)."""
     size = rows * k
-    bend, reach = spread(0.0), spread(0.0)
+    bend, reach = broadcast(0.0), broadcast(0.0)
     for col in range(0, k, FOUR):
         rate_re, rate_im = load(rate, col), load(rate, k + col)
         for r in range(rows):
@@ -111,7 +111,7 @@ def bound_ring(s, c, bound, rows, k, now, rate):
             mixed = fma(yr, vr, yi * vi)
             power = fma(load(bound, MIXED * size + m), mixed, power)
             power = fma(load(bound, ONE * size + m), fma(vr, vr, vi * vi), power)
-            v = root(higher_of(power, spread(0.0)))  # of 1e-160 it rounds below 0
+            v = root(higher_of(power, broadcast(0.0)))  # of 1e-160 it rounds below 0
             bend = fma(load(bound, RISE * size + m), v, bend)
             bend = fma(load(bound, RISE_HELD * size + m), root(held), bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
@@ -157,7 +157,7 @@ def jump_rotor(s, c, table, rows, width, now, then, out, sums):
     """Jump: q, d at `now` to q, d at `then`; set out (width,); add damping loss."""
     size = rows * width
     for col in range(0, width, FOUR):
-        loss, spectrum = load(sums, 2 * width + col), spread(0.0)
+        loss, spectrum = load(sums, 2 * width + col), broadcast(0.0)
         for f in range(rows):
             m = f * width + col
             q, d = load(s, m), load(s, now + m)
@@ -180,7 +180,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
     """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
     size = rows * k
     for col in range(0, k, FOUR):
-        loss, real, imag = load(sums, 2 * k + col), spread(0.0), spread(0.0)
+        loss, real, imag = load(sums, 2 * k + col), broadcast(0.0), broadcast(0.0)
         for r in range(rows):
             m = r * k + col
             er, ei = (

@@ -29,13 +29,13 @@ from hpcwhirl.dynamics.kernels.contact import (
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_at_least,
+    broadcast,
     fma,
     fnma,
     get,
     load,
     lower_of,
     put,
-    spread,
     spread_at,
     store,
 )
@@ -52,7 +52,7 @@ def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
     """
     size, push, inverse, rows, _, place = kept
     count, p = get(size, lane), lane * padded
-    zero, sound = spread(0.0), known == 1 and count > 0
+    zero, sound = broadcast(0.0), known == 1 and count > 0
     for v in range(0, count, FOUR):
         total = zero
         for s in range(p, p + count, FOUR):
@@ -82,7 +82,7 @@ def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
         store(opened, v, one)
         store(opened, v + FOUR, two)
         least = lower_of(least, lower_of(one, two))
-    sound = sound and all_at_least(least, spread(1e-13 * lowest))
+    sound = sound and all_at_least(least, broadcast(1e-13 * lowest))
     if sound:
         for v in range(0, n, FOUR):
             store(gaps, row + v, load(opened, v))
@@ -95,7 +95,7 @@ def spectrum_of(lane, n, padded, kept, fresh):
     size, push, _, _, turns, _ = kept
     count, p = get(size, lane), lane * padded
     for v in range(0, n, 2 * FOUR):
-        one, two = spread(0.0), spread(0.0)
+        one, two = broadcast(0.0), broadcast(0.0)
         for s in range(p, p + count, FOUR):
             i = s * n + v
             a, b = spread_at(push, s), spread_at(push, s + 1)

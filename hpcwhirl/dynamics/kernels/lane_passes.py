@@ -23,11 +23,11 @@ from numba import njit
 from hpcwhirl.dynamics.kernels.passes import KEEP, PULL, RADIAL, RATE, SI, SR
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     fma,
     fnma,
     get,
     load,
-    spread,
     spread_at,
     store,
 )
@@ -52,8 +52,8 @@ def rotor_lanes(s, c, own, slots, count, lam, odd, out, sums, k, touched):
         if get(slots, 2 * slot + 1) == 0:
             now, then = (1 + odd) * FOUR, (2 - odd) * FOUR
             straight, quarter = load(lam, here), load(lam, there)
-            loss, spectrum = load(sums, 2 * width * FOUR + here), spread(0.0)
-            normal, drag_re, drag_im = spread(0.0), spread(0.0), spread(0.0)
+            loss, spectrum = load(sums, 2 * width * FOUR + here), broadcast(0.0)
+            normal, drag_re, drag_im = broadcast(0.0), broadcast(0.0), broadcast(0.0)
             for _ in range(get(slots, 2 * slot)):
                 q, d = load(s, i), load(s, i + now)
                 if touched:
@@ -83,12 +83,12 @@ def rotor_lanes(s, c, own, slots, count, lam, odd, out, sums, k, touched):
             continue
         now, then = (2 + 2 * odd) * FOUR, (4 - 2 * odd) * FOUR
         lr, li = load(lam, here), load(lam, there)
-        turned = spread(0.0) - lr
+        turned = broadcast(0.0) - lr
         loss_r = load(sums, 2 * width * FOUR + here)
         loss_i = load(sums, 2 * width * FOUR + there)
-        real, imag = spread(0.0), spread(0.0)
-        normal_r, along_rr, along_ri = spread(0.0), spread(0.0), spread(0.0)
-        normal_i, along_ir, along_ii = spread(0.0), spread(0.0), spread(0.0)
+        real, imag = broadcast(0.0), broadcast(0.0)
+        normal_r, along_rr, along_ri = broadcast(0.0), broadcast(0.0), broadcast(0.0)
+        normal_i, along_ir, along_ii = broadcast(0.0), broadcast(0.0), broadcast(0.0)
         for _ in range(get(slots, 2 * slot)):
             qr, qi = load(s, i), load(s, i + FOUR)
             dr, di = load(s, i + now), load(s, i + now + FOUR)
@@ -138,9 +138,9 @@ def ring_lanes(s, c, own, slots, count, lam, odd, out, sums, k, touched):
         here, there = slot * FOUR, (k + slot) * FOUR
         lr, li = load(lam, here), load(lam, there)
         loss = load(sums, 2 * k * FOUR + here)
-        real, imag = spread(0.0), spread(0.0)
-        normal_re, normal_im = spread(0.0), spread(0.0)
-        drag_re, drag_im = spread(0.0), spread(0.0)
+        real, imag = broadcast(0.0), broadcast(0.0)
+        normal_re, normal_im = broadcast(0.0), broadcast(0.0)
+        drag_re, drag_im = broadcast(0.0), broadcast(0.0)
         for _ in range(get(slots, 2 * slot)):
             er, ei = load(own, o + 2 * FOUR), load(own, o + 3 * FOUR)
             yr, yi = load(s, i), load(s, i + FOUR)

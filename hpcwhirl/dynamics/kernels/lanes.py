@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.samples import farthest, sample_cyclic, sample_sp
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     address,
+    broadcast,
     element,
     fma,
     get,
@@ -50,7 +51,6 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     lower_of,
     put,
-    spread,
     spread_at,
     store,
     transpose,
@@ -78,15 +78,15 @@ def to_gaps_lanes(out_b, out_c, wave, gap, k, wide, gaps, length, row):
     out_b, out_c : (2 k lanes,), spectra of both bodies, then of the rotor and of the
     gaps; gaps : (lanes length,)
     """
-    far = spread(0.0)
+    far = broadcast(0.0)
     for c in range(0, 2 * k * FOUR, FOUR):
         part = load(out_b, c)
-        far = far + higher_of(part, spread(0.0) - part)
+        far = far + higher_of(part, broadcast(0.0) - part)
         store(out_c, c, part + load(out_c, c))
-    least = spread(gap)
+    least = broadcast(gap)
     for j in range(0, wide, FOUR):
-        e0, e1, e2, e3 = spread(gap), spread(gap), spread(gap), spread(gap)
-        o0, o1, o2, o3 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+        e0, e1, e2, e3 = broadcast(gap), broadcast(gap), broadcast(gap), broadcast(gap)
+        o0, o1, o2, o3 = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
         for c in range(k):
             re, im = load(out_c, c * FOUR), load(out_c, (k + c) * FOUR)
             p, q = c * wide + j, (k + c) * wide + j

@@ -23,12 +23,12 @@ from numba import njit
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP, rigid_amplitude
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     element,
     fma,
     fnma,
     load,
     lower_of,
-    spread,
     store,
 )
 
@@ -62,8 +62,8 @@ def pass_rotor(s, t, c, lam, rows, width, now, then, ended, touched, go, exact, 
     size = rows * width
     for col in range(0, width, FOUR):
         straight, quarter = load(lam, col), load(lam, width + col)
-        loss, spectrum = load(sums, 2 * width + col), spread(0.0)
-        normal, drag_re, drag_im = spread(0.0), spread(0.0), spread(0.0)
+        loss, spectrum = load(sums, 2 * width + col), broadcast(0.0)
+        normal, drag_re, drag_im = broadcast(0.0), broadcast(0.0), broadcast(0.0)
         for f in range(rows):
             m = f * width + col
             q, d = load(s, m), load(s, now + m)
@@ -117,10 +117,10 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
     size = rows * k
     for col in range(0, k, FOUR):
         lr, li = load(lam, col), load(lam, k + col)
-        loss, real, imag = load(sums, 2 * k + col), spread(0.0), spread(0.0)
-        normal_re, normal_im = spread(0.0), spread(0.0)
-        drag_re, drag_im = spread(0.0), spread(0.0)
-        pass_re, pass_im = spread(0.0), spread(0.0)
+        loss, real, imag = load(sums, 2 * k + col), broadcast(0.0), broadcast(0.0)
+        normal_re, normal_im = broadcast(0.0), broadcast(0.0)
+        drag_re, drag_im = broadcast(0.0), broadcast(0.0)
+        pass_re, pass_im = broadcast(0.0), broadcast(0.0)
         for r in range(rows):
             m = r * k + col
             er, ei = load(c, TURN_RE * size + m), load(c, TURN_IM * size + m)
@@ -268,12 +268,12 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
     wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
     """
-    least = spread(gap)
+    least = broadcast(gap)
     for j in range(0, wide, FOUR):
-        even, odd = spread(gap), spread(0.0)
+        even, odd = broadcast(gap), broadcast(0.0)
         for c in range(k):
-            even = fma(spread(spectrum[c]), load(wave, c * wide + j), even)
-            odd = fma(spread(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
+            even = fma(broadcast(spectrum[c]), load(wave, c * wide + j), even)
+            odd = fma(broadcast(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
         here, there = even - odd, even + odd
         store(gaps, row + j, here)
         store(gaps, row + wide + j, there)

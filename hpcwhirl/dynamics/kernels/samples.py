@@ -34,12 +34,12 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    broadcast,
     element,
     fma,
     higher_of,
     load,
     root,
-    spread,
 )
 
 
@@ -123,10 +123,10 @@ def read_tips(q, c, hub, turns, width, work, tips):
 @njit(error_model="numpy", cache=True, inline="always")
 def size_of(spectrum, width):
     """Return a bound of every blade's |Re sum_kappa spectrum e^{...}|: the 1-norm."""
-    total = spread(0.0)
+    total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
-        total = total + higher_of(part, spread(0.0) - part)
+        total = total + higher_of(part, broadcast(0.0) - part)
     bound = 0.0
     for i in range(FOUR):
         bound += element(total, i)
@@ -145,9 +145,9 @@ def farthest(spectrum, turns, blades, width):
 @njit(error_model="numpy", cache=True)
 def radial_bound(q, c, size, width):
     """Return a bound of every tip's radial displacement, m."""
-    total = spread(0.0)
+    total = broadcast(0.0)
     for col in range(0, width, FOUR):
-        spectrum = spread(0.0)
+        spectrum = broadcast(0.0)
         for m in range(col, size, width):
             radial = load(c, RADIAL * size + m)
             spectrum = fma(radial, load(q, m), spectrum)

@@ -89,7 +89,7 @@ def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, types.intp, four), code
 
 
-def _spread(builder: Any, value: Any) -> Any:
+def _broadcast(builder: Any, value: Any) -> Any:
     empty, whole = ir.Constant(_VECTOR, ir.Undefined), ir.IntType(32)
     first = builder.insert_element(empty, value, ir.Constant(whole, 0))
     zeros = ir.Constant(ir.VectorType(whole, FOUR), [0] * FOUR)
@@ -97,13 +97,13 @@ def _spread(builder: Any, value: Any) -> Any:
 
 
 @intrinsic
-def spread(typing: Any, value: Any) -> Any:
+def broadcast(typing: Any, value: Any) -> Any:
     """Return four times the same double."""
     del typing, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         del context, sig
-        return _spread(builder, args[0])
+        return _broadcast(builder, args[0])
 
     return four(types.float64), code
 
@@ -115,7 +115,7 @@ def spread_at(typing: Any, array: Any, index: Any) -> Any:
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         data = _data(context, builder, sig.args[0], args[0])
-        return _spread(builder, builder.load(builder.gep(data, [args[1]])))
+        return _broadcast(builder, builder.load(builder.gep(data, [args[1]])))
 
     return four(array, types.intp), code
 

@@ -13,7 +13,7 @@ from hpcwhirl.store.states import drop_state, read_state, stored_states, write_s
 FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
 
 
-class Halfway:
+class Checkpoints:
     """The states of the cases of a campaign's directory.
 
     Parameters

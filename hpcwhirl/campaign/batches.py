@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.lanes import can_ride, group_key
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene
 
 LANES = 4  # cases of a batch: what one vector holds

@@ -26,8 +26,8 @@ from hpcwhirl.scene import (
     input_names,
 )
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION, digest_of
+from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.schema import FORMAT
-from hpcwhirl.store.whole import write_whole
 
 NAME = "campaign.json"
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
@@ -41,7 +41,7 @@ REMEDY = (
 
 
 @dataclass(frozen=True)
-class Plan:
+class Manifest:
     """The resolved campaign.
 
     Attributes
@@ -63,7 +63,7 @@ class Plan:
     format: int = FORMAT
 
 
-def write_plan(folder: Path, plan: Plan) -> None:
+def write_manifest(folder: Path, plan: Manifest) -> None:
     """Store the plan of a campaign directory, sealed."""
     body = json.dumps(asdict(plan), indent=1).encode()
     write_whole(folder / NAME, SEALED % _sha256(body) + body[2:])
@@ -73,7 +73,7 @@ def _sha256(body: bytes) -> bytes:
     return hashlib.sha256(body).hexdigest().encode()
 
 
-def read_plan(folder: Path) -> Plan:
+def read_manifest(folder: Path) -> Manifest:
     """Return the plan of a campaign directory, or raise one clear line.
 
     Its seal, the SHA-256 of all that follows it, must fit. A file of before there were
@@ -101,7 +101,7 @@ def is_sealed(folder: Path) -> bool:
         return SEAL.match(file.read(len(SEALED % _sha256(b"")))) is not None
 
 
-def _parsed(path: Path, text: bytes) -> Plan:
+def _parsed(path: Path, text: bytes) -> Manifest:
     try:
         data = json.loads(text)
     except (ValueError, RecursionError):
@@ -113,14 +113,14 @@ def _parsed(path: Path, text: bytes) -> Plan:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
-    if data.keys() != Plan.__dataclass_fields__.keys() or not _has_types(data):
+    if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
-    return Plan(**data)
+    return Manifest(**data)
 
 
 def _has_types(data: dict[str, Any]) -> bool:
-    """Return whether the values of a plan are of the types that `Plan` tells."""
+    """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     lists = data["digests"], data["settings"]
     return (
@@ -132,7 +132,7 @@ def _has_types(data: dict[str, Any]) -> bool:
     )
 
 
-def verify(plan: Plan, path: Path) -> None:
+def verify(plan: Manifest, path: Path) -> None:
     """Raise StoreError where the digests of a plan do not follow from its inputs.
 
     Some 50 us a case. The content of an engine's file that is swept is not in the plan:
@@ -152,7 +152,7 @@ def verify(plan: Plan, path: Path) -> None:
         raise StoreError(msg + f"digest; {REMEDY}")
 
 
-def _strangers(plan: Plan) -> Iterator[int]:
+def _strangers(plan: Manifest) -> Iterator[int]:
     """Yield the cases of a plan whose digests are not those of their inputs."""
     known = input_names()
     given = {name: value for name, value in plan.base.items() if name in known}
@@ -180,7 +180,7 @@ def _strangers(plan: Plan) -> Iterator[int]:
             yield case
 
 
-def check_same(old: Plan, new: Plan, folder: Path) -> None:
+def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     """Raise InputError, naming what changed, where `new` may not continue `old`.
 
     A campaign may get more cases: longer lists, and further inputs to sweep as long as
@@ -208,7 +208,7 @@ def check_same(old: Plan, new: Plan, folder: Path) -> None:
             raise InputError(msg)
 
 
-def _values(plan: Plan, name: str, swept: list[str]) -> list[Any]:
+def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
     """Return the values an input has in a plan; none where `swept` lets it differ."""
     if name in swept:
         return []

@@ -39,14 +39,14 @@ class Timing:
     lanes : cases marched together
     contact : share of the timed steps with at least one contact
     microseconds_per_step : median over the repeats, us a case-step
-    spread : (largest - smallest) over median of the repeats
+    broadcast : (largest - smallest) over median of the repeats
     """
 
     scheme: str
     lanes: int
     contact: float
     microseconds_per_step: float
-    spread: float
+    broadcast: float
 
 
 def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
@@ -67,8 +67,8 @@ def _restore(march: March, saved: list[object]) -> None:
 
 def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
     middle = statistics.median(spent)
-    spread = (max(spent) - min(spent)) / middle
-    return Timing(scheme, lanes, contact, middle, spread)
+    broadcast = (max(spent) - min(spent)) / middle
+    return Timing(scheme, lanes, contact, middle, broadcast)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:

@@ -11,7 +11,7 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hpcwhirl.campaign.jobs.request import Request
+from hpcwhirl.cluster.jobs.request import Request
 
 Lines = list[str]
 

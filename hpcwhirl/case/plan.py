@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcwhirl.reduction.fold import folded_model, folded_scene
+from hpcwhirl.case.sectors import folded_model, folded_scene
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import unknown
-from hpcwhirl.reduction.model import model_of
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value
 from hpcwhirl.structure.bladed_disk import MOST_DOF
@@ -30,7 +30,7 @@ class Setting:
 
 def trials() -> dict[str, Any]:
     """Return the embedded table of scenes, axes, combinations and the reference."""
-    text = resources.files("hpcwhirl.campaign").joinpath("trials.toml").read_text()
+    text = resources.files("hpcwhirl.measure").joinpath("trials.toml").read_text()
     return tomllib.loads(text)
 
 

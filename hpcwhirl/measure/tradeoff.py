@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from hpcwhirl.campaign.case import Result, simulate
-from hpcwhirl.campaign.trials import (
+from hpcwhirl.campaign.simulate import Result, simulate
+from hpcwhirl.errors import InputError
+from hpcwhirl.measure.trials import (
     Setting,
     Settings,
     applied,
     reference_of,
     trials,
 )
-from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 
 NUDGE = 1e-7  # of the force, from one twin of a case to the next

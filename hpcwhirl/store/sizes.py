@@ -15,7 +15,7 @@ from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
-from hpcwhirl.store.plan import Plan
+from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import ENUMS, ROW, TRACES
 
@@ -54,7 +54,7 @@ class Bytes:
 
 
 def bytes_of(
-    plan: Plan,
+    plan: Manifest,
     samples: NDArray[np.int64],
     intervals: NDArray[np.float64],
     sizes: Mapping[str, int],

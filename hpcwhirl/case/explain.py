@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, model_of
-from hpcwhirl.reduction.plan import Plan, lean_case, plan_of
-from hpcwhirl.reduction.truncation import (
+from hpcwhirl.case.model import model_of
+from hpcwhirl.case.plan import Plan, lean_case, plan_of
+from hpcwhirl.case.truncation import (
     truncation_error,
     with_truncation,
 )
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings
 
 

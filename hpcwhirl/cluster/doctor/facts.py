@@ -26,7 +26,7 @@ THREADS = (
 )  # fmt: skip
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 PROBE = (
-    "import json; from hpcwhirl.campaign.doctor.facts import mpi_facts; "
+    "import json; from hpcwhirl.cluster.doctor.facts import mpi_facts; "
     "print(json.dumps(mpi_facts()))"
 )
 LIMIT = 60  # s, of a probe

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError
 
 from hpcwhirl.reduction.degenerate import aligned
-from hpcwhirl.reduction.engine_file import Given, read_rotor
+from hpcwhirl.reduction.mistuned import labels, modes_of
 from hpcwhirl.reduction.modes import ModalModel
-from hpcwhirl.reduction.whole import labels, modes_of
+from hpcwhirl.store.engine_file import Given, read_rotor
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

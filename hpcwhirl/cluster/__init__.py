@@ -1,0 +1,1 @@
+"""What a cluster asks for: job scripts for schedulers, and what will break there."""

@@ -1,0 +1,1 @@
+"""What this program costs and how exact it is: steps timed, settings compared."""
