@@ -1,0 +1,133 @@
+"""Whether two versions of this program give the same numbers, bit for bit.
+
+    python scripts/evidence/same_bits.py make BEFORE     # with the one on PYTHONPATH
+    python scripts/evidence/same_bits.py make AFTER      # with the other
+    python scripts/evidence/same_bits.py compare BEFORE AFTER
+
+`make` runs campaigns of every way a case is marched: the paper's Table 2, all four
+schemes, a mistuned rotor, one from file, a rigid casing, a mode's sectors folded, a
+reduced model, batches. `compare` holds every variable of their results against its
+twin: values, also of integers of another width and of words; attributes and the group
+`performance`, which depends on the day, are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+TOP = Path(__file__).parents[2]
+SHORT = """
+[scene]
+duration = 0.05
+nodal_diameter = {k}
+friction = 0.1
+[output]
+traces = "full"
+interval = 1e-4
+[solver]
+scheme = "{scheme}"
+[sweep]
+speed = [120, 300, 410, 420]
+gap = [5e-5, 2e-4]
+"""
+RIGID = '[engine.casing]\nkind = "rigid"\n'
+MISTUNED = "[engine.rotor]\nmistuning = [{}]\n".format(
+    ", ".join(f"{0.02 * np.sin(3.7 * blade):.4f}" for blade in range(22))
+)
+CAMPAIGNS = {
+    "modal": SHORT.format(k=1, scheme="modal"),
+    "folded": SHORT.format(k=2, scheme="modal"),
+    "exact": SHORT.format(k=1, scheme="exact"),
+    "general": SHORT.format(k=1, scheme="general"),
+    "paper": SHORT.format(k=3, scheme="paper").replace("0.05", "0.01"),
+    "rigid": RIGID + SHORT.format(k=1, scheme="modal"),
+    "mistuned": MISTUNED + SHORT.format(k=1, scheme="modal"),
+    "draft": SHORT.format(k=1, scheme="modal").replace("0.05", "1.0"),
+    "batched": SHORT.format(k=1, scheme="modal"),
+}
+OPTIONS = {"draft": ["--preset", "draft"], "batched": ["--lanes", "yes"]}
+
+
+def hpcwhirl(*words: str | Path) -> None:
+    """Run a sub-command with this interpreter and its path."""
+    command = [sys.executable, "-m", "hpcwhirl", *map(str, words)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
+def make(folder: Path) -> None:
+    """Run all campaigns; the engine's file is written once, for both versions."""
+    folder.mkdir(parents=True)
+    engine = Path(tempfile.gettempdir()) / "same-bits-engine.h5"
+    if not engine.exists():
+        hpcwhirl("export-model", engine)
+    imported = SHORT.format(k=1, scheme="general")
+    for name, text in (CAMPAIGNS | {"imported": imported}).items():
+        (folder / f"{name}.toml").write_text(text)
+        more = OPTIONS.get(name, [])
+        if name == "imported":
+            more = ["--set", f"file={engine}"]
+        out = ("--out", folder / name, "--report", "no")
+        hpcwhirl("campaign", folder / f"{name}.toml", *out, *more)
+        print(name, flush=True)
+    out = ("--out", folder / "table2", "--report", "no")
+    hpcwhirl("campaign", TOP / "jobs" / "table2.toml", *out)
+
+
+def variables(path: Path) -> dict[str, np.ndarray]:
+    """Return every variable of a results file outside `performance`, by name."""
+    found: dict[str, np.ndarray] = {}
+
+    def take(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset) and not name.startswith("performance"):
+            found[name] = item[()]
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return found
+
+
+def same(one: np.ndarray, two: np.ndarray) -> bool:
+    """Return whether values are equal, numbers bit for bit."""
+    one, two = np.asarray(one), np.asarray(two)
+    if one.shape != two.shape or one.dtype.kind != two.dtype.kind:
+        return False
+    if one.dtype.kind == "f":
+        return one.tobytes() == two.tobytes()
+    return bool(np.all(one == two))
+
+
+def compare(before: Path, after: Path) -> int:
+    """Print what differs between two folders; return how many variables do."""
+    differ = 0
+    for path in sorted(before.glob("*/results.h5")):
+        name = path.parent.name
+        old, new = variables(path), variables(after / name / path.name)
+        odd = sorted(old.keys() ^ new.keys())
+        odd += [k for k in sorted(old.keys() & new.keys()) if not same(old[k], new[k])]
+        differ += len(odd)
+        told = f"not the same: {', '.join(odd)}" if odd else "the same bits"
+        print(f"{name}: {len(old)} variables, {told}")
+    return differ
+
+
+def main() -> int:
+    """Make campaigns or compare those that were made."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["make", "compare"])
+    parser.add_argument("folders", nargs="+", type=Path)
+    args = parser.parse_args()
+    if args.what == "make":
+        make(*args.folders)
+        return 0
+    return min(compare(*args.folders), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
