@@ -2,7 +2,7 @@
 # Everything that the paper does not give, from nothing: the environment, the bladed
 # disk's sections from its frequencies, then casing, dampings and pulse from motions.
 #   scripts/identify.sh [DIR] [OPTION...]    results go to DIR (default build/identify);
-#                                            options as of scripts/identify_engine.py
+#                                            options as of scripts/identify/engine.py
 # The same command continues a search that was stopped.
 set -euo pipefail
 out=build/identify
@@ -16,8 +16,8 @@ cd "$HPCWHIRL_ROOT"
 mkdir -p "$out"
 
 lap=$SECONDS
-python scripts/identify_rotor.py | tee "$out/rotor.txt"
+python scripts/identify/rotor.py | tee "$out/rotor.txt"
 echo "identify: the bladed disk took $((SECONDS - lap)) s"
 lap=$SECONDS
-python scripts/identify_engine.py --out "$out" "$@"
+python scripts/identify/engine.py --out "$out" "$@"
 echo "identify: the engine took $((SECONDS - lap)) s, everything $SECONDS s"

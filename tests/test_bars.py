@@ -6,10 +6,10 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
-import bar_rigs as rigs
-import bars
 import numpy as np
 import pytest
+from evidence import bar_rigs as rigs
+from evidence import bars
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 CENTRAL = ["general", "paper", pytest.param("modal", marks=pytest.mark.slow)]
@@ -237,7 +237,7 @@ def test_a_lobed_wall_touches_only_the_bar_it_comes_to():
 @pytest.mark.slow
 def test_the_script_prints_strict_json():
     done = subprocess.run(
-        [sys.executable, SCRIPTS / "bars.py", "--quick", "--json"],
+        [sys.executable, SCRIPTS / "evidence/bars.py", "--quick", "--json"],
         capture_output=True, text=True, timeout=200, check=True,
     )  # fmt: skip
     facts = json.loads(done.stdout, parse_constant=pytest.fail)

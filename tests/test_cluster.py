@@ -49,7 +49,7 @@ def slurm(tmp_path_factory):
     """Start Slurm, return a function that runs its commands, and end it."""
     assert not MISSING, f"not installed: {', '.join(MISSING)}"
     place = tmp_path_factory.mktemp("slurm", numbered=True)
-    script = ROOT / "scripts/slurm.sh"
+    script = ROOT / "scripts/cluster/slurm.sh"
     up = ["bash", script, "up", place, "4", str(os.getpid())]
     subprocess.run(up, check=True, timeout=60)
     environment = ENVIRONMENT | {"SLURM_CONF": str(place / "slurm.conf")}

@@ -1,8 +1,7 @@
-"""Scenes at the extremes, by the table of scripts/extremes.py and its laws."""
+"""Scenes at the extremes, by the table of scripts/extremes/decide.py and its laws."""
 
-import extremes_random as random
-import extremes_table as table
 import pytest
+from extremes import drawn, table
 
 QUICK = [extreme for extreme in table.TABLE if extreme.quick]
 FOLDED = [e for e in table.TABLE if e.what == "lobes" and not e.quick]
@@ -31,5 +30,5 @@ def test_an_input_at_the_edge_of_numbers(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_a_random_scene_is_refused_or_lost_or_sound(seed):
-    extreme = random.random_scene(seed)
+    extreme = drawn.random_scene(seed)
     extreme.law(extreme.settings)

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import paper_text
 import pytest
+from paper import text as paper_text
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.model import model_of
@@ -310,7 +310,7 @@ def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
 def test_the_quick_paper_is_whole_and_continues(tmp_path):
     call = [
         sys.executable,
-        str(SCRIPTS / "paper_figures.py"),
+        str(SCRIPTS / "paper/figures.py"),
         "--out",
         str(tmp_path),
         "--quick",

@@ -4,9 +4,9 @@ import json
 import signal
 import tomllib
 
-import identify_engine as engines
-import identify_score as scoring
 import pytest
+from identify import engine as engines
+from identify import score as scoring
 
 from hpcwhirl.campaign.design import design_of
 

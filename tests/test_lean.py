@@ -1,11 +1,11 @@
-"""What `scripts/lean.py` prints of lean plans is what it has measured."""
+"""What `scripts/evidence/lean.py` prints of lean plans is what it has measured."""
 
 import runpy
 from pathlib import Path
 
 import pytest
 
-LEAN = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "lean.py"))
+LEAN = runpy.run_path(str(Path(__file__).parents[1] / "scripts/evidence/lean.py"))
 
 
 def found(**own):

@@ -478,7 +478,7 @@ def test_delassus_rows_of_the_ring_of_elements():
 @pytest.mark.slow
 @pytest.mark.oracle
 def test_what_a_user_would_write_finds_the_same_impulse():
-    script = Path(__file__).parent.parent / "scripts" / "baselines.py"
+    script = Path(__file__).parent.parent / "scripts/cost/baselines.py"
     done = subprocess.run(
         [sys.executable, script, "2"], capture_output=True, text=True, timeout=200,
         check=True,

@@ -70,7 +70,7 @@ def test_damped_blow_up_has_an_energy_below_zero(monkeypatch, scheme):
 @pytest.mark.parametrize("body", [0, 1])
 def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
     if scheme == "paper":
-        pytest.skip("its friction is in the kernel: scripts/planted.py")
+        pytest.skip("its friction is in the kernel: scripts/evidence/planted.py")
     march = March(scene(scheme=scheme))
     if scheme in CYCLIC:
         items(march, body)[passes.ALONG] *= -1.0

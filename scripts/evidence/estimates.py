@@ -37,9 +37,9 @@ import numpy as np
 
 from hpcwhirl.scene import preset_bounds, preset_names
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from evidence.estimates_drawn import MEASURES, NUMBERS
-from presets import PATH, write
+from evidence.presets import PATH, write
 
 PAGE = Path(__file__).with_suffix(".md")
 DRAWN = {"truncation": 120, "accuracy": 120, "presets": 60}

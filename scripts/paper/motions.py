@@ -6,8 +6,8 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from paper_found import Found, Row
-from paper_text import Number, Statement, judged
+from paper.found import Found, Row
+from paper.text import Number, Statement, judged
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.model import model_of

@@ -1,6 +1,6 @@
 """How the two rings differ: bending frequencies, and the Delassus matrix on the way.
 
-    python scripts/rings.py
+    python scripts/evidence/rings.py
 
 The Delassus matrix of a step is what a unit multiplier on one blade opens at all
 blades. The ring of harmonics makes it constant; on the ring of elements it depends on

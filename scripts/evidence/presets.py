@@ -1,7 +1,7 @@
 """Chooses the presets from a measured trade-off and writes what each loses.
 
     hpcwhirl tradeoff --out DIR
-    python scripts/presets.py DIR [--write]
+    python scripts/evidence/presets.py DIR [--write]
 
 Candidates are the combinations of accuracy and truncation. A preset is the cheapest of
 them whose words are all those of the reference and whose median error, the worst number
@@ -66,7 +66,7 @@ def loss(row: Row, facts: dict[str, Any]) -> str:
 
 def write(table: dict[str, Any]) -> None:
     """Replace the presets of the package."""
-    head = "# Written by scripts/presets.py from a measured trade-off.\n"
+    head = "# Written by scripts/evidence/presets.py from a measured trade-off.\n"
     PATH.write_text(head + tomli_w.dumps(table))
 
 

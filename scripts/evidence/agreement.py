@@ -1,9 +1,9 @@
 """Do two ways to integrate give the same words? Random cases, confusion, twins.
 
-    python scripts/agreement.py exact            modal against exact
-    python scripts/agreement.py elements         ring of harmonics against elements
-    python scripts/agreement.py general          modal against mode by mode (slow)
-    python scripts/agreement.py paper            modal against Algorithm 1 (slowest)
+    python scripts/evidence/agreement.py exact      modal against exact
+    python scripts/evidence/agreement.py elements   ring: harmonics, elements
+    python scripts/evidence/agreement.py general    modal against mode by mode
+    python scripts/evidence/agreement.py paper      modal against Algorithm 1
     options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6
              --speeds 520 420 270 (Table 2 at these)  --sweep (at all of its speeds)
 

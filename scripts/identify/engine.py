@@ -1,9 +1,9 @@
 """Search for what the paper does not give: casing, dampings and pulse.
 
-    python scripts/identify_engine.py --out DIR --minutes 60 [--ranks N]
+    python scripts/identify/engine.py --out DIR --minutes 60 [--ranks N]
 
-The unknowns and their bounds are in `identify_space`; the score is that of
-`identify_score`, written down before the search. Whether the pulse squeezes or
+The unknowns and their bounds are in `identify.space`; the score is that of
+`identify.score`, written down before the search. Whether the pulse squeezes or
 stretches is no unknown: with k = 1 and an even number of blades the two are the same
 motion turned by half a turn (`pytest tests/test_march.py -k whole_turn`), and Table 1
 with k = 2 is damped either way. Three stages, every case through `hpcwhirl campaign`:
@@ -35,17 +35,6 @@ from typing import Any
 
 import numpy as np
 import tomli_w
-from identify_report import write_report
-from identify_score import Row, guide, score, score_parts
-from identify_space import (
-    UNKNOWNS,
-    Engine,
-    default_engine,
-    engine_at,
-    first_population,
-    from_unit,
-    to_unit,
-)
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
@@ -54,6 +43,19 @@ from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.store.reader import words
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from identify.report import write_report
+from identify.score import Row, guide, score, score_parts
+from identify.space import (
+    UNKNOWNS,
+    Engine,
+    default_engine,
+    engine_at,
+    first_population,
+    from_unit,
+    to_unit,
+)
 
 SEED = 1
 ROWS = ("orbit_radius", "line_frequency", "growth_rate", "speed", "gap", "centre_peak",

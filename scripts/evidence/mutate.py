@@ -1,6 +1,6 @@
 """Put a bug in, see a test fail: one bug at a time, in a copy of the tree.
 
-    python scripts/mutate.py [WORD...]     only bugs whose truth or file has WORD
+    python scripts/evidence/mutate.py [WORD...]   only bugs whose truth or file has WORD
 
 Exits 1 where a bug goes unseen, 2 where its place is no longer in the source.
 """
@@ -15,7 +15,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).parents[2]
 LIMIT = 300  # s for the tests of one bug
 
 

@@ -1,13 +1,13 @@
 """How far a preset's regime map is to be trusted: 500 cases, against `reference`.
 
-    python scripts/preset_map.py [DIR] [--write]
+    python scripts/evidence/preset_map.py [DIR] [--write]
 
 Two engines, the default and one whose ring lets motion grow, at 25 speeds and 10 gaps
 each, 2.5 s. Runs the campaign with each preset on two ranks (resumable), prints seconds
 of whole commands, the confusion of regimes, how many cells differ where the reference's
 map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
 s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
-With --write, the presets tell their agreement (scripts/presets.py drops it).
+With --write, the presets tell their agreement (scripts/evidence/presets.py drops it).
 """
 
 from __future__ import annotations
@@ -26,13 +26,15 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
-from presets import PATH, write
 
 import hpcwhirl
 from hpcwhirl.measure.trials import trials
 from hpcwhirl.scene import preset_names
 from hpcwhirl.scene.files import resolve
 from hpcwhirl.store.reader import words
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.presets import PATH, write
 
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 SPEEDS = [float(s) for s in np.linspace(40.0, 520.0, 25)]

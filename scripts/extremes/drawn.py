@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from extremes_laws import SHORT, any_law
-from extremes_table import SCHEMES, Extreme
+from extremes.laws import SHORT, any_law
+from extremes.table import SCHEMES, Extreme
 
 from hpcwhirl.scene import Scene, flatten
 

@@ -1,6 +1,6 @@
 """Seconds and memory of `hpcwhirl map`, for campaigns of made-up rows.
 
-    python scripts/evidence/map_cost.py [--cases 1000,10000,100000]
+    python scripts/cost/maps.py [--cases 1000,10000,100000]
 
 Each map, PNG and SVG together, is drawn by a process of its own; the time is of all of
 the process, imports included. Nothing is integrated: rows are synthetic, orbits are
@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-from synthetic import grid_of, synthetic
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.synthetic import grid_of, synthetic
 
 SAMPLES = 500
 DRAW = [sys.executable, "-m", "hpcwhirl", "map"]

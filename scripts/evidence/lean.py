@@ -1,9 +1,9 @@
 """Does the lean plan give what the whole model gives, and what does it save? Runs both.
 
-    python scripts/lean.py words        random scenes, lean against everything
-    python scripts/lean.py certain      the same, each case ending with its word proved
-    python scripts/lean.py time         seconds by kind of scene
-    python scripts/lean.py symmetry     how long a symmetric motion stays so
+    python scripts/evidence/lean.py words        random scenes, lean against everything
+    python scripts/evidence/lean.py certain      the same, ended once a word is proved
+    python scripts/evidence/lean.py time         seconds by kind of scene
+    python scripts/evidence/lean.py symmetry     how long a symmetric motion stays so
     options: --cases 300  --seed 1  --duration 2.5  --time-step 2e-6  --processes 2
              --repeats 5 (time: the least of so many)
              --damping 0.005 (words: of the casing, light: symmetries break)

@@ -1,6 +1,6 @@
 """What surviving costs: states, notes of what runs, cases in a process of their own.
 
-    python scripts/survival.py [--repeats 30]
+    python scripts/cost/survival.py [--repeats 30]
 
 A table on stdout, medians of this machine: keeping and taking up the state of a case
 of Table 2 after 0.5 s of engine time, noting a case as begun, beginning the process of

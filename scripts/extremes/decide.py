@@ -1,9 +1,9 @@
 """Scenes at the extremes: each gives a right answer, by a law, or a clear refusal.
 
-    python scripts/extremes.py [WORD...]        those whose input has a WORD, or all
-    python scripts/extremes.py --write          all, and scripts/extremes.md anew
-    python scripts/extremes.py --random 300 --seed 1
-                                                random scenes of the whole allowed box
+    python scripts/extremes/decide.py [WORD...]   all, or whose input has a WORD
+    python scripts/extremes/decide.py --write     all, and extremes.md anew
+    python scripts/extremes/decide.py --random 300 --seed 1
+                                          random scenes of the whole allowed box
 
 Every scene runs in a process of its own with a time limit, warnings being errors: a
 hang, a crash or a stray line is a finding too. Exits 1 where a law is broken.
@@ -20,11 +20,12 @@ import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from extremes_laws import Broken
-from extremes_random import random_scene
-from extremes_table import TABLE, Extreme
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from extremes.drawn import random_scene
+from extremes.laws import Broken
+from extremes.table import TABLE, Extreme
 
-PAGE = Path(__file__).with_suffix(".md")
+PAGE = Path(__file__).with_name("extremes.md")
 LIMIT = 300.0  # s for one scene, compilation of its kernel included
 Answer = tuple[bool, str]
 
@@ -69,8 +70,8 @@ def page(rows: Iterable[tuple[Extreme, str]]) -> str:
     lines = [
         "# Scenes at the extremes",
         "",
-        "Written by `python scripts/extremes.py --write`; do not edit. Table 2, 4 ms",
-        "at 2e-6 s, all samples, with the settings of each row.",
+        "Written by `python scripts/extremes/decide.py --write`; do not edit.",
+        "Table 2, 4 ms at 2e-6 s, all samples, with the settings of each row.",
         "",
         "| extreme | settings | law | outcome |",
         "|---|---|---|---|",

@@ -1,7 +1,7 @@
 """Figures 4 to 14 of the paper and `paper.md`, from campaigns kept in DIR/campaigns.
 
-    python scripts/paper_figures.py --out DIR           # some 9 minutes on one core
-    python scripts/paper_figures.py --out DIR --quick   # coarse: a minute
+    python scripts/paper/figures.py --out DIR           # some 9 minutes on one core
+    python scripts/paper/figures.py --out DIR --quick   # coarse: a minute
 
 The same command again continues: no case is integrated twice. `paper.md` sets each of
 the paper's statements beside what was computed, misses first.
@@ -17,10 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from paper_found import PAPER_SPEEDS, Found
-from paper_statements import statements
-from paper_text import page
-from paper_why import why
 
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.resume import prepare
@@ -29,6 +25,12 @@ from hpcwhirl.report import growth, motions, shapes, sweeps
 from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.saving import save
 from hpcwhirl.store.cases import Cases
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from paper.found import PAPER_SPEEDS, Found
+from paper.statements import statements
+from paper.text import page
+from paper.why import why
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Plant an instability in the sources, see the run named `unstable`.
 
-    python scripts/planted.py [WORD...]     only bugs whose name has WORD
+    python scripts/evidence/planted.py [WORD...]     only bugs whose name has WORD
 
 Each bug goes into a copy of the package, with a cache of its own, and `hpcwhirl run`
 marches Table 2 with it; a broken row of W is that of a blade which touches. Exits 1
@@ -18,7 +18,7 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).parents[2]
 LIMIT = 600  # s for one run, compilation included
 KERNELS = "dynamics/kernels/"
 SHORT = {"duration": 8e-3, "time_step": 2e-6, "interval": 2e-5}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from extremes_laws import (
+from extremes.laws import (
     Law,
     any_law,
     at_rest,

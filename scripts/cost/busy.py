@@ -1,6 +1,6 @@
 """How busy the ranks are: hpcwhirl's hand-out beside a dedicated master and a split.
 
-    python scripts/busy.py [--ranks 2] [--repeat 1] [--duration 1.0] [--out DIR]
+    python scripts/cost/busy.py [--ranks 2] [--repeat 1] [--duration 1.0] [--out DIR]
 
 One campaign of mixed regimes and lengths, four ways of sharing it among the same
 number of ranks, and on one rank: `hpcwhirl campaign` itself; a dedicated master, which
@@ -46,7 +46,7 @@ from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.running import Running
 from hpcwhirl.store.runs import read_runs
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 MIXED = """
 # damped, sustained and divergent ones, short and long

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from identify_score import Row, divergent_near_270, pick, score_parts
+from identify.score import Row, divergent_near_270, pick, score_parts
 
 NEAR = 0.9  # of the best score: engines that determine the unknowns
 SHORT = {

@@ -1,6 +1,6 @@
 """What a user would write instead, on the same engine and the same first milliseconds.
 
-    python scripts/baselines.py [MILLISECONDS]
+    python scripts/cost/baselines.py [MILLISECONDS]
 
 Three integrators of Table 2's case: NumPy on dense matrices, Numba on dense matrices
 with BLAS, and SciPy's `solve_ivp` on modes with a penalty spring for the contact. The

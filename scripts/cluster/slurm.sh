@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A private Slurm on this machine alone, for tests: one node, on loopback, own ports.
-#   scripts/slurm.sh up DIR [CPUS [PID]]   start it; all state lies in DIR (4 CPUs)
-#   scripts/slurm.sh down DIR              end it, and what runs in it
+#   scripts/cluster/slurm.sh up DIR [CPUS [PID]]   start it; all state lies in DIR (4 CPUs)
+#   scripts/cluster/slurm.sh down DIR              end it, and what runs in it
 # It ends by itself after half an hour, and soon after the process PID has ended.
 # Then: export SLURM_CONF=DIR/slurm.conf. Needs root, slurmctld, slurmd, munge.
 set -euo pipefail

@@ -1,6 +1,6 @@
 """How far a campaign scales: the hand-out as a discrete-event simulation.
 
-    python scripts/scale.py [DIR] [--out FIGURE.png] [--most 1000000] [--quick]
+    python scripts/cost/scale.py [DIR] [--out FIGURE.png] [--most 1000000] [--quick]
 
 Fed with message times measured here between two ranks, and with the case times of a
 finished campaign DIR (or of one that is integrated now): N cases are scattered over its
@@ -25,10 +25,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-import gather_bench
 import numpy as np
 from numpy.typing import NDArray
-from scale_model import Model, Outcome, Times, dedicated_master, static_split
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
@@ -43,8 +41,12 @@ from hpcwhirl.store.journal import Journal, read_records, read_traces
 from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.runs import read_runs
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from cost import gathering
+from cost.scale_model import Model, Outcome, Times, dedicated_master, static_split
+
 Floats = NDArray[np.float64]
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 RANKS = (2, 10, 100, 1000, 10_000)
 MEASURED, SAMPLES = 1000, 500  # cases that are gathered, and samples of an orbit
@@ -272,7 +274,7 @@ def keeping(place: Path, scratch: Path, mean: float) -> None:
         f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"
     )
     for detail in ("summary", "orbit"):
-        spent, size = gathering(scratch / detail, detail)
+        spent, size = gather_cost(scratch / detail, detail)
         for cases in CASES[1:]:
             print(
                 f"  {cases} cases, {detail}: gathered serially in "
@@ -281,11 +283,11 @@ def keeping(place: Path, scratch: Path, mean: float) -> None:
     setting_up()
 
 
-def gathering(folder: Path, detail: str) -> tuple[float, float]:
+def gather_cost(folder: Path, detail: str) -> tuple[float, float]:
     """Return the seconds and bytes that gathering takes for a case."""
-    many = gather_bench.design(MEASURED, detail, SAMPLES)
+    many = gathering.design(MEASURED, detail, SAMPLES)
     few = [many.cases[i] for i in (0, MEASURED // 2)]
-    gather_bench.begin(folder, many, [simulate(scene) for scene in few])
+    gathering.begin(folder, many, [simulate(scene) for scene in few])
     start = time.perf_counter()
     size = gather(folder, {}).stat().st_size
     return (time.perf_counter() - start) / MEASURED, size / MEASURED

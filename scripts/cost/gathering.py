@@ -1,6 +1,6 @@
 """What gathering costs: seconds, memory and bytes, serial and through MPI-IO.
 
-    python scripts/gather_bench.py [--cases 10000] [--samples 500] [--ranks 2]
+    python scripts/cost/gathering.py [--cases 10000] [--samples 500] [--ranks 2]
 
 Makes campaign directories of many cases, without and with orbits, and gathers them in
 processes of their own. A few cases are really integrated; every record is one of their
@@ -28,7 +28,7 @@ from hpcwhirl.store.gather import has_mpi_io
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.manifest import write_manifest
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 COMPUTED = 8  # cases that are really integrated
 DURATION = 0.05  # s of engine time

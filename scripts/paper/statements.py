@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from paper_found import BANDS, PAPER_SPEEDS, Found
-from paper_motions import kinds, motion_statements, only_damped
-from paper_text import Number, Statement, judged
+from paper.found import BANDS, PAPER_SPEEDS, Found
+from paper.motions import kinds, motion_statements, only_damped
+from paper.text import Number, Statement, judged
 
 from hpcwhirl.analysis.cascade import after_revolutions
 from hpcwhirl.analysis.spectrum import amplitude_spectrum, strongest

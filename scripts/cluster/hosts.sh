@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # A campaign on two "hosts" of this machine, for real: two network namespaces with host
 # names of their own, joined by a veth pair, MPICH between them over TCP alone.
-#   sudo bash scripts/hosts.sh [RANKS, default 4]
+#   sudo bash scripts/cluster/hosts.sh [RANKS, default 4]
 # Runs a small campaign there and in one process, and compares the bits. Needs root, ip,
 # unshare, and the MPICH of the environment ($HPCWHIRL_MPIRUN, else mpirun).
 set -euo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 ranks=${1:-4}
 limit=${HPCWHIRL_HOSTS_LIMIT:-240}  # s, of the campaign on two hosts
 mpirun=$(command -v "${HPCWHIRL_MPIRUN:-mpirun}") || { echo "hosts: no mpirun" >&2; exit 2; }

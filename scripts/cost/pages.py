@@ -1,6 +1,6 @@
 """Size of `hpcwhirl report`'s page, and the time it takes to write and to draw it.
 
-    python scripts/evidence/page_cost.py [--cases 2000,20000]
+    python scripts/cost/pages.py [--cases 2000,20000]
 
 Rows are made up, orbits of 500 samples are zeros: a page keeps as many bytes of any.
 Drawn: milliseconds until the first picture stands in headless Chromium, as the page
@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-from synthetic import grid_of, synthetic
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.synthetic import grid_of, synthetic
 
 from hpcwhirl.report.page.build import write_page
 

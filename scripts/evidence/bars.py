@@ -1,6 +1,6 @@
 """Contact against exact answers: bars that bounce, strike each other, are pressed.
 
-    python scripts/bars.py [--quick] [--json]
+    python scripts/evidence/bars.py [--quick] [--json]
 
 drop : bars fall from a height on a rigid floor (Doyen, Ern, Piperno 2011, section 3),
     written in the falling frame, where the rigid casing rises with g
@@ -30,14 +30,18 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bar_rigs import RIGS, Bar, Floats, Rig, Slider, march_of
 
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.bar_rigs import RIGS, Bar, Floats, Rig, Slider, march_of
 
 FRICTION, SPEED = 0.3, 1.0  # mu and rad/s: the bars slide along the wall
 FIXED = 100  # elements where the step alone is refined
