@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from paper import text as paper_text
+from paper import veering
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.model import model_of
@@ -180,8 +181,8 @@ def test_measured_growth_stands_beside_the_linear_check(cases):
 
 
 def test_a_clamped_centre_moves_only_nodal_diameter_one():
-    free = shapes.frequencies(shapes.full_rotor(Rotor()))
-    held = shapes.frequencies(shapes.full_rotor(Rotor(), clamped=True))
+    free = veering.frequencies(veering.full_rotor(Rotor()))
+    held = veering.frequencies(veering.full_rotor(Rotor(), clamped=True))
     for (k, family), hertz in held.items():
         if k != 1:
             assert hertz == pytest.approx(free[k, family], rel=1e-9)
@@ -192,7 +193,7 @@ def test_a_clamped_centre_moves_only_nodal_diameter_one():
 def test_shapes_and_veering_are_drawn(tmp_path):
     for name, figure in (
         ("shapes", shapes.draw_shapes(Rotor())),
-        ("veering", shapes.draw_veering(Rotor())),
+        ("veering", veering.draw_veering(Rotor())),
     ):
         assert figures.save(figure, tmp_path / f"{name}.png").stat().st_size > 5000
     assert "k = 1, f = 40.77 Hz" in texts(shapes.draw_shapes(Rotor()))

@@ -1,146 +1,131 @@
-"""Plant an instability in the sources, see the run named `unstable`.
+"""Put a bug in, see that it is seen: one at a time, each in a copy of the tree.
 
-    python scripts/evidence/planted.py [WORD...]     only bugs whose name has WORD
+    python scripts/evidence/planted.py [WORD...]    all, or whose name or file has WORD
 
-Each bug goes into a copy of the package, with a cache of its own, and `hpcwhirl run`
-marches Table 2 with it; a broken row of W is that of a blade which touches. Exits 1
-where a run has another word, 2 where the place of a bug is no longer in the source.
+A bug of planted.toml goes into a copy of the sources, with a cache of its own. Its
+tests must fail then, or the run of Table 2 that it names must be `unstable`; without a
+bug that run is `completed`. Exits 1 where one goes unseen, 2 where the place of one is
+no longer in the source.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, field
+import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-LIMIT = 600  # s for one run, compilation included
-KERNELS = "dynamics/kernels/"
+TABLE = Path(__file__).with_suffix(".toml")
+LIMIT = 3000  # s for the tests or the run of one bug, compilation included
 SHORT = {"duration": 8e-3, "time_step": 2e-6, "interval": 2e-5}
+Run = dict[str, str | float]
 
 
 @dataclass(frozen=True)
 class Bug:
-    """A replacement in the source and the scene that it is tried on."""
+    """A replacement in a source file, and who is to see it: tests, or a run."""
 
     name: str
     file: str
     right: str
     wrong: str
-    scheme: str
-    settings: dict[str, float] = field(default_factory=dict)
+    seen_by: str | Run
 
+    @property
+    def standing(self) -> bool:
+        """Whether its place is in the source."""
+        path = ROOT / "hpcwhirl" / self.file
+        return path.is_file() and self.right in path.read_text(encoding="utf-8")
 
-LET_BY = ("dynamics/timestep.py", "if not step < limit:", "if not step < 2 * limit:")
-BUGS = (
-    Bug("nothing (the sources as they are)", "errors.py", "", "", "general"),
-    Bug("step a hair above", *LET_BY, "general", {"time_step": 9.6235e-6}),
-    Bug("step above, damped", *LET_BY, "paper", {"time_step": 9.7e-6}),
-    Bug(
-        "friction of the wrong sign in the correction",
-        KERNELS + "general.py",
-        "ahead[m] += give[m] * (force_n[m] + mu * force_t[m])",
-        "ahead[m] += give[m] * (force_n[m] - mu * force_t[m])",
-        "general",
-    ),
-    Bug(
-        "friction of the wrong sign, dense",
-        KERNELS + "dense.py",
-        "force = force_n[c] + mu * force_t[c]",
-        "force = force_n[c] - mu * force_t[c]",
-        "paper",
-    ),
-    Bug(
-        "a row of W without the ring",
-        KERNELS + "contact.py",
-        "w[j, i] += read_ring(response, index, shape, i)",
-        "w[j, i] += (j != 17) * read_ring(response, index, shape, i)",
-        "general",
-    ),
-    Bug(
-        "a row of W of the wrong sign",
-        KERNELS + "contact.py",
-        "w[j, i] += read_ring(response, index, shape, i)",
-        "w[j, i] += (1.0 - 1.5 * (j == 17)) * read_ring(response, index, shape, i)",
-        "paper",
-    ),
-    Bug(
-        "work of friction dropped",
-        KERNELS + "general.py",
-        "ledger[FRICTION] += mu * force_t[m] * mean",
-        "ledger[FRICTION] += 0.0 * force_t[m] * mean",
-        "general",
-    ),
-    Bug(
-        "impact entered once only",
-        KERNELS + "contact.py",
-        "ledger[ROTATION] -= work",
-        "ledger[ROTATION] -= 0.0 * work",
-        "general",
-    ),
-    Bug(
-        "a kept inverse 2 % too large",
-        KERNELS + "circulant.py",
-        "column[(where[s] - where[r]) % blades]",
-        "0.98 * column[(where[s] - where[r]) % blades]",
-        "modal",
-    ),
-    Bug(
-        "turn of the ring to the other side",
-        KERNELS + "passes.py",
-        "fma(er, di, ei * dr)",
-        "fnma(er, di, ei * dr)",
-        "modal",
-    ),
-)  # fmt: skip
-
-
-def outcome(bug: Bug) -> str:
-    """Return the outcome of a run with the bug in; exit 2 where it has no place."""
-    with tempfile.TemporaryDirectory(prefix="planted-") as name:
-        place = Path(name)
+    def plant(self, tree: Path) -> None:
+        """Copy what tests and runs need, and put the bug in."""
         skip = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / "hpcwhirl", place / "hpcwhirl", ignore=skip)
-        target = place / "hpcwhirl" / bug.file
+        for part in ("hpcwhirl", "tests", "scripts", "jobs"):
+            shutil.copytree(ROOT / part, tree / part, ignore=skip)
+        shutil.copy(ROOT / "pyproject.toml", tree)
+        target = tree / "hpcwhirl" / self.file
         text = target.read_text(encoding="utf-8")
-        if bug.right not in text:
-            print(f"{bug.name}: '{bug.right}' is not in {bug.file}", file=sys.stderr)
-            raise SystemExit(2)
-        if bug.right:
-            target.write_text(text.replace(bug.right, bug.wrong), encoding="utf-8")
-        call = [sys.executable, "-m", "hpcwhirl", "run", "--json", "--quiet"]
-        for key, value in {**SHORT, **bug.settings, "scheme": bug.scheme}.items():
-            call += ["--set", f"{key}={value}"]
-        kept = {"PYTHONPATH": name, "NUMBA_CACHE_DIR": str(place / "numba")}
-        done = subprocess.run(
-            call, cwd=place, env=os.environ | kept, capture_output=True, text=True,
-            timeout=LIMIT, check=False,
-        )  # fmt: skip
+        target.write_text(text.replace(self.right, self.wrong), encoding="utf-8")
+
+
+def bugs() -> list[Bug]:
+    """Return the table, and first a run with nothing in."""
+    files = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    nothing = Bug("nothing (as it is)", "errors.py", "", "", {"scheme": "general"})
+    return [nothing] + [
+        Bug(name, file, *told)
+        for file, own in files.items()
+        for name, told in own.items()
+    ]
+
+
+def started(tree: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Return how a module of Python ended among the sources of a tree."""
+    own = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(tree / "numba")}
+    return subprocess.run(
+        [sys.executable, "-m", *words], cwd=tree, env=os.environ | own,
+        capture_output=True, text=True, timeout=LIMIT, check=False,
+    )  # fmt: skip
+
+
+def by_tests(tree: Path, tests: str) -> tuple[bool, str]:
+    """Return whether tests fail, and the first that does."""
+    done = started(tree, "pytest", "-qx", "-p", "no:cacheprovider", f"tests/{tests}")
+    found = [t for t in done.stdout.splitlines() if t.startswith(("FAILED", "ERROR"))]
+    told = found[0].split(" - ")[0] if found else "NOT SEEN"
+    return done.returncode == 1 and bool(found), told
+
+
+def by_run(tree: Path, settings: Run, wanted: str) -> tuple[bool, str]:
+    """Return whether a run has an outcome, and the numbers that name it."""
+    pairs = [f"{name}={value}" for name, value in (SHORT | settings).items()]
+    given = [word for pair in pairs for word in ("--set", pair)]
+    done = started(tree, "hpcwhirl", "run", "--json", "--quiet", *given)
     if not done.stdout:
-        return f"no result: {done.stderr.strip().splitlines()[-1]}"
+        return False, f"no result: {done.stderr.strip().splitlines()[-1]}"
     facts = json.loads(done.stdout)
     found = ("ledger_error", "gap_error", "step_share")
     numbers = ", ".join(f"{n} {facts[n]:.1e}" for n in found)
-    return f"{facts['outcome']} ({facts['stop']}; {numbers})"
+    told = f"{settings['scheme']}: {facts['outcome']} ({facts['stop']}; {numbers})"
+    return facts["outcome"] == wanted, told
+
+
+def seen(bug: Bug) -> bool:
+    """Plant a bug; print and return whether it is seen."""
+    with tempfile.TemporaryDirectory(prefix="planted-") as name:
+        tree = Path(name)
+        bug.plant(tree)
+        if isinstance(bug.seen_by, str):
+            known, told = by_tests(tree, bug.seen_by)
+        else:
+            wanted = "unstable" if bug.right else "completed"
+            known, told = by_run(tree, bug.seen_by, wanted)
+    print(f"{bug.name:46s} {bug.file:28s} {told}", flush=True)
+    return known
 
 
 def main() -> int:
     """Try the chosen bugs and report."""
-    chosen = [b for b in BUGS if all(w in b.name for w in sys.argv[1:])]
-    wrong = 0
-    for bug in chosen:
-        told = outcome(bug)
-        wanted = "unstable" if bug.right else "completed"
-        wrong += not told.startswith(wanted)
-        print(f"{bug.name:46s} {bug.scheme:8s} {told}", flush=True)
-    print(f"{len(chosen) - wrong} of {len(chosen)} as they should be")
-    return 1 if wrong else 0
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("words", nargs="*", metavar="WORD", help="of a name or file")
+    words = parser.parse_args().words
+    chosen = [b for b in bugs() if all(w in f"{b.name} {b.file}" for w in words)]
+    gone = [bug for bug in chosen if not bug.standing]
+    for bug in gone:
+        print(f"{bug.name}: '{bug.right}' is not in {bug.file}", file=sys.stderr)
+    if gone:
+        return 2
+    unseen = [bug.name for bug in chosen if not seen(bug)]
+    print(f"{len(chosen) - len(unseen)} of {len(chosen)} as they should be")
+    return 1 if unseen else 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

@@ -30,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from paper.found import PAPER_SPEEDS, Found
 from paper.statements import statements
 from paper.text import page
+from paper.veering import draw_veering
 from paper.why import why
 
 
@@ -209,7 +210,7 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
     title = "Table 1, after revolution 5, k = {}"
     figures = {
         "fig04": shapes.draw_shapes(rotor),
-        "fig05": shapes.draw_veering(rotor),
+        "fig05": draw_veering(rotor),
         "fig06": sweeps.draw_frequency(table1, lobes[1], title.format(1)),
         "fig07": sweeps.draw_frequency(table1, lobes[2], title.format(2)),
         "fig08": draw_opposed(table1, lobes[2]),

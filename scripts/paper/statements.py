@@ -8,11 +8,11 @@ import numpy as np
 from paper.found import BANDS, PAPER_SPEEDS, Found
 from paper.motions import kinds, motion_statements, only_damped
 from paper.text import Number, Statement, judged
+from paper.veering import frequencies, full_rotor
 
 from hpcwhirl.analysis.cascade import after_revolutions
 from hpcwhirl.analysis.spectrum import amplitude_spectrum, strongest
 from hpcwhirl.reduction.bodies import rotor_model
-from hpcwhirl.report.shapes import frequencies, full_rotor
 from hpcwhirl.structure import blade_stiffness
 
 
