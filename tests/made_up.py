@@ -97,7 +97,7 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     folder.mkdir(parents=True)
     write_manifest(folder, design.plan())
     with Journal(folder, 1, 0) as journal:
-        for case, scene in enumerate(design.cases):
+        for case, scene in enumerate(design.scenes):
             record = {"digest": design.digests[case], "performance": WHERE}
             if case in (messages or {}):
                 failed = {"status": "failed", "message": messages[case]}

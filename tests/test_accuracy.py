@@ -3,16 +3,10 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.limits import HARDLY, SAFE, frequency_error, longest_phase
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import (
-    HARDLY,
-    SAFE,
-    central_differences,
-    frequency_error,
-    longest_phase,
-    with_step,
-)
+from hpcwhirl.dynamics.timestep import central_differences
 from hpcwhirl.scene import apply_settings, named_scene
 
 
@@ -32,8 +26,8 @@ def turned(omega, ratio, step):
 def test_the_accuracy_asked_for_is_the_one_of_every_rotor_mode(accuracy, ratio):
     damping = {"rotor.damping": ratio, "rotor.suspension_damping": -1.0}
     asked = scene(accuracy=accuracy, kind="rigid", **damping)
-    model = model_of(asked)
-    step = with_step(asked, model).solver.time_step
+    model = resolve(asked).model
+    step = resolve(asked).scene.solver.time_step
     shown = float(np.sqrt(1.0 - ratio**2))
     errors = [
         turned(float(omega), ratio, step) / (omega * shown) - 1.0
@@ -47,10 +41,10 @@ def test_the_accuracy_asked_for_is_the_one_of_every_rotor_mode(accuracy, ratio):
 
 def test_a_ring_does_not_change_the_step_that_the_rotor_asks_for():
     asked = scene(accuracy=1e-3, scheme="modal")
-    step = with_step(asked, model_of(asked)).solver.time_step
-    assert March(asked).scene.solver.time_step == step
+    step = resolve(asked).scene.solver.time_step
+    assert March(resolve(asked)).scene.solver.time_step == step
     rigid = apply_settings(asked, {"kind": "rigid"})
-    assert with_step(rigid, model_of(rigid)).solver.time_step == step
+    assert resolve(rigid).scene.solver.time_step == step
 
 
 def test_the_largest_frequency_error_is_that_of_the_stability_limit():

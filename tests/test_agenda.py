@@ -141,7 +141,7 @@ def test_the_longest_goes_first_and_equals_are_scattered():
 def test_costs_are_learned_from_neighbours_and_reorder_what_is_left():
     design = design_of(GRID)
     costs = costs_of(design)
-    speed = np.array([scene.speed for scene in design.cases])
+    speed = np.array([scene.speed for scene in design.scenes])
     truth = np.where(speed < 300, 1.0, 2.5)  # s: two regimes
     agenda = Agenda([(i,) for i in range(80)], costs)
     for unit in [agenda.take() for _ in range(16)]:
@@ -159,7 +159,7 @@ def test_another_scheme_is_asked_only_where_nothing_else_is_known():
     sweep = {"scheme": ["modal", "exact"], "speed": [300.0, 310.0, 500.0]}
     design = design_of({"sweep": sweep})
     costs = costs_of(design)
-    where = {(s.solver.scheme, s.speed): i for i, s in enumerate(design.cases)}
+    where = {(s.solver.scheme, s.speed): i for i, s in enumerate(design.scenes)}
     nominal = costs.nominal.copy()
     costs.learn([where["modal", 300.0]], 3 * nominal[where["modal", 300.0]])
     assert np.allclose(costs.predict(range(6)), 3 * nominal)

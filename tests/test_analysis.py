@@ -18,7 +18,7 @@ from hpcwhirl.analysis.stability import (
     sprung_roots,
 )
 from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -33,7 +33,7 @@ SHORT = {"speed": 410.0, "duration": 0.05, "time_step": 2e-6, "traces": "full"}
 
 @pytest.fixture(scope="module")
 def model():
-    return model_of(SCENE)
+    return resolve(SCENE).model
 
 
 def mode_of(model, k, family, phase):
@@ -67,7 +67,7 @@ def test_a_motion_of_one_mode_gives_only_its_contribution(model, k, family, phas
 
 def test_contributions_are_those_of_the_integrated_modes(model):
     given = SHORT | {"speed": 280.0, "duration": 0.2, "scheme": "general"}
-    march = March(apply_settings(SCENE, given))
+    march = March(resolve(apply_settings(SCENE, given)))
     lift = model.rotor.shapes.T @ model.rotor.mass
     true = []
     while not march.done:
@@ -88,7 +88,7 @@ def test_contributions_refuse_what_has_no_nodal_diameters(model):
     spoilt = apply_settings(SCENE, {"mistuning": [0.1] + [0.0] * 21})
     tips, centre = np.zeros((8, 22, 2)), np.zeros((8, 2))
     with pytest.raises(InputError, match="tuned rotor"):
-        contributions(tips, centre, INTERVAL, model_of(spoilt), 1)
+        contributions(tips, centre, INTERVAL, resolve(spoilt).model, 1)
     with pytest.raises(InputError, match=r"tips must be \(n, 22, 2\)"):
         contributions(tips[:, :5], centre, INTERVAL, model, 1)
 
@@ -183,7 +183,7 @@ def test_without_friction_or_rotation_neither_works():
 
 def test_the_work_of_friction_is_read_alike_however_the_run_is_cut():
     scene = apply_settings(SCENE, SHORT)
-    whole, cut = March(scene), March(scene)
+    whole, cut = March(resolve(scene)), March(resolve(scene))
     whole.advance(10**9)
     while not cut.done:
         cut.advance(777)
@@ -291,11 +291,14 @@ def test_without_friction_and_rotation_closed_contacts_only_lose_energy(model):
 
 def test_mirrored_rotation_predicts_the_same_growth():
     small = {"blades": 5, "harmonics": 6, "modes": 20}
-    few = model_of(apply_settings(SCENE, small))
+    few = resolve(apply_settings(SCENE, small)).model
     for k in range(3):
         one, other = (growth_of_diameter(few, k, speed, 0.1) for speed in (300, -300))
         assert one["closed"] == pytest.approx(other["closed"], rel=1e-6)
     with pytest.raises(InputError, match="ring of harmonics"):
         coupled(
-            model_of(apply_settings(SCENE, {"discretization": "elements"})), 1, 1.0, 0.1
+            resolve(apply_settings(SCENE, {"discretization": "elements"})).model,
+            1,
+            1.0,
+            0.1,
         )

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.lanes import Lanes, can_ride
@@ -34,7 +34,7 @@ def scene(**settings):
 
 def marched(scenes, slices=(1, 7, 100, 333), first=0):
     """Return the marches of the scenes, four lanes, refilled; first : lane to fill."""
-    marches = [March(s) for s in scenes]
+    marches = [March(resolve(s)) for s in scenes]
     lanes, waiting, ended = Lanes(marches[0]), list(marches), []
     order = [(first + i) % 4 for i in range(4)]
     for lane in order:
@@ -57,8 +57,8 @@ def assert_same_bits(one, other):
         assert np.array_equal(a, b)
 
 
-def alone(case):
-    march = March(case)
+def alone(own):
+    march = March(resolve(own))
     march.advance(10**9)
     return march
 
@@ -84,10 +84,10 @@ def test_what_rides_beside_does_not_matter():
 
 
 def test_a_march_may_enter_a_lane_and_leave_it_at_any_step():
-    march, own = March(scene()), March(scene())
+    march, own = March(resolve(scene())), March(resolve(scene()))
     march.advance(501)
     lanes = Lanes(march)
-    lanes.load(1, March(scene(speed=300.0)))
+    lanes.load(1, March(resolve(scene(speed=300.0))))
     lanes.advance(100)
     lanes.load(2, march)
     lanes.advance(401)
@@ -101,11 +101,11 @@ def test_a_march_may_enter_a_lane_and_leave_it_at_any_step():
 def test_a_batch_yields_every_case_once_with_its_history(lanes):
     scenes = [scene(**settings) for settings in MIXED]
     called = []
-    found = dict(Batch(iter(scenes), lanes).run(lambda: called.append(1)))
+    found = dict(Batch(map(resolve, scenes), lanes).run(lambda: called.append(1)))
     assert sorted(found) == list(range(len(scenes)))
     assert called
     for place, history in found.items():
-        own = March(scenes[place]).run()
+        own = March(resolve(scenes[place])).run()
         assert history.stop == own.stop == "end"
         assert history.ledger == own.ledger
         assert history.contacts == own.contacts
@@ -127,7 +127,7 @@ def test_a_case_that_grows_beyond_the_limit_ends_alone():
 
 
 def test_a_nonfinite_case_ends_alone():
-    marches = [March(scene()) for _ in range(2)]
+    marches = [March(resolve(scene())) for _ in range(2)]
     lanes = Lanes(marches[0])
     marches[0].state[0][30] = np.inf
     for lane in (0, 1):
@@ -148,7 +148,7 @@ def test_compiled_kernels_are_found_in_the_cache():
         "from hpcwhirl.dynamics.lanes import Lanes\n"
         "from hpcwhirl.dynamics.march import March\n"
         "from hpcwhirl.scene import named_scene\n"
-        "march = March(named_scene('table2'))\n"
+        "march = March(resolve(named_scene('table2')))\n"
         "march.advance(1)\n"
         "lanes = Lanes(march)\n"
         "lanes.load(0, march)\n"
@@ -167,15 +167,15 @@ def test_only_what_the_kernel_knows_may_ride():
     rigid = {"kind": "rigid", "amplitude": 2e-4}
     refused = [rigid, {"discretization": "elements"}, {"scheme": "exact"}]
     refused += [{"scheme": "general"}, {"scheme": "paper"}]
-    assert can_ride(scene(), model_of(scene()))
+    assert can_ride(resolve(scene()))
     for settings in refused:
-        assert not can_ride(scene(**settings), model_of(scene(**settings)))
+        assert not can_ride(resolve(scene(**settings)))
     with pytest.raises(InputError, match="a lane takes"):
-        next(Batch([scene(**rigid)]).run())
+        next(Batch([resolve(scene(**rigid))]).run())
 
 
 def test_cases_that_do_not_share_a_model_are_refused():
     with pytest.raises(InputError, match="must share engine, gap"):
-        next(Batch([scene(), scene(gap=2e-3)]).run())
+        next(Batch(map(resolve, [scene(), scene(gap=2e-3)])).run())
     with pytest.raises(InputError, match="lanes must be in"):
         Batch([], 0)

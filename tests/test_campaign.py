@@ -29,6 +29,7 @@ from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.scene import apply_settings, named_scene
@@ -310,15 +311,16 @@ def test_units_leave_no_rank_with_a_batch_while_others_wait():
     cases = [apply_settings(base, {"speed": 300.0 + i}) for i in range(30)]
     cases += [apply_settings(base, {"speed": 300.0 + i, "gap": 2e-4}) for i in range(3)]
     cases += [apply_settings(base, {"scheme": "paper"})] * 20
+    cases = [resolve(scene) for scene in cases]
     order = list(range(len(cases)))[::-1]
     for ranks in (1, 2, 16):
-        units = units_of(order, cases, math.inf, ranks)
+        units = units_of(order, cases.__getitem__, math.inf, ranks)
         assert sorted(case for unit in units for case in unit) == sorted(order)
         sizes = [len(unit) for unit in units]
         assert set(sizes) <= {1, 4}
         assert sizes == sorted(sizes, reverse=True)
         assert sizes.count(4) == max(30 - 4 * ranks, 0) // 4
-    assert units_of(order, cases, 1e6, 1) == [(case,) for case in order]
+    assert units_of(order, cases.__getitem__, 1e6, 1) == [(case,) for case in order]
 
 
 def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, capsys):
@@ -343,5 +345,5 @@ def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, caps
     found = records(journal)
     assert sorted(record["case"] for record in found) == list(unit)
     for record in found:
-        alone_row = simulate(design.cases[record["case"]]).row
+        alone_row = simulate(design.scenes[record["case"]]).row
         assert record["row"] == alone_row

@@ -10,6 +10,7 @@ import pytest
 import hpcwhirl
 from hpcwhirl.campaign import resume as campaigns
 from hpcwhirl.campaign.design import design_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.store.schema import FORMAT
@@ -131,8 +132,8 @@ def test_one_case_below_the_limit_lets_a_campaign_begin():
 
 def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch):
     built = []
-    model_of = campaigns.model_of
-    monkeypatch.setattr(campaigns, "model_of", lambda s: built.append(s) or model_of(s))
+    once = "hpcwhirl.case.resolve.resolve"
+    monkeypatch.setattr(once, lambda s: built.append(s) or resolve(s))
     with pytest.raises(ValueError, match="time_step must be <"):
         campaigns.check_steps(
             design_of({"sweep": {"time_step": [1e-5, 2e-5], "speed": [*range(1, 90)]}})

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.reduction.degenerate import aligned, diameter_shares, unmixed
 from hpcwhirl.reduction.families import first_family, modal_table
@@ -27,7 +27,7 @@ def exported(blades, centre, path):
     assert main(["export-model", str(path), *(part for w in words for part in w)]) == 0
     with h5py.File(path) as file:
         rotor = {name: file["rotor"][name][()] for name in file["rotor"]}
-    return rotor, model_of(scene(blades, centre=centre)).rotor
+    return rotor, resolve(scene(blades, centre=centre)).model.rotor
 
 
 def with_shared(rotor, own, spread=0.0, seed=1):
@@ -54,7 +54,7 @@ def read(arrays, blades, path):
     with h5py.File(path, "w") as file:
         for name, array in arrays.items():
             file[f"rotor/{name}"] = array
-    return model_of(scene(blades, file=str(path)))
+    return resolve(scene(blades, file=str(path))).model
 
 
 @pytest.mark.parametrize("kind", ["matrices", "modes"])
@@ -119,7 +119,7 @@ def test_aligned_shapes_are_modes_of_one_nodal_diameter_each(tmp_path):
 
 
 def test_modes_that_are_not_mixed_are_left_as_they_are():
-    own = model_of(scene(7)).rotor
+    own = resolve(scene(7)).model.rotor
     assert np.array_equal(aligned(own.shapes, own.omega, 7), own.shapes)
 
 

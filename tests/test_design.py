@@ -20,7 +20,7 @@ def design(text, **settings):
 
 
 def swept(text, name):
-    return [getattr(scene, name) for scene in design(text).cases]
+    return [getattr(scene, name) for scene in design(text).scenes]
 
 
 def refusal(text, **settings):
@@ -32,7 +32,7 @@ def refusal(text, **settings):
 
 def test_a_grid_is_the_product_the_last_input_fastest():
     found = design("[sweep]\nspeed = [300, 400]\ngap = [1e-4, 2e-4, 3e-4]")
-    pairs = [(scene.speed, scene.gap) for scene in found.cases]
+    pairs = [(scene.speed, scene.gap) for scene in found.scenes]
     assert pairs == list(itertools.product([300.0, 400.0], [1e-4, 2e-4, 3e-4]))
     assert found.swept == ("speed", "gap")
 
@@ -41,7 +41,7 @@ def test_zipped_lists_go_side_by_side_within_each_point_of_the_grid():
     text = (
         "[sweep]\nspeed = [300, 400]\n[zip]\ngap = [1e-4, 2e-4]\nfriction = [0.1, 0.2]"
     )
-    rows = [(s.speed, s.gap, s.friction) for s in design(text).cases]
+    rows = [(s.speed, s.gap, s.friction) for s in design(text).scenes]
     assert rows == [
         (300.0, 1e-4, 0.1), (300.0, 2e-4, 0.2), (400.0, 1e-4, 0.1), (400.0, 2e-4, 0.2),
     ]  # fmt: skip
@@ -49,14 +49,14 @@ def test_zipped_lists_go_side_by_side_within_each_point_of_the_grid():
 
 def test_listed_cases_come_after_the_grid_and_keep_what_they_do_not_name():
     text = "[scene]\ngap = 3e-4\n[sweep]\nspeed = [1, 2]\n[[cases]]\nfriction = 0.5"
-    rows = [(s.speed, s.gap, s.friction) for s in design(text).cases]
+    rows = [(s.speed, s.gap, s.friction) for s in design(text).scenes]
     assert rows == [(1.0, 3e-4, 0.1), (2.0, 3e-4, 0.1), (410.0, 3e-4, 0.5)]
     assert design(text).swept == ("speed", "friction")
 
 
 def test_a_document_with_nothing_swept_is_one_case():
     for text in ("", "[sweep]", "[scene]\nspeed = 410", "cases = []"):
-        assert design(text).cases == (Scene(),)
+        assert design(text).scenes == (Scene(),)
 
 
 def test_listed_cases_alone_are_all_the_cases():
@@ -113,7 +113,7 @@ def test_num_divides_a_range_evenly_and_reaches_both_ends():
 )
 def test_dotted_names_reach_every_table(text):
     found = design(text)
-    assert [s.engine.casing.thickness for s in found.cases] == [0.01, 0.02]
+    assert [s.engine.casing.thickness for s in found.scenes] == [0.01, 0.02]
     assert found.swept == ("engine.casing.thickness",)
 
 
@@ -124,7 +124,7 @@ def test_short_and_full_names_give_the_same_campaign():
 
 def test_a_setting_changes_every_case():
     found = design("[sweep]\nspeed = [1, 2]", gap=5e-4)
-    assert [s.gap for s in found.cases] == [5e-4, 5e-4]
+    assert [s.gap for s in found.scenes] == [5e-4, 5e-4]
 
 
 def test_the_plan_names_each_case_by_the_digest_of_its_scene():
@@ -135,7 +135,7 @@ def test_the_plan_names_each_case_by_the_digest_of_its_scene():
 
 def test_the_embedded_campaign_is_78_cases_of_speed_and_friction():
     found = load_design(None, {})
-    assert len(found.cases) == 78
+    assert len(found.scenes) == 78
     assert found.swept == ("speed", "friction")
 
 
@@ -247,9 +247,9 @@ def test_a_design_sent_to_another_rank_has_the_same_cases():
     lists = [[], [0.1] * 22]
     whole = design_of({"sweep": {"speed": [300, 410], "mistuning": lists}})
     sent = pickle.loads(pickle.dumps(whole))
-    assert [digest(s) for s in sent.cases] == [digest(s) for s in whole.cases]
+    assert [digest(s) for s in sent.scenes] == [digest(s) for s in whole.scenes]
     assert (sent.base, sent.swept) == (whole.base, whole.swept)
-    assert [s.speed for s in sent.cases[1:3]] == [s.speed for s in whole.cases[1:3]]
+    assert [s.speed for s in sent.scenes[1:3]] == [s.speed for s in whole.scenes[1:3]]
 
 
 def test_a_design_is_sent_as_a_few_bytes_a_case():

@@ -9,7 +9,7 @@ import pytest
 
 from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.general import march_general
 from hpcwhirl.dynamics.march import March
@@ -18,6 +18,7 @@ from hpcwhirl.errors import InputError, MissingFileError, ModelError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.families import modal_table
 from hpcwhirl.reduction.mistuned import boundary_of, whole_model
+from hpcwhirl.reduction.model import model_of
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.scene import (
     Rotor,
@@ -48,7 +49,7 @@ def scene(**settings):
 
 
 def ended(**settings):
-    return March(scene(**settings)).run()
+    return March(resolve(scene(**settings))).run()
 
 
 def assert_equal_histories(one, other, tolerance=1e-8):
@@ -114,16 +115,18 @@ def test_an_exported_engine_runs_as_the_one_it_was_exported_from(default):
 
 
 def test_an_engine_from_file_is_the_same_by_paper_and_general(exported):
-    one, other = (March(small(exported, scheme=s)).run() for s in ("modal", "paper"))
+    one, other = (
+        March(resolve(small(exported, scheme=s))).run() for s in ("modal", "paper")
+    )
     assert_equal_histories(one, other)
 
 
 def test_modes_alone_are_the_same_engine_as_their_matrices(changed):
     alike = {"suspension_damping": -1.0}  # such a file tells no damping
-    whole = March(small(**alike)).run()
+    whole = March(resolve(small(**alike))).run()
     path = changed(MODAL)
-    assert_equal_histories(March(small(path, **alike)).run(), whole)
-    told = refusal(March, small(path, scheme="paper"))
+    assert_equal_histories(March(resolve(small(path, **alike))).run(), whole)
+    told = refusal(March, resolve(small(path, scheme="paper")))
     assert "scheme must be 'modal' or 'general', got 'paper'" in told
 
 
@@ -136,22 +139,24 @@ def test_coordinates_may_come_in_any_order(exported, changed):
         rotor[name] = rotor[name][np.ix_(order, order)]
     for name in ("tip_radial", "tip_tangential", "centre"):
         rotor[name] = place[rotor[name]]
-    one, other = (March(small(f)).run() for f in (exported, changed((), rotor)))
+    one, other = (
+        March(resolve(small(f))).run() for f in (exported, changed((), rotor))
+    )
     assert_equal_histories(one, other)
 
 
 def test_only_a_tuned_rotor_of_the_scene_takes_the_cyclic_kernel(exported):
     tuned = small(scheme="modal")
     others = small(exported, scheme="modal"), small(mistuning=[0.0] * 6, scheme="modal")
-    assert scheme_of(model_of(tuned), tuned, 1).kernel is not march_general
+    assert scheme_of(resolve(tuned).model, tuned, 1).kernel is not march_general
     for other in others:
-        assert scheme_of(model_of(other), other, 1).kernel is march_general
+        assert scheme_of(resolve(other).model, other, 1).kernel is march_general
 
 
 @pytest.fixture
 def unevenly_damped(exported, changed):
     """Return a file whose damping differs from mode to mode, and its ratios."""
-    rotor = model_of(small(exported)).rotor
+    rotor = resolve(small(exported)).model.rotor
     ratios = np.linspace(0.001, 0.02, len(rotor.omega))
     pairs = (rotor.diameter % 3 != 0) & (rotor.phase == 1)
     ratios[pairs] = ratios[np.flatnonzero(pairs) - 1]  # a pair's members are arbitrary
@@ -161,9 +166,11 @@ def unevenly_damped(exported, changed):
 
 def test_damping_of_a_file_comes_mode_by_mode(unevenly_damped):
     path, ratios = unevenly_damped
-    again = model_of(small(path)).rotor
+    again = resolve(small(path)).model.rotor
     assert again.ratios == pytest.approx(ratios, rel=1e-6)
-    one, other = (March(small(path, scheme=s)).run() for s in ("general", "paper"))
+    one, other = (
+        March(resolve(small(path, scheme=s))).run() for s in ("general", "paper")
+    )
     assert_equal_histories(one, other)
     whole = sum(one.ledger[n] for n in ("pulse", "rotation", "friction"))
     assert abs(one.ledger["residual"]) < 1e-9 * abs(whole)
@@ -171,7 +178,7 @@ def test_damping_of_a_file_comes_mode_by_mode(unevenly_damped):
 
 @pytest.mark.parametrize("scheme", ["general", "paper"])
 def test_gaps_stay_open_whatever_the_damping_of_a_mode(unevenly_damped, scheme):
-    march = March(small(unevenly_damped[0], scheme=scheme, time_step=5e-6))
+    march = March(resolve(small(unevenly_damped[0], scheme=scheme, time_step=5e-6)))
     touched, lowest, step = 0, np.inf, march.scene.solver.time_step
     while not march.done:
         march.advance(1)
@@ -188,7 +195,7 @@ def test_gaps_stay_open_whatever_the_damping_of_a_mode(unevenly_damped, scheme):
 def test_without_damping_the_scene_says_it(changed):
     path = changed([n for n in MATRICES if n != "damping"])
     for xi in (0.0, 0.03):
-        rotor = model_of(small(path, **{"engine.rotor.damping": xi})).rotor
+        rotor = resolve(small(path, **{"engine.rotor.damping": xi})).model.rotor
         assert np.all(rotor.ratios == xi)
 
 
@@ -196,13 +203,16 @@ def test_a_clamped_file_keeps_its_centre_at_rest(tmp_path):
     path = tmp_path / "clamped.h5"
     settings = SMALL | {"centre": "clamped"}
     assert main(["export-model", str(path), *words(settings)]) == 0
-    found, own = March(small(path)).run(), March(small(centre="clamped")).run()
+    found, own = (
+        March(resolve(small(path))).run(),
+        March(resolve(small(centre="clamped"))).run(),
+    )
     assert not found.centre.any()
     assert np.abs(found.tips - own.tips).max() < 1e-8 * np.abs(own.tips).max()
 
 
 def test_the_modal_table_of_a_file_is_that_of_its_source(exported):
-    found, own = (modal_table(model_of(small(f))) for f in (exported, ""))
+    found, own = (modal_table(resolve(small(f)).model) for f in (exported, ""))
     assert len(found) == len(own)
     for a, b in zip(found, own, strict=True):
         assert (a.body, a.nodal_diameter) == (b.body, b.nodal_diameter)
@@ -214,7 +224,7 @@ def test_an_engine_from_file_is_exported_as_it_came(changed, tmp_path, names):
     path, again = changed(names), tmp_path / "again.h5"
     options = words({"blades": 6, "file": path})
     assert main(["export-model", str(again), *options]) == 0
-    one, other = (model_of(small(f)).rotor for f in (path, again))
+    one, other = (resolve(small(f)).model.rotor for f in (path, again))
     assert other.omega == pytest.approx(one.omega, rel=1e-9)
     assert other.has_matrices == (names is MATRICES)
 
@@ -302,7 +312,7 @@ def test_what_is_no_array_is_refused(changed, link):
 
 def test_a_file_without_loss_is_not_damped(changed):
     path = changed(MATRICES, {"damping": np.zeros((32, 32))})
-    assert not model_of(small(path)).rotor.ratios.any()
+    assert not resolve(small(path)).model.rotor.ratios.any()
 
 
 def test_other_blades_than_the_files_are_refused_with_both_numbers(exported):
@@ -340,7 +350,7 @@ def test_a_relative_path_starts_where_it_is_written(exported, tmp_path, monkeypa
     path.write_text('[sweep]\n"engine.file" = ["../rotor.h5"]\n')
     shutil.copy(exported, want)
     design = load_design(path, {})
-    assert design.cases[0].engine.file == design.settings[0]["engine.file"] == want
+    assert design.scenes[0].engine.file == design.settings[0]["engine.file"] == want
 
 
 def test_the_digest_is_of_the_content_too(exported, tmp_path):
@@ -381,7 +391,7 @@ def frequencies(pattern, **geometry):
 
 def test_no_change_of_any_blade_is_the_tuned_engine():
     zeros = {"mistuning": [0.0] * 22}
-    tuned, whole = (model_of(scene(**s)).rotor for s in ({}, zeros))
+    tuned, whole = (resolve(scene(**s)).model.rotor for s in ({}, zeros))
     assert whole.omega == pytest.approx(tuned.omega, rel=1e-9)
     assert (whole.diameter == tuned.diameter).all()
     assert (whole.rank == tuned.rank).all()
@@ -451,7 +461,7 @@ def test_few_blades_may_be_mistuned(blades, centre):
     settings = {"blades": blades, "engine.rotor.elements": 3, "centre": centre}
     pattern = [0.1, *(-0.05,) * (blades - 1)]
     for modes in (0, 4, 5):
-        march = March(scene(modes=modes, mistuning=pattern, **settings))
+        march = March(resolve(scene(modes=modes, mistuning=pattern, **settings)))
         rotor = march.model.rotor
         assert len(rotor.omega) == 2 * blades + 2 * (centre == "free") + modes
         given = set(zip(rotor.diameter, rotor.rank, rotor.phase, strict=True))
@@ -461,7 +471,7 @@ def test_few_blades_may_be_mistuned(blades, centre):
 
 def test_strongly_mistuned_families_stay_whole():
     pattern = (-0.3, *(0.1 * np.sin(5.0 * j) for j in range(1, 22)))
-    model = model_of(scene(mistuning=list(pattern)))
+    model = resolve(scene(mistuning=list(pattern))).model
     table = modal_table(model)
     first = [line for line in table if line.body == "rotor" and line.family == "1F"]
     assert len(first) == 22
@@ -524,7 +534,7 @@ def test_mistuning_may_be_swept_and_is_kept_in_the_results(tmp_path):
     sweep = {"engine.rotor.mistuning": lists}
     engine, solver = {"rotor": {"blades": 3}}, {"modes": 15}
     design = design_of({"engine": engine, "solver": solver, "sweep": sweep})
-    assert [list(s.engine.rotor.mistuning) for s in design.cases] == lists
+    assert [list(s.engine.rotor.mistuning) for s in design.scenes] == lists
     prepare(design, tmp_path)
     data = open_results(gather(tmp_path, {}))
     assert data["rotor_mistuning"].to_numpy().tolist() == [

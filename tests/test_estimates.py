@@ -7,9 +7,8 @@ import pytest
 from evidence import estimates, estimates_drawn
 from evidence.estimates_drawn import of_accuracy, touched_engine
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import with_truncation
-from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.scene import preset_bounds, preset_inputs, preset_loss, preset_names
 from hpcwhirl.scene.presets import ELSEWHERE
 
@@ -86,7 +85,7 @@ def test_presets_are_held_against_a_run_finer_than_all_of_them(monkeypatch):
     found = estimates_drawn.of_presets(SEED, 0)
     finer = next(scene for scene in ran if scene.solver.scheme == "exact")
     for scene in ran:
-        step = with_step(scene, model_of(scene)).solver.time_step
+        step = resolve(scene).scene.solver.time_step
         assert finer.solver.time_step <= step
         assert finer.engine.casing.harmonics >= with_truncation(
             scene

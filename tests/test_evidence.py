@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hpcwhirl.campaign.simulate import result_of, simulate
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.limits import beat_of, fastest_line
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import beat_of, fastest_line
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCENE = named_scene("table2")
@@ -71,24 +71,27 @@ def test_a_slow_clock_does_not_turn_an_orbit_round():
 def test_a_run_stops_at_the_step_at_which_a_tip_is_beyond_the_limit():
     settings = {"duration": 0.01, "traces": "full", "interval": 1e-6}
     limit = 3e-4
-    whole = March(scene(**settings))
+    whole = March(resolve(scene(**settings)))
     radial = np.abs(whole.run().tips[:, :, 0]).max(axis=1)
     first = int(np.argmax(radial > limit)) + 1  # samples begin after the first step
     assert radial.max() > limit
     for kept in KEPT:
-        march = March(scene(**settings | kept | {"amplitude_limit": limit / 0.5}))
+        march = March(
+            resolve(scene(**settings | kept | {"amplitude_limit": limit / 0.5}))
+        )
         march.run()
         # a step is refused by its prediction, before contact pushes the tips back
         assert first - 1 <= march.steps <= first
-        assert result_of(march.scene, march.history()).row["stop"] == "amplitude"
+        assert result_of(march.case, march.history()).row["stop"] == "amplitude"
 
 
 def test_a_lane_stops_at_the_step_at_which_it_stops_alone():
     settings = {"amplitude_limit": 6e-4, "duration": 0.01, "plan": "everything"}
     scenes = [scene(**settings, speed=speed) for speed in (300.0, 410.0, 500.0)]
     alone = [simulate(s).row for s in scenes]
-    batch = dict(Batch(scenes).run())
-    riding = [result_of(s, batch[i]).row for i, s in enumerate(scenes)]
+    cases = [resolve(s) for s in scenes]
+    batch = dict(Batch(cases).run())
+    riding = [result_of(case, batch[i]).row for i, case in enumerate(cases)]
     assert "amplitude" in {row["stop"] for row in alone}
     assert [apart(a, b) for a, b in zip(alone, riding, strict=True)] == [set()] * 3
 
@@ -97,7 +100,7 @@ def test_a_lane_stops_at_the_step_at_which_it_stops_alone():
 @pytest.mark.parametrize("stiffness", [1e6, 3.4e7, 1e9])
 def test_evidence_resolves_every_line_that_matters(blades, stiffness):
     own = scene(blades=blades, centre_stiffness=stiffness)
-    model = model_of(own)
+    model = resolve(own).model
     rate = 2 * np.pi / (beat_of(model, own) * own.solver.time_step)
     assert rate > 10 * fastest_line(model, own.speed)
     # under a load that stands, what lies above gives little of the whole
@@ -109,7 +112,7 @@ def test_evidence_resolves_every_line_that_matters(blades, stiffness):
 
 def test_short_runs_have_rows_enough_to_be_judged():
     for duration in (0.01, 0.1):
-        march = March(scene(duration=duration))
+        march = March(resolve(scene(duration=duration)))
         assert 0.4 * march.total / march.beat >= 63
 
 

@@ -11,7 +11,7 @@ from paper import text as paper_text
 from paper import veering
 
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
@@ -223,7 +223,7 @@ def stiff(tmp_path_factory):
 def test_ranges_are_those_of_the_engine(stiff):
     cases = Cases(stiff)
     line = cases.slices()[0]
-    table = modal_table(model_of(cases.scene(0)))
+    table = modal_table(resolve(cases.scene(0)).model)
     first = first_family(table, "rotor")
     hertz = max(first.values()) / (2 * np.pi)
     assert hertz > 250

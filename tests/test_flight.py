@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import flights
 from hpcwhirl.dynamics.kernels import contact, flight, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -22,7 +23,7 @@ def scene(**settings):
 
 
 def ended(*, fly=True, **settings):
-    march = March(scene(**settings))
+    march = March(resolve(scene(**settings)))
     if not fly:
         march.counter[contact.NEXT_TRY] = NEVER
     return march, march.run()
@@ -116,7 +117,7 @@ def flown(march, steps):
 @pytest.mark.parametrize("speed", [410.0, -150.0])
 def test_free_motion_is_the_same_at_any_step_and_with_any_jumps(speed):
     # each mode must be Re c e^{lambda t}: c from two steps, t after hundreds of jumps
-    march = March(scene(gap=4.0, force=0.0, speed=speed, duration=20e-3))
+    march = March(resolve(scene(gap=4.0, force=0.0, speed=speed, duration=20e-3)))
     step, bodies = march.scene.solver.time_step, (march.model.rotor, march.model.casing)
     random_state(march, np.random.default_rng(1))
     march.counter[contact.ENDED] = 0
@@ -157,7 +158,7 @@ def test_flights_change_nothing_but_the_work(k):
 
 @pytest.mark.parametrize("speed", [0.0, 410.0, 5000.0])
 def test_no_blade_touches_within_a_jump(speed):
-    march = March(scene(speed=speed, gap=5e-4))
+    march = March(resolve(scene(speed=speed, gap=5e-4)))
     blades, rng = march.model.blades, np.random.default_rng(int(speed))
     k, wide = widths(blades)
     rows = len(march.state[0]) // passes.ROTOR_STATE // (2 * k)
@@ -199,7 +200,9 @@ def test_after_a_certificate_no_blade_ever_touches():
     certified = int(march.counter[contact.CERTIFIED])
     assert certified > 0
     assert 0 < history.certificate_reach < march.scene.gap
-    again = March(scene(gap=1e-3, friction=0.2, duration=1.0, nodal_diameter=2))
+    again = March(
+        resolve(scene(gap=1e-3, friction=0.2, duration=1.0, nodal_diameter=2))
+    )
     again.advance(certified)
     last = again.counter[contact.LAST]
     lowest = np.inf
@@ -210,7 +213,7 @@ def test_after_a_certificate_no_blade_ever_touches():
         lowest = min(lowest, again.state[3].min())
     assert again.counter[contact.LAST] == last
     assert lowest >= again.scene.gap - history.certificate_reach
-    assert result_of(march.scene, history).row["regime"] == "damped"
+    assert result_of(march.case, history).row["regime"] == "damped"
 
 
 @pytest.mark.parametrize(
@@ -236,7 +239,7 @@ def test_a_growing_rigid_casing_allows_no_flight():
 def test_flights_between_two_cuts_of_a_run_give_the_same_bits():
     runs = []
     for cuts in ((10**9,), (1, 7, 100, 333, 10**9), (2500, 10**9)):
-        march = March(scene(gap=1e-3, friction=0.2, duration=8e-3))
+        march = March(resolve(scene(gap=1e-3, friction=0.2, duration=8e-3)))
         for size in cuts:
             march.advance(size)
         runs.append(march)
@@ -256,7 +259,7 @@ def test_flights_between_two_cuts_of_a_run_give_the_same_bits():
 )
 def test_exact_says_what_it_cannot_do(settings):
     with pytest.raises(InputError, match="scheme exact needs"):
-        March(scene(**settings))
+        March(resolve(scene(**settings)))
 
 
 @pytest.mark.parametrize("tiny", [1e-140, 1e-160, 1e-161, 1e-162, 1e-163, 5e-324])
@@ -302,6 +305,6 @@ def test_a_jump_that_passes_over_a_contact_is_no_result(monkeypatch):
 
     monkeypatch.setattr(flights, "_bound", short)
     march, history = ended(duration=20e-3, interval=1e-3)
-    row = result_of(march.scene, history).row
+    row = result_of(march.case, history).row
     assert row["gap_error"] > 1e-3
     assert (row["outcome"], row["regime"]) == ("unstable", "none")

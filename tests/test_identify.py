@@ -132,8 +132,8 @@ def test_campaigns_are_accepted_and_keep_the_order():
     for stage in (engines.SCREEN, engines.SWEEP, engines.FINAL):
         design = design_of(tomllib.loads(engines.document(pair, stage)))
         told = [c for engine in pair for c in engines.cases_of(engine, stage)]
-        assert len(design.cases) == len(told)
-        for scene, (kind, settings) in zip(design.cases, told, strict=True):
+        assert len(design.scenes) == len(told)
+        for scene, (kind, settings) in zip(design.scenes, told, strict=True):
             assert scene.speed == settings["speed"]
             assert scene.engine.casing.width == settings["engine.casing.width"]
             assert (scene.engine.rotor.centre == "clamped") == (kind == "clamped")

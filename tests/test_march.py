@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.march import March
@@ -28,7 +28,7 @@ def scene(**settings):
 
 
 def ended(**settings):
-    march = March(scene(**settings))
+    march = March(resolve(scene(**settings)))
     return march, march.run()
 
 
@@ -112,7 +112,7 @@ def test_without_rotation_and_friction_nothing_is_fed(scheme):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_gaps_stay_open_after_correction(scheme):
-    march = March(scene(scheme=scheme, duration=2e-3))
+    march = March(resolve(scene(scheme=scheme, duration=2e-3)))
     march.advance(400)
     assert march.counter[contact.LAST] < 0
     touched, lowest = 0, np.inf
@@ -132,7 +132,7 @@ def test_gaps_stay_open_after_correction(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_contact_forces_cancel_between_the_bodies(scheme):
     # what one step of contact gives to rigid motions of both bodies must cancel
-    march = March(scene(scheme=scheme))
+    march = March(resolve(scene(scheme=scheme)))
     model, step = march.model, march.scene.solver.time_step
     while march.counter[contact.LAST] < 0:
         impulse = march.state[-1].copy()
@@ -155,7 +155,7 @@ def test_contact_forces_cancel_between_the_bodies(scheme):
 
 def test_multipliers_and_friction_are_what_moves_the_modes():
     # the modal increments of one step, less those predicted, are give * phi^T f
-    march = March(scene(scheme="general"))
+    march = March(resolve(scene(scheme="general")))
     model, step = march.model, march.scene.solver.time_step
     while march.counter[contact.LAST] < 0:
         q, d = march.state[0].copy(), march.state[1].copy()
@@ -174,7 +174,7 @@ def test_multipliers_and_friction_are_what_moves_the_modes():
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_rotation_work_is_the_transport_over_the_deformed_ring(scheme):
     # - sum lambda Omega dw/dtheta dt, from the ring's shape at each contact
-    march = March(scene(scheme=scheme, friction=0.0, duration=3e-3))
+    march = March(resolve(scene(scheme=scheme, friction=0.0, duration=3e-3)))
     work, step = 0.0, march.scene.solver.time_step
     while not march.done:
         older = march.state[-1].copy()
@@ -226,7 +226,10 @@ def shape_of(harmonics, angles):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme):
     settings = {"speed": -390.0, "interval": 5e-4, "duration": 3e-3}
-    march, angles = March(scene(scheme=scheme, **settings)), np.linspace(0, 6, 50)
+    march, angles = (
+        March(resolve(scene(scheme=scheme, **settings))),
+        np.linspace(0, 6, 50),
+    )
     while not march.done:
         march.advance(march.stride)
         _, casing = march.displacements()
@@ -249,7 +252,9 @@ def test_schemes_agree_on_the_casing_trace():
 
 @pytest.mark.parametrize("scheme", ["general", "paper"])
 def test_the_casing_trace_of_elements_has_the_harmonics_of_their_shape(scheme):
-    march = March(scene(scheme=scheme, discretization="elements", interval=1e-3))
+    march = March(
+        resolve(scene(scheme=scheme, discretization="elements", interval=1e-3))
+    )
     history = march.run()
     _, casing = march.displacements()
     angles = 2 * np.pi * np.arange(4096) / 4096
@@ -328,7 +333,9 @@ def test_relabelling_blades_by_a_sector_permutes_the_answer():
 
 def test_no_contact_is_the_matrix_exponential():
     march = March(
-        scene(gap=0.05, force=0.0, duration=2e-3, time_step=1e-6, scheme="general")
+        resolve(
+            scene(gap=0.05, force=0.0, duration=2e-3, time_step=1e-6, scheme="general")
+        )
     )
     model, step = march.model.rotor, 1e-6
     size = len(model.omega)
@@ -365,14 +372,14 @@ def test_observed_order_is_two_before_contact(scheme):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_slices_and_resume_give_the_same_bits(scheme):
-    whole = March(scene(scheme=scheme, duration=2e-3))
+    whole = March(resolve(scene(scheme=scheme, duration=2e-3)))
     whole.advance(10**9)
-    cut = March(scene(scheme=scheme, duration=2e-3))
+    cut = March(resolve(scene(scheme=scheme, duration=2e-3)))
     for size in (1, 7, 100, 333, 10**9):
         cut.advance(size)
-    again = March(scene(scheme=scheme, duration=2e-3))
+    again = March(resolve(scene(scheme=scheme, duration=2e-3)))
     again.advance(500)
-    resumed = March(scene(scheme=scheme, duration=2e-3))
+    resumed = March(resolve(scene(scheme=scheme, duration=2e-3)))
     for mine, saved in zip(resumed.state, again.state, strict=True):
         mine[:] = saved
     resumed.advance(10**9)
@@ -385,7 +392,7 @@ def test_slices_and_resume_give_the_same_bits(scheme):
 @pytest.mark.parametrize("scheme", CENTRAL)
 def test_a_damped_tail_flushes_to_zero_instead_of_denormals(scheme):
     damped = {"gap": 0.05, "time_step": 4e-6, "duration": 0.02, "force": 10.0}
-    march = March(scene(scheme=scheme, discretization="elements", **damped))
+    march = March(resolve(scene(scheme=scheme, discretization="elements", **damped)))
     march.run()
     values = np.abs(np.concatenate([np.ravel(a) for a in march.state[:4]]))
     tiny = (values > 0) & (values < 1e-290)
@@ -395,15 +402,15 @@ def test_a_damped_tail_flushes_to_zero_instead_of_denormals(scheme):
 @pytest.mark.parametrize("scheme", CENTRAL)
 def test_a_step_above_the_limit_is_refused_with_the_limit(scheme):
     ring = {"discretization": "elements"}
-    limit = min(model_of(scene(**ring)).limits().values())
+    limit = min(resolve(scene(**ring)).model.limits().values())
     assert limit == pytest.approx(4.67e-6, rel=2e-3)
     with pytest.raises(InputError, match=r"time_step must be < 4\.67.*casing"):
-        March(scene(scheme=scheme, time_step=limit * 1.000001, **ring))
+        March(resolve(scene(scheme=scheme, time_step=limit * 1.000001, **ring)))
 
 
 def random_contacts(friction, trials=200):
     """Yield a Delassus matrix, its first column, and gaps of which some are closed."""
-    column = March(scene(friction=friction)).scheme.arrays[3][0]
+    column = March(resolve(scene(friction=friction))).scheme.arrays[3][0]
     places = np.subtract.outer(np.arange(22), np.arange(22)) % 22
     rng = np.random.default_rng(5)
     for trial in range(trials):
@@ -457,7 +464,9 @@ def test_the_guess_is_the_solution_or_says_no():
 
 
 def test_delassus_rows_of_the_ring_of_elements():
-    march = March(scene(scheme="general", discretization="elements", friction=0.3))
+    march = March(
+        resolve(scene(scheme="general", discretization="elements", friction=0.3))
+    )
     w_rotor, compliance = march.scheme.arrays[3]
     model, step = march.model, march.scene.solver.time_step
     turned = 0.37
@@ -496,7 +505,7 @@ def test_what_a_user_would_write_finds_the_same_impulse():
 def test_a_march_cut_into_any_number_of_slices_ends(monkeypatch):
     monkeypatch.setattr(March, "_slice", lambda _, size: min(size, 2))  # as by looks
     undamped = {"casing.damping": 0.0}  # no certificate: marched to the end
-    march = March(scene(nodal_diameter=2, force=1.0, **undamped))
+    march = March(resolve(scene(nodal_diameter=2, force=1.0, **undamped)))
     slices = []
     history = march.run(between_slices=lambda: slices.append(march.steps))
     assert len(slices) > 1100  # doubled so often, a slice is no number any more

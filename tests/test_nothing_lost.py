@@ -83,11 +83,11 @@ def test_an_engine_that_changes_meanwhile_fails_its_cases_by_name(
     shutil.copy(paths[0], tmp_path / "kept.h5")
     compute, computed = evaluate.compute, []
 
-    def compute_and_change(scene, *others):
-        computed.append(scene)
+    def compute_and_change(case, *others):
+        computed.append(case)
         if len(computed) == 2 and when == "before":
             spoil()
-        result = compute(scene, *others)
+        result = compute(case, *others)
         if len(computed) == 2 and when == "while":
             spoil()
         return result
@@ -103,7 +103,7 @@ def test_an_engine_that_changes_meanwhile_fails_its_cases_by_name(
             continue
         assert word == "failed"
         assert f"engine.file {paths[0]} has changed" in message
-        assert design.cases[case].engine.file == str(paths[0])
+        assert design.scenes[case].engine.file == str(paths[0])
     assert 0 < words.count("failed") <= 3
     assert f"{words.count('failed')} of 6 cases failed" in capsys.readouterr().err
     shutil.copy(tmp_path / "kept.h5", paths[0])

@@ -61,7 +61,7 @@ def test_table_1_is_damped(k, speed):  # Sec. 4.1
 def diverging():
     """Return the scenes of the second engine that is found, by their speeds."""
     path = Path(__file__).parent.parent / "jobs/table2_diverging.toml"
-    return {scene.speed: scene for scene in load_design(path, {}).cases}
+    return {scene.speed: scene for scene in load_design(path, {}).scenes}
 
 
 @pytest.mark.parametrize(

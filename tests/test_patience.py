@@ -32,12 +32,12 @@ HANG = """
 import pathlib, time
 from hpcwhirl.campaign import evaluate
 compute = evaluate.compute
-def hang(scene, *others):
-    if scene.speed == 420 and pathlib.Path("PLACE/hang").exists():
+def hang(case, *others):
+    if case.given.speed == 420 and pathlib.Path("PLACE/hang").exists():
         pathlib.Path("PLACE/hangs").touch()
         while True:
             time.sleep(3600)
-    return compute(scene, *others)
+    return compute(case, *others)
 evaluate.compute = hang
 """
 

@@ -8,8 +8,8 @@ import pytest
 from hpcwhirl.campaign.batches import PAYS, units_of
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.explain import facts_of_plan
-from hpcwhirl.case.model import model_of
-from hpcwhirl.case.plan import folds_of, plan_of
+from hpcwhirl.case.plan import folds_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import march as marching
@@ -41,7 +41,9 @@ def scene(**settings):
 
 def both(**settings):
     """Return the marches and histories of a scene, lean and whole."""
-    marches = [March(scene(**settings, plan=plan)) for plan in ("lean", "everything")]
+    marches = [
+        March(resolve(scene(**settings, plan=plan))) for plan in ("lean", "everything")
+    ]
     return marches, [march.run() for march in marches]
 
 
@@ -121,14 +123,14 @@ def test_only_what_is_symmetric_folds(settings, folds):
 
 
 def test_a_model_folds_by_its_symmetry_only():
-    whole = model_of(scene())
+    whole = resolve(scene()).model
     for folds in (1, 3, 44):
         with pytest.raises(ModelError, match="do not fold"):
             folded_model(whole, folds)
 
 
 def test_a_sector_keeps_frequencies_and_takes_its_share_of_the_mass():
-    whole = model_of(scene(modes=200))
+    whole = resolve(scene(modes=200)).model
     sector = folded_model(whole, 2)
     for body, half in ((whole.rotor, sector.rotor), (whole.casing, sector.casing)):
         even = body.diameter % 2 == 0
@@ -219,14 +221,14 @@ def test_what_follows_a_certificate_is_what_stepping_gives(settings):
             for a, b in zip(one.reshape(3, -1), other.reshape(3, -1), strict=True):
                 assert np.abs(a - b).max() <= 1e-9 * np.abs(b).max()
     words = [
-        result_of(m.scene, h).row["regime"]
+        result_of(m.case, h).row["regime"]
         for m, h in zip(marches, histories, strict=True)
     ]
     assert words == ["damped", "damped"]
 
 
 def test_without_load_nothing_is_stepped():
-    march = March(scene(force=0.0, duration=0.5, interval=1e-3))
+    march = March(resolve(scene(force=0.0, duration=0.5, interval=1e-3)))
     history = march.run()
     assert march.marched == march.beat
     assert len(history.time) == 500
@@ -238,7 +240,7 @@ def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
     for first in (256, 37, 10**6):
         monkeypatch.setattr(marching, "FIRST_SLICE", first)
         settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 0.06}
-        march = March(scene(**settings))
+        march = March(resolve(scene(**settings)))
         found.append((march, march.run()))
     for march, history in found[1:]:
         pairs = zip(march.state, found[0][0].state, strict=True)
@@ -249,9 +251,9 @@ def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
 
 def test_a_run_that_asks_for_its_word_alone_ends_as_it_is_proved():
     settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 2.5, "interval": 2e-4}
-    march = March(scene(**settings, until="certain", traces="summary"))
+    march = March(resolve(scene(**settings, until="certain", traces="summary")))
     history = march.run()
-    row = result_of(march.scene, history).row
+    row = result_of(march.case, history).row
     assert (row["stop"], row["regime"]) == ("certain", "damped")
     assert row["outcome"] == "completed"
     assert history.steps * 1e-6 == pytest.approx(history.certificate)
@@ -259,7 +261,7 @@ def test_a_run_that_asks_for_its_word_alone_ends_as_it_is_proved():
 
 
 def test_a_case_that_might_touch_again_runs_to_its_end():
-    march = March(scene(until="certain", traces="summary"))
+    march = March(resolve(scene(until="certain", traces="summary")))
     history = march.run()
     assert (history.stop, history.steps) == ("end", march.total)
     assert history.certificate == -1.0
@@ -268,10 +270,10 @@ def test_a_case_that_might_touch_again_runs_to_its_end():
 def test_a_tip_that_might_pass_the_limit_is_not_certified_away():
     settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 0.08, "interval": 1e-6,
                 "force": 2.5e5}  # fmt: skip
-    usual = March(scene(**settings)).run()
+    usual = March(resolve(scene(**settings))).run()
     most = 1.02 * np.abs(usual.tips[:, :, 0]).max()
     assert usual.certificate_reach > most  # below the gap, not below this limit
-    near = March(scene(**settings, amplitude_limit=most / 0.5)).run()
+    near = March(resolve(scene(**settings, amplitude_limit=most / 0.5))).run()
     assert near.stop == "end"
     assert near.certificate == -1.0 or near.certificate > usual.certificate
     assert near.certificate_reach < most
@@ -285,12 +287,12 @@ def test_what_is_watched_does_not_ride():
         for i in range(12)
     ]
     cases += [scene(nodal_diameter=3, speed=200.0 + i, duration=2.0) for i in range(8)]
-    units = units_of(list(range(len(cases))), cases, 2 * PAYS, 1)
+    units = units_of(list(range(len(cases))), lambda i: resolve(cases[i]), 2 * PAYS, 1)
     assert sorted(case for unit in units for case in unit) == list(range(len(cases)))
     riding = [case for unit in units if len(unit) > 1 for case in unit]
     assert len(riding) == 20  # 24 of one group, the last four alone
     for case in riding:
-        plan = plan_of(cases[case], model_of(cases[case]))
+        plan = resolve(cases[case]).plan
         assert (plan.folds, plan.settles) == (1, False)
 
 
@@ -337,7 +339,7 @@ def test_what_is_left_out_is_explained(capsys):
 
 def test_a_clamped_shaft_has_no_centre():
     clamped = scene(centre="clamped")
-    told = facts_of_plan(clamped, model_of(clamped))
+    told = facts_of_plan(resolve(clamped))
     assert told["centre"] is False
     assert "the shaft's centre" in [note["left_out"] for note in told["left_out"]]
 
@@ -364,6 +366,6 @@ def test_a_campaign_of_regimes_alone(tmp_path, capsys):
 
 
 def test_the_counter_of_looks_is_part_of_the_state():
-    march = March(scene(nodal_diameter=2, gap=1e-3, duration=0.3))
+    march = March(resolve(scene(nodal_diameter=2, gap=1e-3, duration=0.3)))
     assert int(march.counter[contact.NEXT_TRY]) % march.beat == 0
     assert int(march.counter[contact.NEXT_TRY]) * 1e-6 >= 2 * march.scene.pulse

@@ -5,8 +5,8 @@ import pytest
 
 from hpcwhirl.analysis.regimes import Thresholds, growth, name_regime
 from hpcwhirl.campaign.simulate import result_of
-from hpcwhirl.case.model import model_of
-from hpcwhirl.dynamics import march as marching
+from hpcwhirl.case import limits
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
@@ -22,7 +22,7 @@ def scene(**settings):
 
 
 def words(march):
-    row = result_of(march.scene, march.run()).row
+    row = result_of(march.case, march.run()).row
     numbers = [v for v in row.values() if isinstance(v, float)]
     assert np.isfinite(numbers).all()
     return row["outcome"], row["regime"], row["whirl"]
@@ -35,33 +35,35 @@ def items(march, body):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_what_is_planted_below_is_the_only_fault(scheme):
-    assert words(March(scene(scheme=scheme)))[0] == "completed"
+    assert words(March(resolve(scene(scheme=scheme))))[0] == "completed"
 
 
 @pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
 @pytest.mark.parametrize("damping", [0.0, 0.064])
 @pytest.mark.parametrize("hair", [1e-2, 1e-4, 1e-9])
 def test_a_step_above_the_limit_by_a_hair(monkeypatch, scheme, damping, hair):
-    monkeypatch.setattr(marching, "check_step", lambda *_: None)
-    step = min(model_of(scene()).limits().values()) * (1 + hair)
+    monkeypatch.setattr(limits, "check_step", lambda *_: None)
+    step = min(resolve(scene()).model.limits().values()) * (1 + hair)
     both = {"casing.damping": damping, "rotor.damping": damping}
-    march = March(scene(scheme=scheme, time_step=step, interval=5 * step, **both))
+    march = March(
+        resolve(scene(scheme=scheme, time_step=step, interval=5 * step, **both))
+    )
     assert words(march) == LOST
 
 
 @pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
 def test_damped_blow_up_has_an_energy_below_zero(monkeypatch, scheme):
     # the ledger closes, friction feeds and the tips run away: only the energy tells
-    monkeypatch.setattr(marching, "check_step", lambda *_: None)
-    step = min(model_of(scene()).limits().values()) * 1.001
+    monkeypatch.setattr(limits, "check_step", lambda *_: None)
+    step = min(resolve(scene()).model.limits().values()) * 1.001
     march = March(
-        scene(scheme=scheme, time_step=step, interval=5 * step, duration=8e-3)
+        resolve(scene(scheme=scheme, time_step=step, interval=5 * step, duration=8e-3))
     )
     history = march.run()
     through = sum(abs(v) for v in history.ledger.values())
     assert abs(history.ledger["residual"]) < 1e-9 * through
     assert history.energy.min() < 0.0
-    row = result_of(march.scene, history).row | {"step_share": 0.0}  # not compared
+    row = result_of(march.case, history).row | {"step_share": 0.0}  # not compared
     assert row["late_fed"] > 0.0
     assert name_regime(row, Thresholds()) == LOST
 
@@ -71,7 +73,7 @@ def test_damped_blow_up_has_an_energy_below_zero(monkeypatch, scheme):
 def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
     if scheme == "paper":
         pytest.skip("its friction is in the kernel: scripts/evidence/planted.py")
-    march = March(scene(scheme=scheme))
+    march = March(resolve(scene(scheme=scheme)))
     if scheme in CYCLIC:
         items(march, body)[passes.ALONG] *= -1.0
     else:
@@ -82,7 +84,7 @@ def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
 def test_a_broken_row_of_the_delassus_matrix(scheme, factor):
-    march = March(scene(scheme=scheme))
+    march = March(resolve(scene(scheme=scheme)))
     w = march.scheme.arrays[3][0]
     w[0] *= factor  # to blade 0 where W is circulant, of blade 0 where it is not
     assert words(march) == LOST
@@ -90,7 +92,7 @@ def test_a_broken_row_of_the_delassus_matrix(scheme, factor):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_term_of_the_ledger_dropped(scheme):
-    march = March(scene(scheme=scheme))
+    march = March(resolve(scene(scheme=scheme)))
     if scheme in CYCLIC:
         items(march, 1)[passes.RATE] = 0.0
         items(march, 1)[passes.LOSS_DD : passes.LOSS_QQ + 1] = 0.0
@@ -105,9 +107,9 @@ def rates(steps, **settings):
     """Return the growth of ln sqrt(energy) after the pulse at each step, 1/s."""
     out = []
     for step in steps:
-        march = March(scene(time_step=step, interval=4e-5, **settings))
+        march = March(resolve(scene(time_step=step, interval=4e-5, **settings)))
         history = march.run()
-        row = result_of(march.scene, history).row
+        row = result_of(march.case, history).row
         assert row["regime"] == "divergent"
         late = history.time > 1.2 * march.scene.pulse
         out.append(growth(history.time[late], history.energy[late])[0])
@@ -148,9 +150,8 @@ RUBBING = {  # Table 2 at 280 rad/s diverges with this casing
 def test_a_slow_divergence_grows_the_same_at_every_step():
     found = []
     for step in (4e-6, 2e-6, 1e-6):
-        case = scene(time_step=step, **RUBBING)
-        march = March(case)
-        row = result_of(case, march.run()).row
+        march = March(resolve(scene(time_step=step, **RUBBING)))
+        row = result_of(march.case, march.run()).row
         assert (row["regime"], row["stop"]) == ("divergent", "amplitude")
         found.append(row["growth_rate"])
     assert min(found) > 5.0

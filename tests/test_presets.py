@@ -5,6 +5,7 @@ import pytest
 
 from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.dynamics.march import March
@@ -39,7 +40,7 @@ def test_a_preset_is_recognized_by_its_inputs_and_named_in_the_help(name, capsys
 
 def test_presets_are_ordered_from_fast_to_exact():
     steps = [
-        March(apply_settings(BASE, preset_inputs(n))).scene.solver.time_step
+        March(resolve(apply_settings(BASE, preset_inputs(n)))).scene.solver.time_step
         for n in preset_names()
     ]
     assert steps == sorted(steps, reverse=True)

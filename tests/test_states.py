@@ -8,6 +8,7 @@ import pytest
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute
 from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
@@ -47,7 +48,7 @@ def assert_same_bits(one, other):
 
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
-    case = scene(**SCHEMES[name])
+    case = resolve(scene(**SCHEMES[name]))
     whole = ended(March(case))
     assert whole.history().contacts > 0
     march = March(case)
@@ -63,7 +64,7 @@ def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
 
 
 def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
-    case, told = scene(nodal_diameter=2), []
+    case, told = resolve(scene(nodal_diameter=2)), []
     march = March(case)
     march.unfold()  # as after many touchdowns
     march.advance(400)
@@ -78,7 +79,7 @@ def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
 
 def test_what_rides_together_goes_on_alone_or_in_another_batch():
     scenes = [scene(speed=300.0 + 40 * i, duration=2e-3 + 2e-4 * i) for i in range(6)]
-    wholes = [ended(March(case)) for case in scenes]
+    wholes = [ended(March(resolve(own))) for own in scenes]
     kept, calls = {}, []
 
     def give_up():
@@ -86,7 +87,7 @@ def test_what_rides_together_goes_on_alone_or_in_another_batch():
         if len(calls) > 3:
             raise Stop
 
-    batch, done = Batch(scenes), {}
+    batch, done = Batch(map(resolve, scenes)), {}
     runs = batch.marches(give_up)
     with pytest.raises(Stop):
         done |= dict(runs)
@@ -98,11 +99,11 @@ def test_what_rides_together_goes_on_alone_or_in_another_batch():
             assert restore(march, kept[order[place]])
 
     order = [5, 3, 1, 0, 2, 4]
-    again = Batch([scenes[i] for i in order], begin=begin)
+    again = Batch([resolve(scenes[i]) for i in order], begin=begin)
     for place, march in again.marches():
         assert_same_bits(march, wholes[order[place]])
     for place, arrays in kept.items():
-        march = March(scenes[place])
+        march = March(resolve(scenes[place]))
         assert restore(march, arrays)
         assert march.steps < march.total
         assert_same_bits(ended(march), wholes[place])
@@ -110,13 +111,13 @@ def test_what_rides_together_goes_on_alone_or_in_another_batch():
 
 def test_reading_the_states_of_lanes_changes_none_of_them():
     scenes = [scene(speed=300.0 + 40 * i) for i in range(5)]
-    batch = Batch(scenes)
+    batch = Batch(map(resolve, scenes))
 
     def look():
         list(batch.aboard())
 
     for place, march in batch.marches(look):
-        assert_same_bits(march, ended(March(scenes[place])))
+        assert_same_bits(march, ended(March(resolve(scenes[place]))))
 
 
 def test_a_case_beyond_its_limit_leaves_its_lane_and_the_others_stay():
@@ -125,29 +126,31 @@ def test_a_case_beyond_its_limit_leaves_its_lane_and_the_others_stay():
     def begin(place, march):
         march.seconds = 1e9 if place == 1 else 0.0
 
-    found = dict(Batch(scenes, begin=begin, limit=1e8).marches())
+    found = dict(Batch(map(resolve, scenes), begin=begin, limit=1e8).marches())
     assert not found[1].done
     for place in (0, 2, 3):
-        assert_same_bits(found[place], ended(March(scenes[place])))
-    assert_same_bits(ended(found[1]), ended(March(scenes[1])))
+        assert_same_bits(found[place], ended(March(resolve(scenes[place]))))
+    assert_same_bits(ended(found[1]), ended(March(resolve(scenes[1]))))
 
 
 def test_a_state_of_another_case_kernel_or_shape_does_not_fit():
-    march = March(scene())
+    march = March(resolve(scene()))
     march.advance(300)
     others = {"speed": 411.0}, {"time_step": 1e-6}, {"blades": 21}, {"thickness": 0.02}
     for settings in others:
-        assert fingerprint(March(scene(**settings))) != fingerprint(march)
-    fresh, kept = March(scene(traces="orbit")), snapshot(march)
+        assert fingerprint(March(resolve(scene(**settings)))) != fingerprint(march)
+    fresh, kept = March(resolve(scene(traces="orbit"))), snapshot(march)
     assert not restore(fresh, kept)
     assert fresh.steps == 0
-    assert not restore(March(scene(blades=21)), kept)
-    assert not restore(March(scene(interval=1e-3)), kept)
-    assert not restore(March(scene()), {n: a for n, a in kept.items() if n != "track3"})
+    assert not restore(March(resolve(scene(blades=21))), kept)
+    assert not restore(March(resolve(scene(interval=1e-3))), kept)
+    assert not restore(
+        March(resolve(scene())), {n: a for n, a in kept.items() if n != "track3"}
+    )
 
 
 def test_a_damaged_state_is_never_taken(tmp_path):
-    march = March(scene(traces="orbit", interval=1e-4))
+    march = March(resolve(scene(traces="orbit", interval=1e-4)))
     march.advance(500)
     write_state(tmp_path, "d", FITS, snapshot(march))
     path = tmp_path / "states/d.state"
@@ -206,7 +209,7 @@ def stopped_again_and_again(case, folder, told, limit=1e9):
 
 
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
-    case = scene(duration=0.05, interval=1e-4)
+    case = resolve(scene(duration=0.05, interval=1e-4))
     whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
     made, told = steps_of(monkeypatch), []
     result, attempts = stopped_again_and_again(case, tmp_path, told)
@@ -219,7 +222,7 @@ def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
 
 
 def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, monkeypatch):
-    case, told = scene(), []
+    case, told = resolve(scene()), []
     march = March(case)
     march.advance(700)
     Checkpoints(tmp_path, 1e9, told.append).save("d", march)
@@ -240,13 +243,14 @@ def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypa
         Checkpoints, "save", lambda *of: (saved.append(of[2].seconds), save(*of))
     )
     checkpoints = Checkpoints(tmp_path, 0.02, print)
-    compute(scene(duration=0.2, interval=1e-3), "d", checkpoints, 1e9, lambda: None)
+    case = resolve(scene(duration=0.2, interval=1e-3))
+    compute(case, "d", checkpoints, 1e9, lambda: None)
     assert saved
     assert np.diff([0.0, *saved]).min() >= 0.02
 
 
 def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, monkeypatch):
-    case = scene(duration=0.2, interval=1e-3)
+    case = resolve(scene(duration=0.2, interval=1e-3))
     checkpoints = Checkpoints(tmp_path, 1e9, print)
     with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
         compute(case, "d", checkpoints, 0.01, lambda: None)

@@ -5,7 +5,7 @@ import pytest
 from evidence.estimates_drawn import of_truncation
 
 from hpcwhirl import simulate
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import (
     HARMONICS,
     TO_ROTOR,
@@ -28,7 +28,7 @@ def scene(**settings):
 
 
 def test_a_ring_that_does_not_stretch_keeps_its_bending_modes():
-    whole, bent = (model_of(scene(families=f)).casing for f in ("all", "bending"))
+    whole, bent = (resolve(scene(families=f)).model.casing for f in ("all", "bending"))
     assert len(bent.omega) == len(whole.omega) - 2 * 20
     for h in range(2, 21):
         slowest, fastest = np.unique(whole.omega[whole.diameter == h].round(6))
@@ -51,7 +51,7 @@ def test_the_mode_that_stretches_is_told_by_its_shape_not_its_frequency():
     # a thick ring bends at h = 40 faster than it stretches
     thick = {"casing.thickness": 0.1, "casing.harmonics": 40}
     whole, bent = (
-        model_of(scene(families=f, **thick)).casing for f in ("all", "bending")
+        resolve(scene(families=f, **thick)).model.casing for f in ("all", "bending")
     )
     at = whole.omega[whole.diameter == 40]
     assert bent.omega[bent.diameter == 40] == pytest.approx(at.max())
@@ -61,7 +61,7 @@ def test_elements_stretch():
     with pytest.raises(InputError, match="families must be all on a ring of elements"):
         scene(families="bending", discretization="elements")
     with pytest.raises(InputError, match="paper"):
-        March(scene(families="bending", scheme="paper"))
+        March(resolve(scene(families="bending", scheme="paper")))
 
 
 def test_nothing_is_missed_by_the_finest_and_less_by_finer_ones():
@@ -107,7 +107,7 @@ def test_what_cannot_be_estimated_is_left_as_it_is(settings):
 
 def test_what_was_chosen_is_marched_and_told():
     asked = scene(truncation=0.3, accuracy=0.1, duration=2e-3)
-    march = March(asked)
+    march = March(resolve(asked))
     assert len(march.model.rotor.omega) == 46 + 66
     assert march.scene.solver.modes == 66
     row = simulate(asked).row
@@ -117,8 +117,9 @@ def test_what_was_chosen_is_marched_and_told():
 
 def test_cases_of_other_truncation_are_of_no_group():
     # frictions ask for other modes: they must not share a kernel
-    cases = [scene(truncation=0.3, friction=mu) for mu in (0.0, 0.02, 0.1, 0.3)]
-    models = [model_of(case) for case in cases]
+    scenes = [scene(truncation=0.3, friction=mu) for mu in (0.0, 0.02, 0.1, 0.3)]
+    cases = [resolve(own) for own in scenes]
+    models = [case.model for case in cases]
     widths = [(len(m.rotor.omega), len(m.casing.omega)) for m in models]
     keys = [group_key(case) for case in cases]
     assert len(set(widths)) > 1
@@ -136,9 +137,9 @@ def test_cases_of_other_truncation_are_of_no_group():
 def test_cases_whose_steps_differ_are_of_no_group(cases):
     # accuracy asks for a step, the pulse and the turn bound it
     asked = {"accuracy": 0.1, "truncation": 0.3}
-    scenes = [scene(**asked, **case) for case in cases]
-    steps = [March(case).scene.solver.time_step for case in scenes]
-    keys = [group_key(case) for case in scenes]
+    resolved = [resolve(scene(**asked, **case)) for case in cases]
+    steps = [case.step for case in resolved]
+    keys = [group_key(case) for case in resolved]
     assert len(set(steps)) > 1
     for i, j in np.ndindex(3, 3):
         assert steps[i] == steps[j] or keys[i] != keys[j]
@@ -183,7 +184,7 @@ def test_what_is_saved_is_told_against_the_inputs_as_they_are(command, capsys):
     words = [*command, "--preset", "draft", "--set", "duration=1e-3", "--explain"]
     assert main(words) == 0
     few, many = (len(m.rotor.omega) + len(m.casing.omega) for m in (
-        model_of(scene(truncation=0.3)), model_of(scene())))  # fmt: skip
+        resolve(scene(truncation=0.3)).model, resolve(scene()).model))  # fmt: skip
     told = capsys.readouterr().out
     assert f"{few} modal amplitudes are left" in told
     assert f"as they are, {many} and" in told

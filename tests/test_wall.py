@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import rigid_amplitude
 from hpcwhirl.dynamics.march import March
@@ -20,7 +21,7 @@ def scene(**settings):
 
 
 def impulse(**settings):
-    return March(scene(**settings)).run().impulse[-1]
+    return March(resolve(scene(**settings))).run().impulse[-1]
 
 
 def test_a_rigid_casing_inside_the_blades_is_refused_in_one_line(capsys):
@@ -47,7 +48,7 @@ def test_a_rigid_casing_inside_the_blades_is_refused_in_one_line(capsys):
 )
 def test_no_rigid_casing_jumps_into_the_blades(settings, told):
     with pytest.raises(InputError, match=told):
-        March(scene(**settings))
+        March(resolve(scene(**settings)))
 
 
 @pytest.mark.parametrize(
@@ -67,7 +68,7 @@ def test_no_rigid_casing_jumps_into_the_blades(settings, told):
     ],
 )
 def test_a_rigid_casing_that_does_not_jump_is_accepted(settings):
-    March(scene(**settings))
+    March(resolve(scene(**settings)))
 
 
 def test_the_impulse_of_a_rigid_casing_comes_to_rest_as_the_step_falls():
@@ -88,7 +89,7 @@ def test_a_casing_that_has_always_stood_there_has_no_rise():
 def test_no_distortion_stays_none_however_it_grows():
     found = rigid_amplitude((1e-4, 2.0, 0.0, 1e4, 1e-3), 1.0)  # e^{1e4} is infinite
     assert (found, math.copysign(1.0, found)) == (0.0, 1.0)
-    march = March(scene(amplitude=0.0, growth=1e6, duration=1e-2))
+    march = March(resolve(scene(amplitude=0.0, growth=1e6, duration=1e-2)))
     history = march.run()
     assert history.stop == "end"
     assert not np.any(history.energy)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.lanes import can_ride, group_key
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene import Scene
 
 LANES = 4  # cases of a batch: what one vector holds
 PAYS = (
@@ -17,7 +16,7 @@ Unit = tuple[int, ...]
 
 
 def units_of(
-    order: Sequence[int], cases: Sequence[Scene], steps: float, ranks: int
+    order: Sequence[int], case_of: Callable[[int], Case], steps: float, ranks: int
 ) -> list[Unit]:
     """Return the units of a campaign, in the order of its cases.
 
@@ -28,7 +27,7 @@ def units_of(
     Parameters
     ----------
     order : cases to do, the first to be handed out first
-    cases : all scenes
+    case_of : the case of a number
     steps : predicted steps of all that is to be done
     ranks : that share the work
     """
@@ -36,11 +35,12 @@ def units_of(
         return [(case,) for case in order]
     groups: dict[object, list[int]] = {}
     units: list[Unit] = []
-    for case in order:
-        if _rides(cases[case]):
-            groups.setdefault(group_key(cases[case]), []).append(case)
+    for number in order:
+        case = case_of(number)
+        if _rides(case):
+            groups.setdefault(group_key(case), []).append(number)
         else:
-            units.append((case,))
+            units.append((number,))
     for group in groups.values():
         whole = max(len(group) - LANES * ranks, 0) // LANES * LANES
         units += [tuple(group[i : i + LANES]) for i in range(0, whole, LANES)]
@@ -49,9 +49,9 @@ def units_of(
     return sorted(units, key=lambda unit: (len(unit) == 1, rank_of[unit[0]]))
 
 
-def _rides(scene: Scene) -> bool:
+def _rides(case: Case) -> bool:
     """Return whether a case may ride; one that has no model fails alone, as a row."""
     try:
-        return can_ride(scene, model_of(scene))
+        return can_ride(case)
     except WhirlError:
         return False

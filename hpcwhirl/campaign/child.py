@@ -22,6 +22,7 @@ from hpcwhirl.campaign.isolate import STOP
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import SIGNALS
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
@@ -74,15 +75,16 @@ class Server:
 
     def _warm(self, asked: Record) -> None:
         with contextlib.suppress(Exception):  # it will fail as a row
-            March(apply_settings(Scene(), asked["warm"])).advance(1)
+            March(resolve(apply_settings(Scene(), asked["warm"]))).advance(1)
         self._send({"status": "warm"})
 
     def _answer(self, asked: Record) -> None:
-        scene, start = apply_settings(Scene(), asked["scene"]), time.perf_counter()
+        start = time.perf_counter()
         limit = float("inf") if asked["limit"] is None else asked["limit"]
         try:
             digest = asked["digest"]
-            result = compute(scene, digest, self.checkpoints, limit, self._between)
+            case = resolve(apply_settings(Scene(), asked["scene"]))
+            result = compute(case, digest, self.checkpoints, limit, self._between)
         except Stop:
             self._send({"status": "stopped"})
         except Exception as failed:  # noqa: BLE001 - a failed case is a row

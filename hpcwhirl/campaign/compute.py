@@ -8,9 +8,9 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.campaign.stop import breakable
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import CaseError
-from hpcwhirl.scene import Scene
 
 
 class LateError(CaseError):
@@ -42,7 +42,7 @@ def message_of(failed: Exception) -> str:
 
 
 def compute(
-    scene: Scene,
+    case: Case,
     digest: str,
     checkpoints: Checkpoints,
     limit: float,
@@ -52,7 +52,7 @@ def compute(
 
     Parameters
     ----------
-    scene, digest : the case
+    case, digest : the case, and the name of its state
     checkpoints : where its state is kept and may be found; not dropped here
     limit : s of computing that the case may take, all runs together
     between : called between slices; may raise `Stop`
@@ -63,7 +63,7 @@ def compute(
         beyond the limit
     """
     with breakable(between):
-        march = March(scene)
+        march = March(case)
         march.advance(0)  # compiles what has not been compiled yet
     march.seconds = 0.0
     checkpoints.take_up(digest, march)
@@ -80,4 +80,4 @@ def compute(
     except (Stop, LateError):
         checkpoints.save(digest, march)
         raise
-    return result_of(march.scene, history)
+    return result_of(case, history)

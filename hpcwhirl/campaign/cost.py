@@ -8,7 +8,7 @@ campaign ends, never a result.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,34 +17,29 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.case.model import model_of
-from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene import flatten
 from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
-NOMINAL = {"paper": 14e-6, "general": 6e-6, "modal": 0.2e-6, "exact": 0.25e-6}  # s
 NEAREST = 4  # finished cases that a prediction is taken from
 MOST_KNOWN = 4096  # finished cases that are looked at
 APART = 10.0  # between two words, where the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours count alike
 
 
-def stepped(scene: Scene) -> Scene | None:
-    """Return the scene with the step that it is marched with, None without a model."""
-    if scene.solver.accuracy == 0.0:
-        return scene
-    try:
-        return with_step(scene, model_of(scene))
-    except WhirlError:  # it will fail as a row
-        return None
+def predicted(
+    what: str, design: Design, cases: Iterable[int] | None = None
+) -> list[float]:
+    """Return `steps` or `cost` of all cases, or of these, 0 of one without a model."""
 
+    def asked(case: int) -> float:
+        try:
+            return float(getattr(design.resolved(case), what))
+        except WhirlError:  # it will fail as a row
+            return 0.0
 
-def predicted_steps(scene: Scene) -> float:
-    """Return the steps of a case that runs to its end; 0 of one without a model."""
-    known = stepped(scene)
-    return known.end_time / known.solver.time_step if known else 0.0
+    return [asked(i) for i in (range(len(design.scenes)) if cases is None else cases)]
 
 
 class Costs:
@@ -94,7 +89,7 @@ def places_of(design: Design) -> Floats:
     for name in design.swept:
         values = [row.get(name, base[name]) for row in design.settings]
         columns.append(_to_unit(values))
-    return np.column_stack(columns) if columns else np.zeros((len(design.cases), 1))
+    return np.column_stack(columns) if columns else np.zeros((len(design.scenes), 1))
 
 
 def _to_unit(values: Sequence[Any]) -> Floats:
@@ -108,10 +103,7 @@ def _to_unit(values: Sequence[Any]) -> Floats:
 
 def costs_of(design: Design) -> Costs:
     """Return the costs of a design of which nothing is known yet."""
-    nominal = [
-        predicted_steps(scene) * NOMINAL[scene.solver.scheme] for scene in design.cases
-    ]
-    return Costs(np.array(nominal, dtype=np.float64), places_of(design))
+    return Costs(np.array(predicted("cost", design)), places_of(design))
 
 
 def learn_from(folder: Path, design: Design, costs: Costs) -> list[int]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -32,14 +32,18 @@ from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
     Value,
-    resolve,
+    full_name,
     takes_list,
 )
 from hpcwhirl.store.manifest import CONTENT, PHYSICS, Manifest
 
+if TYPE_CHECKING:
+    from hpcwhirl.case.resolve import Case
+
 Settings = dict[str, Value]
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
+MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
 LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
@@ -74,7 +78,7 @@ class Design:
     Attributes
     ----------
     base : what all cases share but for what is swept
-    cases : one scene each, in the order of the dimension `case`; not sent to others
+    scenes : of each case, in the order of the dimension `case`; not sent to others
     settings : {dotted input: value} of each case
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
@@ -82,7 +86,7 @@ class Design:
     """
 
     base: Scene
-    cases: Sequence[Scene]
+    scenes: Sequence[Scene]
     settings: tuple[Settings, ...]
     swept: tuple[str, ...]
     rules: dict[str, Any] = field(default_factory=dict)
@@ -95,11 +99,11 @@ class Design:
     @cached_property
     def digests(self) -> tuple[str, ...]:
         """Digest of each case; a rank that does a few of them asks `digest`."""
-        return tuple(digest(s, self.content(s.engine.file)) for s in self.cases)
+        return tuple(digest(s, self.content(s.engine.file)) for s in self.scenes)
 
     def digest(self, case: int) -> str:
         """Return the digest of a case, that of the plan on every rank at any time."""
-        scene = self.cases[case]
+        scene = self.scenes[case]
         return digest(scene, self.content(scene.engine.file))
 
     def content(self, file: str) -> str:
@@ -116,10 +120,30 @@ class Design:
         CaseError, MissingFileError
             naming the file
         """
-        file = str(self.settings[case].get(FILE, self.base.engine.file))
+        file = self.file(case)
         if file and content_digest(file) != self.content(file):
             msg = f"{FILE} {file} has changed since the campaign was begun: put it "
             raise CaseError(msg + "back for --retry failed, or begin another campaign")
+
+    def resolved(self, case: int) -> Case:
+        """Return a case, one of the last as it was; of an engine's file always anew.
+
+        That file may have changed meanwhile.
+        """
+        return self._resolved(case) if self.file(case) else self._kept(case)
+
+    @cached_property
+    def _kept(self) -> Callable[[int], Case]:
+        return lru_cache(MOST_KEPT)(self._resolved)
+
+    def _resolved(self, case: int) -> Case:
+        from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not
+
+        return resolve(self.scenes[case])
+
+    def file(self, case: int) -> str:
+        """Return the file of a case's engine, "" where it has none."""
+        return str(self.settings[case].get(FILE, self.base.engine.file))
 
     def plan(self) -> Manifest:
         """Return the plan that the campaign's directory keeps."""
@@ -177,13 +201,13 @@ def design_of(
         if isinstance(file := row.get(FILE), str):
             row[FILE] = anchored(file, folder)
     swept = tuple(dict.fromkeys(name for row in rows for name in row))
-    _check_unset(swept, map(resolve, settings or {}), "--set or --preset")
+    _check_unset(swept, map(full_name, settings or {}), "--set or --preset")
     _check_unset(swept, preset_in(document), "[solver] preset:")
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
-    cases = tuple(apply_settings(base, row) for row in rows)
-    design = Design(base, cases, tuple(rows), swept, rules_of(document))
+    scenes = tuple(apply_settings(base, row) for row in rows)
+    design = Design(base, scenes, tuple(rows), swept, rules_of(document))
     _check_distinct(design.digests)
     return design
 
@@ -219,7 +243,7 @@ def _resolved(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the mapping by full dotted names; one input under two names is refused."""
     out: dict[str, Any] = {}
     for name, value in given.items():
-        full = resolve(name)
+        full = full_name(name)
         if full in out:
             msg = f"{where} names {full} twice, once as {name}"
             raise InputError(msg)

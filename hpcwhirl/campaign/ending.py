@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
-from hpcwhirl.campaign.cost import predicted_steps
+from hpcwhirl.campaign.cost import predicted
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.owning import asking_of
 from hpcwhirl.campaign.policy import Policy
@@ -73,7 +73,7 @@ def conclude(
     if comm is None or comm.rank == 0:
         found = _unfinished(design, folder, policy.shard)
     found = comm.bcast(found, root=0) if comm is not None else found
-    cases = len(design.cases)
+    cases = len(design.scenes)
     if found is not None and found.left:
         return Ending(
             complete=True, cases=cases, failed=found.failed, results=None,
@@ -132,8 +132,8 @@ def _unfinished(design: Design, folder: Path, shard: Shard | None) -> _Unfinishe
 def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
     """Return the cases that a shard computes; without one, all."""
     if shard is None:
-        return frozenset(range(len(design.cases)))
-    return share([predicted_steps(scene) for scene in design.cases], shard)
+        return frozenset(range(len(design.scenes)))
+    return share(predicted("steps", design), shard)
 
 
 def _as_text(given: str) -> str:

@@ -27,7 +27,6 @@ from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.campaign.stop import Stopping, breakable
-from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
@@ -120,20 +119,19 @@ class Evaluator:
 
     def _batch(self, cases: Unit, between: Callable[[], None]) -> Batch:
         """Return the batch, its kernel compiled; marches go on where they were left."""
-        scenes = [self.design.cases[case] for case in cases]
+        riding = [self.design.resolved(case) for case in cases]
         with breakable(between):
-            model = model_of(scenes[0])
-            Lanes(March(scenes[0], model)).advance(0)
+            Lanes(March(riding[0])).advance(0)
 
         def begin(place: int, march: March) -> None:
             self.desk.checkpoints.take_up(self._digests[cases[place]], march)
 
-        return Batch(scenes, len(scenes), model, begin, self.limit)
+        return Batch(riding, len(riding), begin, self.limit)
 
     def _settle(self, case: int, march: March) -> str:
         """Keep what a lane has given: a result, or a case beyond its limit."""
         if march.done:
-            return self._keep(case, result_of(march.scene, march.history()))
+            return self._keep(case, result_of(march.case, march.history()))
         self.desk.checkpoints.save(self._digests[case], march)
         return self._fail(case, late(march, self.limit), march.seconds)
 
@@ -144,10 +142,9 @@ class Evaluator:
             if self.desk.policy.isolate or case in self.desk.suspects:
                 result = self._isolated(case, between)
             else:
-                scene, checkpoints = self.design.cases[case], self.desk.checkpoints
-                result = compute(
-                    scene, self._digests[case], checkpoints, self.limit, between
-                )
+                name, checkpoints = self._digests[case], self.desk.checkpoints
+                resolved = self.design.resolved(case)
+                result = compute(resolved, name, checkpoints, self.limit, between)
         except Stop:
             raise
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
@@ -168,7 +165,7 @@ class Evaluator:
     def _isolated(self, case: int, between: Callable[[], None]) -> Result:
         name = self._digests[case]
         self.desk.checkpoints.kept.add(name)  # the child may have kept a state
-        scene = self.design.cases[case]
+        scene = self.design.scenes[case]
         return self.desk.child.compute(scene, name, self.limit, between)
 
     def _fail(self, case: int, failed: Exception, seconds: float) -> str:

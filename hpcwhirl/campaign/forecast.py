@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted_steps, stepped
+from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.limits import step_counts
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
@@ -58,7 +59,7 @@ def forecast(
     folder : its directory; if it has finished cases, they are learned from
     mine : cases of a shard; all if not given
     """
-    costs, left = costs_of(design), list(range(len(design.cases)))
+    costs, left = costs_of(design), list(range(len(design.scenes)))
     if (folder / NAME).exists():
         left = learn_from(folder, design, costs)
     if mine is not None:
@@ -67,9 +68,9 @@ def forecast(
     probes = [] if finished else _probes(design)
     probed = sum(_probe(design, case, costs) for case in probes)
     return Forecast(
-        cases=len(design.cases if mine is None else mine),
+        cases=len(design.scenes if mine is None else mine),
         left=len(left),
-        steps=sum(predicted_steps(design.cases[case]) for case in left),
+        steps=sum(predicted("steps", design, left)),
         seconds=float(costs.predict(left).sum()),
         probed=probed,
         finished=finished,
@@ -80,7 +81,7 @@ def forecast(
 def _probes(design: Design) -> list[int]:
     """Return the cases to measure: the first, middle and last of each kind."""
     kinds: dict[object, list[int]] = {}
-    for case, scene in enumerate(design.cases):
+    for case, scene in enumerate(design.scenes):
         solver = scene.solver
         kind = scene.engine, solver.scheme, solver.modes, solver.time_step
         kinds.setdefault(kind, []).append(case)
@@ -94,7 +95,8 @@ def _probes(design: Design) -> list[int]:
 def _probe(design: Design, case: int, costs: Costs) -> bool:
     """March a case for a moment and learn; return whether it could be marched."""
     try:
-        march = March(design.cases[case])
+        resolved = design.resolved(case)
+        march = March(resolved)
         march.advance(1)  # compiles
         march.seconds, size = 0.0, FIRST
         while march.seconds < PROBE and not march.done:
@@ -103,16 +105,16 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
     except WhirlError:  # it will fail as a row
         return False
     step = march.seconds / max(march.steps - 1, 1)
-    costs.learn([case], step * predicted_steps(design.cases[case]))
+    costs.learn([case], step * resolved.steps)
     return True
 
 
 def _disk(design: Design) -> Bytes:
     """Return the bytes of the campaign, if every case runs to its end."""
-    samples = np.zeros(len(design.cases), dtype=np.int64)
-    intervals = np.full(len(design.cases), np.nan)
-    for case, scene in enumerate(design.cases):
-        count, intervals[case] = _sampling(scene)
+    samples = np.zeros(len(design.scenes), dtype=np.int64)
+    intervals = np.full(len(design.scenes), np.nan)
+    for case, scene in enumerate(design.scenes):
+        count, intervals[case] = _sampling(design.resolved(case))
         samples[case] = count if _keeps(scene) else 0
     sizes = sizes_of(_kinds(design))
     return bytes_of(design.plan(), samples, intervals, sizes, facts_of(design))
@@ -120,8 +122,8 @@ def _disk(design: Design) -> Bytes:
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
     """Return {trace: shape without samples} of the cases with most in their traces."""
-    rotor = max(design.cases, key=lambda s: s.engine.rotor.blades)
-    casing = max(design.cases, key=lambda s: s.engine.casing.harmonics)
+    rotor = max(design.scenes, key=lambda s: s.engine.rotor.blades)
+    casing = max(design.scenes, key=lambda s: s.engine.casing.harmonics)
     found = []
     for scene in {id(s): s for s in (rotor, casing) if _keeps(s)}.values():
         step = scene.solver.time_step
@@ -138,10 +140,10 @@ def _keeps(scene: Scene) -> bool:
     return scene.output.traces != "summary"
 
 
-def _sampling(scene: Scene) -> tuple[int, float]:
+def _sampling(case: Case) -> tuple[int, float]:
     """Return the samples of a case and the seconds between them."""
-    known = stepped(scene)
-    if known is None:
+    try:
+        total, stride = step_counts(case.scene)
+    except WhirlError:  # it will fail as a row
         return 0, np.nan
-    total, stride = step_counts(known)
-    return total // stride, stride * known.solver.time_step
+    return total // stride, stride * case.scene.solver.time_step

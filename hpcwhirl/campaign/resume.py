@@ -9,8 +9,7 @@ from typing import Any
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.stop import refuse_stop_file
-from hpcwhirl.case.model import model_of
-from hpcwhirl.dynamics.timestep import check_step, with_step
+from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.journal import Record, is_whole, scan
@@ -61,14 +60,14 @@ def check_steps(design: Design) -> None:
     InputError
         the first refusal, with its limit, where every case is refused
     """
-    distinct: dict[Any, Scene] = {}
-    for scene in sorted(design.cases, key=lambda s: s.solver.time_step):
-        distinct.setdefault((scene.engine, scene.solver.modes, scene.gap), scene)
+    distinct: dict[Any, int] = {}
+    for number, scene in sorted(enumerate(design.scenes), key=_step_of):
+        distinct.setdefault((scene.engine, scene.solver.modes, scene.gap), number)
     refusal = None
-    for scene in list(distinct.values())[:MOST_TRIED]:
+    for number in list(distinct.values())[:MOST_TRIED]:
         try:
-            model = model_of(scene)
-            check_step(model, with_step(scene, model).solver.time_step)
+            case = design.resolved(number)
+            check_step(case.model, case.scene)
         except InputError as failed:
             refusal = refusal or failed
         except WhirlError:
@@ -77,6 +76,10 @@ def check_steps(design: Design) -> None:
             return
     if refusal is not None and len(distinct) <= MOST_TRIED:
         raise refusal
+
+
+def _step_of(numbered: tuple[int, Scene]) -> float:
+    return numbered[1].solver.time_step
 
 
 def check_folder(folder: Path) -> None:

@@ -17,7 +17,7 @@ from hpcwhirl.campaign.cost import (
     costs_of,
     learn_from,
     nothing_known,
-    predicted_steps,
+    predicted,
 )
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, cases_of, conclude
@@ -90,7 +90,7 @@ def run_campaign(
         reasons = [stopping.reason]
         reasons = comm.allgather(stopping.reason) if comm is not None else reasons
     return Ending(
-        complete=False, cases=len(design.cases), failed=0, results=None,
+        complete=False, cases=len(design.scenes), failed=0, results=None,
         reason=next(filter(None, reasons), ""), gave_up=gave_up,
     )  # fmt: skip
 
@@ -135,11 +135,11 @@ def _work(
 
 
 def _units(design: Design, order: list[int], ranks: int, policy: Policy) -> list[Unit]:
-    steps = sum(predicted_steps(design.cases[case]) for case in order)
+    steps = sum(predicted("steps", design, order))
     lanes = False if policy.isolate else policy.lanes
     if lanes is not None:
         steps = float("inf") if lanes else 0.0
-    return units_of(order, design.cases, steps, ranks)
+    return units_of(order, design.resolved, steps, ranks)
 
 
 @contextmanager
@@ -205,7 +205,7 @@ def _kinds(design: Design, work: _Work) -> list[int]:
     kinds = {}
     left = [c for unit in work.units for c in unit if c not in work.suspects]
     for case in reversed(left):
-        scene = design.cases[case]
+        scene = design.scenes[case]
         kinds[scene.solver.scheme, folds_of(scene)] = case
     return list(kinds.values())
 
@@ -218,22 +218,21 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
             raise Stop
 
     cases = _kinds(design, work)
-    first = [design.cases[case] for case in cases]
     desk.running.begin(design.digest(case) for case in cases)
     if desk.policy.isolate:
-        desk.child.warm(first, between)
+        desk.child.warm([design.scenes[case] for case in cases], between)
         return
     batch = next((unit for unit in work.units if len(unit) > 1), None)
     with breakable(between):
-        for scene in first:
+        for case in cases:
             try:
-                March(scene).advance(1)
+                March(design.resolved(case)).advance(1)
             except Stop:
                 raise
             except Exception:  # noqa: BLE001 - it will fail as a row
                 continue
         if batch is not None:
-            march = March(design.cases[batch[0]])
+            march = March(design.resolved(batch[0]))
             group = Lanes(march)
             group.load(0, march)
             group.advance(1)
@@ -249,7 +248,7 @@ class _Report:
         self.start = self.last = time.monotonic()
         shard = desk.policy.shard
         mine = len(cases_of(design, shard))
-        of = f" of {len(design.cases)} in shard {shard}" if shard else ""
+        of = f" of {len(design.scenes)} in shard {shard}" if shard else ""
         kept = mine - self.total
         already = f", {kept} already there" if kept else ""
         alone = len(desk.suspects)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene
@@ -54,12 +55,13 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
-    march = March(scene)
-    return result_of(march.scene, march.run(between_slices))
+    case = resolve(scene)
+    return result_of(case, March(case).run(between_slices))
 
 
-def result_of(scene: Scene, history: History) -> Result:
-    """Return the result of an integrated scene: evidence, words, row and traces."""
+def result_of(case: Case, history: History) -> Result:
+    """Return the result of an integrated case: evidence, words, row and traces."""
+    scene = case.scene
     found = evidence(scene, history) | {"stop": history.stop}
     outcome, regime, whirl = name_regime(found, Thresholds())
     row: dict[str, Value] = {"outcome": outcome, "regime": regime, "whirl": whirl}

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from hpcwhirl.case.model import model_of
-from hpcwhirl.case.plan import Plan, lean_case, plan_of
-from hpcwhirl.case.truncation import (
-    truncation_error,
-    with_truncation,
-)
+from hpcwhirl.case.plan import Plan
+from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.truncation import truncation_error
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings
@@ -30,8 +27,8 @@ def amplitudes(model: Model) -> int:
     return sum(len(body.omega) for body in bodies)
 
 
-def _truncation(given: Scene, model: Model) -> Note:
-    scene = with_truncation(given)
+def _truncation(case: Case) -> Note:
+    scene = case.reduced
     casing, solver = scene.engine.casing, scene.solver
     ring = ""
     if casing.kind == "ring":
@@ -43,25 +40,25 @@ def _truncation(given: Scene, model: Model) -> Note:
         "what they would add to the response to a contact lets motions be wrong by "
         f"some {error:.2g}, of {asked:g} asked: an estimate that held for 19 of 20 "
         "engines at random in their first contacts, not a bound",
-        _spared(given, model),
+        _spared(case),
     )
 
 
-def _spared(given: Scene, model: Model) -> str:
+def _spared(case: Case) -> str:
     """Return what a truncated model saves against the modes that a scene names."""
-    few, limit = amplitudes(model), min(model.limits().values())
+    few, limit = amplitudes(case.model), min(case.model.limits().values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"
     try:
-        whole = model_of(apply_settings(given, {"truncation": 0.0}))
+        whole = resolve(apply_settings(case.given, {"truncation": 0.0})).model
     except InputError:  # the modes it names are not there
         return kept
     many, usual = amplitudes(whole), min(whole.limits().values())
     return f"{kept}; with the inputs as they are, {many} and {usual:.3g} s"
 
 
-def _folding(scene: Scene, whole: Model, folds: int) -> Note:
-    few, many = amplitudes(lean_case(scene, whole).model), amplitudes(whole)
-    k, blades = scene.nodal_diameter, whole.blades
+def _folding(case: Case) -> Note:
+    few, many = amplitudes(case.lean.model), amplitudes(case.model)
+    k, blades, folds = case.given.nodal_diameter, case.model.blades, case.plan.folds
     return Note(
         f"nodal diameters and ring harmonics that are no multiples of {folds}, "
         f"and with them {blades - blades // folds} of {blades} blades and the shaft's "
@@ -89,19 +86,13 @@ def _settling(scene: Scene, plan: Plan) -> Note:
     )
 
 
-def notes_of(scene: Scene, model: Model) -> list[Note]:
-    """Return what the plan of a scene leaves out.
-
-    Parameters
-    ----------
-    scene : the case
-    model : the whole
-    """
-    plan, notes = plan_of(scene, model), []
+def notes_of(case: Case) -> list[Note]:
+    """Return what the plan of a case leaves out."""
+    scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and scene.has_families:
-        notes.append(_truncation(scene, model))
+        notes.append(_truncation(case))
     if plan.folds > 1:
-        notes.append(_folding(scene, model, plan.folds))
+        notes.append(_folding(case))
     elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:
         notes.append(
             Note(
@@ -115,10 +106,9 @@ def notes_of(scene: Scene, model: Model) -> list[Note]:
     return notes
 
 
-def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
+def facts_of_plan(case: Case) -> dict[str, object]:
     """Return the facts that `model --json` gives under `plan`."""
-    notes, scene = notes_of(scene, model), with_truncation(scene)
-    plan, lean = plan_of(scene, model), lean_case(scene, model).model
+    scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
     coordinates = {"rotor": len(model.rotor.omega)}
     marched = {"rotor": len(lean.rotor.omega)}
     if model.casing and lean.casing:
@@ -139,5 +129,5 @@ def facts_of_plan(scene: Scene, model: Model) -> dict[str, object]:
         "settles": plan.settles,
         "settling_time": plan.settling,
         "truncation_error": truncation_error(scene) if scene.has_families else None,
-        "left_out": [asdict(note) for note in notes],
+        "left_out": [asdict(note) for note in notes_of(case)],
     }

@@ -14,11 +14,12 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
 FOLDING = ("modal", "exact")  # `general` and `paper` are what others are held against
+NOMINAL = {"paper": 14e-6, "general": 6e-6, "modal": 0.2e-6, "exact": 0.25e-6}  # s
 SOON = 0.7  # of the run: a certificate expected later is not looked for
 
 
-class Case(NamedTuple):
-    """A scene and its model as they are marched."""
+class Marched(NamedTuple):
+    """A scene and its model as they are marched: all sectors, or one."""
 
     scene: Scene
     model: Model
@@ -88,9 +89,9 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 
 
-def lean_case(scene: Scene, model: Model) -> Case:
+def lean_of(scene: Scene, model: Model) -> Marched:
     """Return what is marched for a scene and its whole model."""
     folds = folds_of(scene)
     if folds == 1:
-        return Case(scene, model)
-    return Case(folded_scene(scene, folds), folded_model(model, folds))
+        return Marched(scene, model)
+    return Marched(folded_scene(scene, folds), folded_model(model, folds))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
+MOST_KEPT = 32  # models of one sector
 
 
 def folded_body(
@@ -69,6 +71,7 @@ def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
     return np.concatenate([radial, operator.width + radial]).astype(np.intp)
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def folded_model(whole: Model, folds: int) -> Model:
     """Return the model of one of g sectors; it has no centre, which stays at rest.
 

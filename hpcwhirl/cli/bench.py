@@ -23,9 +23,11 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 START = (
+    "from hpcwhirl.case.resolve import resolve\n"
     "from hpcwhirl.dynamics.march import March\n"
     "from hpcwhirl.scene import apply_settings, named_scene\n"
-    "March(apply_settings(named_scene('table2'), {'scheme': '%s'})).advance(10)\n"
+    "scene = apply_settings(named_scene('table2'), {'scheme': '%s'})\n"
+    "March(resolve(scene)).advance(10)\n"
 )
 
 
@@ -63,14 +65,12 @@ def run(args: argparse.Namespace) -> int:
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     """Return the timings, the core's peak and what `modal` reaches of it in flight."""
-    from hpcwhirl.dynamics.march import March
     from hpcwhirl.measure import bench
 
     peak = bench.fma_peak(repeats)
     rows = [asdict(timing) for timing in bench.time_schemes(scene, repeats)]
     facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
-    march = March(apply_settings(scene, {"scheme": "modal", "duration": 1e-3}))
-    facts["modal_bytes"] = bench.bytes_of(march)
+    facts["modal_bytes"] = bench.bytes_of(scene)
     operations = bench.flight_operations(scene)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
     own = [r for r in rows if r["scheme"] == "modal" and r["lanes"] == 1]
@@ -100,16 +100,17 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 def batched_case(scene: Scene) -> list[dict[str, Any]]:
     """Return the same of the sustained case as one of four in a batch, or nothing."""
     from hpcwhirl.campaign.simulate import result_of
-    from hpcwhirl.case.model import model_of
+    from hpcwhirl.case.resolve import resolve
     from hpcwhirl.dynamics.batch import Batch
     from hpcwhirl.dynamics.lanes import can_ride
     from hpcwhirl.measure.bench import APART
 
     base = apply_settings(scene, {"revolutions": 0.0, "scheme": "modal"})
-    if not can_ride(base, model_of(base)):
+    if not can_ride(resolve(base)):
         return []
     speed = CASES[1]["speed"]
-    four = [apply_settings(base, {"speed": speed + i * APART}) for i in range(4)]
+    speeds = [{"speed": speed + i * APART} for i in range(4)]
+    four = [resolve(apply_settings(base, own)) for own in speeds]
     runs = dict(Batch(four).run())
     row = result_of(four[0], runs[0]).row
     names = ("speed", "gap", "regime", "whirl", "end_time", "steps")

@@ -283,19 +283,17 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
 def _explain(design: Design) -> None:
     """Say on stderr what the plans of the cases leave out, each kind of plan once."""
     from hpcwhirl.case.explain import notes_of
-    from hpcwhirl.case.model import model_of
-    from hpcwhirl.case.plan import plan_of
 
-    kinds: dict[tuple[int, bool], list[Any]] = {}
-    for scene in design.cases:
+    kinds: dict[tuple[int, bool], list[int]] = {}
+    for case in range(len(design.scenes)):
         try:
-            plan = plan_of(scene, model_of(scene))
+            plan = design.resolved(case).plan
         except WhirlError:  # it will fail as a row
             continue
-        kinds.setdefault((plan.folds, plan.settles), []).append(scene)
-    for scenes in kinds.values():
-        print(f"{len(scenes)} cases, such as the first of them:", file=sys.stderr)
-        notes = [asdict(note) for note in notes_of(scenes[0], model_of(scenes[0]))]
+        kinds.setdefault((plan.folds, plan.settles), []).append(case)
+    for cases in kinds.values():
+        print(f"{len(cases)} cases, such as the first of them:", file=sys.stderr)
+        notes = [asdict(note) for note in notes_of(design.resolved(cases[0]))]
         print_notes(notes, sys.stderr)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -87,6 +87,6 @@ def run(args: argparse.Namespace) -> int:
 
     scene = scene_of(args.scene, args.settings)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
-    write_arrays(args.out, arrays_of(model_of(scene)), facts)
+    write_arrays(args.out, arrays_of(resolve(scene).model), facts)
     print(args.out)
     return 0

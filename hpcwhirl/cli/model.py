@@ -7,7 +7,7 @@ from typing import Any
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.explain import facts_of_plan
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
     add_explain,
     add_scene,
@@ -17,8 +17,6 @@ from hpcwhirl.cli.options import (
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.families import as_records, first_family, modal_table
-from hpcwhirl.reduction.model import Model
-from hpcwhirl.scene import Scene
 from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000
@@ -39,20 +37,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def facts_of(scene: Scene, model: Model, orders: int) -> dict[str, Any]:
+def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
-    table = modal_table(model)
+    engine, table = case.given.engine, modal_table(case.model)
     speeds = critical_speeds(
         first_family(table, "rotor"), first_family(table, "casing"), orders
     )
-    foreign = scene.engine.file != ""  # of its blades, tips alone are known
+    foreign = engine.file != ""  # of its blades, tips alone are known
     return {
-        "engine": scene.engine.name,
+        "engine": engine.name,
         "modes": as_records(table),
-        "blade_stiffness": None if foreign else blade_stiffness(scene.engine.rotor),
+        "blade_stiffness": None if foreign else blade_stiffness(engine.rotor),
         "critical_speeds": speeds,
-        "time_step_limits": model.limits(),
-        "plan": facts_of_plan(scene, model),
+        "time_step_limits": case.model.limits(),
+        "plan": facts_of_plan(case),
     }
 
 
@@ -62,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
-    facts = facts_of(scene, model_of(scene), args.orders)
+    facts = facts_of(resolve(scene), args.orders)
     if args.json:
         print_json(facts)
     elif args.explain:

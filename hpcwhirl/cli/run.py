@@ -21,7 +21,6 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import Scene
 
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
@@ -48,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
     from hpcwhirl.campaign.one import design_of_one, write_case
     from hpcwhirl.campaign.simulate import result_of
+    from hpcwhirl.case.resolve import resolve
     from hpcwhirl.dynamics.march import March
 
     scene = scene_of(args.scene, args.settings)
@@ -58,13 +58,13 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.plot, folder=True)
     tell_preset(scene)
     design = design_of_one(scene)
-    march = March(scene)
+    march = March(resolve(scene))
     with _progress(march, quiet=args.quiet) as tick:
         history = march.run(tick)
-    result = result_of(march.scene, history)
+    result = result_of(march.case, history)
     facts = summary(result.row | result.performance)
     if args.explain:
-        facts |= _explained(scene, march)
+        facts |= _explained(march)
     if args.json:
         print_json(facts)
     else:
@@ -79,11 +79,11 @@ def run(args: argparse.Namespace) -> int:
     return 1 if result.row["outcome"] == "unstable" else 0
 
 
-def _explained(scene: Scene, march: March) -> dict[str, Any]:
+def _explained(march: March) -> dict[str, Any]:
     """Return what the plan left out, and the share of amplitudes and steps marched."""
     from hpcwhirl.case.explain import amplitudes, notes_of
 
-    notes = [asdict(note) for note in notes_of(scene, march.model)]
+    notes = [asdict(note) for note in notes_of(march.case)]
     few, many = amplitudes(march.lean.model), amplitudes(march.model)
     share = few * march.marched / (many * march.total)
     return {"left_out": notes, "marched": march.marched, "work_share": share}

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.lanes import Lanes, can_ride, group_key
 from hpcwhirl.dynamics.march import FIRST_SLICE, March, next_slice
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model
-from hpcwhirl.scene import Scene
 
 MOST_LANES = 1024
 
@@ -27,9 +26,8 @@ class Batch:
 
     Parameters
     ----------
-    scenes : the cases, read as lanes become free
+    cases : read as lanes become free
     lanes : cases on their way at once
-    model : of all the scenes; built from the first if not given
     begin : called with the place and the march of every case before it rides; may let
         it go on from a snapshot
     limit : computing seconds after which a case is taken out, whether it has ended or
@@ -43,21 +41,19 @@ class Batch:
 
     def __init__(
         self,
-        scenes: Iterable[Scene],
+        cases: Iterable[Case],
         lanes: int = FOUR,
-        model: Model | None = None,
         begin: Callable[[int, March], None] | None = None,
         limit: float = math.inf,
     ) -> None:
         if not 1 <= lanes <= MOST_LANES:
             msg = f"lanes must be in 1 .. {MOST_LANES}, got {lanes}"
             raise InputError(msg)
-        self.waiting = enumerate(scenes)
-        self.lanes, self.model = lanes, model
-        self.begin, self.limit = begin, limit
-        self.first: Scene | None = None
+        self.waiting = enumerate(cases)
+        self.lanes, self.begin, self.limit = lanes, begin, limit
+        self.key: tuple[Any, ...] | None = None  # that all cases share
         self.groups: list[Lanes] = []
-        self.seats: dict[tuple[int, int], int] = {}  # group and lane -> case
+        self.seats: dict[tuple[int, int], int] = {}  # group and lane -> place
 
     def run(
         self, between_slices: Callable[[], None] | None = None
@@ -66,8 +62,8 @@ class Batch:
 
         between_slices : called every 10 ms or so; may raise to end the batch
         """
-        for case, march in self.marches(between_slices):
-            yield case, march.history()
+        for place, march in self.marches(between_slices):
+            yield place, march.history()
 
     def marches(
         self, between_slices: Callable[[], None] | None = None
@@ -95,13 +91,13 @@ class Batch:
 
         wanted : of place and march, whose `seconds` alone are of now; None: all
         """
-        for (number, lane), case in list(self.seats.items()):
+        for (number, lane), place in list(self.seats.items()):
             group = self.groups[number]
             riding = group.marches[lane]
-            if riding is not None and (wanted is None or wanted(case, riding)):
+            if riding is not None and (wanted is None or wanted(place, riding)):
                 march = group.unload(lane)
                 group.load(lane, march)
-                yield case, march
+                yield place, march
 
     def _ended(self, number: int) -> Iterator[tuple[int, March]]:
         """Take out what has ended in a group, fill its lanes again, yield it."""
@@ -112,31 +108,31 @@ class Batch:
         ]  # fmt: skip
         for lane in sorted({*group.ended(), *late}):
             march = group.unload(lane)
-            case = self.seats.pop((number, lane))
+            place = self.seats.pop((number, lane))
             self._refill(number, lane)
-            yield case, march
+            yield place, march
 
     def _refill(self, number: int, lane: int) -> None:
         """Put the next waiting case, if there is one, in a lane."""
-        case, scene = next(self.waiting, (-1, None))
-        if scene is None:
+        place, case = next(self.waiting, (-1, None))
+        if case is None:
             return
-        march = self._march(scene)
+        march = self._march(case)
         if self.begin:
-            self.begin(case, march)
+            self.begin(place, march)
         if number == len(self.groups):
             self.groups.append(Lanes(march))
         self.groups[number].load(lane, march)
-        self.seats[number, lane] = case
+        self.seats[number, lane] = place
 
-    def _march(self, scene: Scene) -> March:
+    def _march(self, case: Case) -> March:
         """Return the march of a case that may ride with the others."""
-        if self.first is None:
-            self.first, self.model = scene, self.model or model_of(scene)
-        if self.model is None or not can_ride(scene, self.model):
+        if not can_ride(case):
             msg = "a lane takes scheme modal, a cyclic rotor and a fourier ring only"
             raise InputError(msg)
-        if group_key(scene) != group_key(self.first):
+        key = group_key(case)
+        if key != (self.key or key):
             msg = "cases of a batch must share engine, gap, modes and time_step"
             raise InputError(msg)
-        return March(scene, self.model)
+        self.key = key
+        return March(case)

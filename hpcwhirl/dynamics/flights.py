@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes
-from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -10,40 +10,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.model import model_of
-from hpcwhirl.case.plan import plan_of
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.kernels import contact, lane_passes, lane_state, lanes, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.timestep import with_step
-from hpcwhirl.reduction.model import Model
-from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-def can_ride(scene: Scene, model: Model) -> bool:
+def can_ride(case: Case) -> bool:
     """Return whether a case may be a lane: scheme modal, cyclic rotor, flexible ring.
 
     What `scheme_of` gives to the general kernel, the exact flow and rigid casings march
     alone, and so does what is looked at on its way: one sector of many, and a case
     that may be certified.
     """
-    fourier = scene.engine.casing.discretization == "fourier"
-    plan = plan_of(scene, model)
+    given, model = case.given, case.model
     cyclic = model.rotor.cyclic and model.blades > 2
-    modal = scene.solver.scheme == "modal"
-    ring = fourier and model.casing is not None
-    return modal and cyclic and ring and not plan.settles and plan.folds == 1
+    ring = given.engine.casing.discretization == "fourier" and model.casing is not None
+    if not (given.solver.scheme == "modal" and cyclic and ring):
+        return False
+    return not case.plan.settles and case.plan.folds == 1
 
 
-def group_key(scene: Scene) -> tuple[Any, ...]:
+def group_key(case: Case) -> tuple[Any, ...]:
     """Return what cases must share to be lanes of one group: modes and step, too."""
-    if scene.solver.accuracy > 0.0 or scene.solver.truncation > 0.0:
-        scene = with_step(scene, model_of(scene))
+    scene = case.scene
     solver = scene.solver.model_copy(update={"amplitude_limit": 1.0})
     return scene.engine, scene.gap, solver
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.model import model_of
-from hpcwhirl.case.plan import Case, lean_case, plan_of
+from hpcwhirl.case.limits import beat_of, step_counts
+from hpcwhirl.case.plan import Marched
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.coast import Coast, next_look
@@ -19,19 +20,8 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.timestep import (
-    beat_of,
-    check_loading,
-    check_step,
-    check_turn,
-    check_wall,
-    step_counts,
-    with_step,
-)
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
@@ -58,10 +48,8 @@ class March:
 
     Parameters
     ----------
-    scene
-        the case
-    model
-        its model; built from the scene if not given
+    case
+        of which `scene` and `model` stand here, too, and `lean`, what is marched of it
 
     Raises
     ------
@@ -70,13 +58,10 @@ class March:
         pulse or the speed, or where there would be more samples than memory holds
     """
 
-    def __init__(self, scene: Scene, model: Model | None = None) -> None:
-        self.model = model or model_of(scene)
-        self.scene = scene = with_step(scene, self.model)
-        check_step(self.model, scene.solver.time_step)
-        check_loading(scene)
-        check_turn(self.model, scene)
-        check_wall(scene)
+    def __init__(self, case: Case) -> None:
+        case.check()
+        self.case, self.scene, self.model = case, case.scene, case.model
+        scene = self.scene
         self.total, self.stride = step_counts(scene)
         self.beat = beat_of(self.model, scene)
         self.interval = self.stride * scene.solver.time_step
@@ -85,20 +70,20 @@ class March:
         self.seconds = 0.0
         self.fold()
 
-    def _begin(self, case: Case) -> None:
+    def _begin(self, lean: Marched) -> None:
         """Put at rest what is marched."""
-        self.lean = case
+        self.lean = lean
         with representable("the step"):
-            self.scheme = scheme_of(case.model, case.scene, self.beat)
+            self.scheme = scheme_of(lean.model, lean.scene, self.beat)
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
-        self.watched = LOOKS * self.beat if case.model.folds > 1 else 0
+        self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _coast(self) -> Coast | None:
         """Return what looks for the certificate, if the plan says that it pays."""
         scene, model = self.lean.scene, self.lean.model
-        if self.scheme.ended is None or not plan_of(self.scene, self.model).settles:
+        if self.scheme.ended is None or not self.case.plan.settles:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(first if scene.is_loaded else 1)
@@ -121,11 +106,11 @@ class March:
 
     def unfold(self) -> None:
         """Begin anew with all sectors."""
-        self._begin(Case(self.scene, self.model))
+        self._begin(self.case.whole)
 
     def fold(self) -> None:
         """Begin anew with what the scene requires."""
-        self._begin(lean_case(self.scene, self.model))
+        self._begin(self.case.lean)
 
     def _slice(self, size: int) -> int:
         """Return how many steps to march up to what happens at certain steps."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
@@ -39,14 +40,14 @@ class Timing:
     lanes : cases marched together
     contact : share of the timed steps with at least one contact
     microseconds_per_step : median over the repeats, us a case-step
-    broadcast : (largest - smallest) over median of the repeats
+    spread : (largest - smallest) over median of the repeats
     """
 
     scheme: str
     lanes: int
     contact: float
     microseconds_per_step: float
-    broadcast: float
+    spread: float
 
 
 def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
@@ -54,7 +55,9 @@ def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     settings: dict[str, float | str] = {"scheme": scheme}
     settings |= {"duration": SETTLE + (STEPS + 1) * step, "revolutions": 0.0}
     far: dict[str, float | str] = {} if contact else {"gap": FAR}
-    march = March(apply_settings(scene, settings | {"traces": "summary"} | far))
+    march = March(
+        resolve(apply_settings(scene, settings | {"traces": "summary"} | far))
+    )
     march.advance(int(SETTLE / step))
     march.beat = march.stride = march.total + 1  # no samples
     return march
@@ -67,8 +70,8 @@ def _restore(march: March, saved: list[object]) -> None:
 
 def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
     middle = statistics.median(spent)
-    broadcast = (max(spent) - min(spent)) / middle
-    return Timing(scheme, lanes, contact, middle, broadcast)
+    spread = (max(spent) - min(spent)) / middle
+    return Timing(scheme, lanes, contact, middle, spread)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -121,7 +124,7 @@ def time_lanes(
         )
         for i in range(lanes)
     ]
-    if not can_ride(marches[0].scene, marches[0].model):
+    if not can_ride(marches[0].case):
         return None
     saved = [[array.copy() for array in march.state] for march in marches]
     for march in marches:
@@ -186,7 +189,7 @@ def flight_operations(scene: Scene) -> int:
     InputError
         where the cyclic kernel does not march the scene
     """
-    march = March(apply_settings(scene, {"scheme": "modal"}))
+    march = March(resolve(apply_settings(scene, {"scheme": "modal"})))
     k, wide = cyclic.widths(march.lean.model.blades)
     rotor, ring = march.state[0], march.state[1]
     if len(march.state) != CYCLIC_STATE:
@@ -196,8 +199,10 @@ def flight_operations(scene: Scene) -> int:
     return step + 2 * (2 * k * wide) + 4 * wide + 2 * k
 
 
-def bytes_of(march: March) -> int:
-    """Return the bytes that a step of a march reads or writes: state and operators."""
+def bytes_of(scene: Scene) -> int:
+    """Return the bytes that a step of `modal` reads or writes: state and operators."""
+    short = apply_settings(scene, {"scheme": "modal", "duration": 1e-3})
+    march = March(resolve(short))
 
     def size(item: object) -> int:
         if isinstance(item, tuple):

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from hpcwhirl.case.model import model_of
-from hpcwhirl.dynamics.timestep import with_step
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import unknown
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value
@@ -58,7 +57,7 @@ def applied(scene: Scene, inputs: Settings) -> Scene:
 
 def reference_of(scene: Scene) -> Scene:
     """Return the scene as the reference integrates it, with all tips' samples."""
-    scene = with_step(scene, model_of(scene))  # what it asks for by errors
+    scene = resolve(scene).scene  # what it asks for by errors
     table, engine, solver = trials()["reference"], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
     most = MOST_DOF // (3 * engine.rotor.blades) - 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,14 @@ from numpy.typing import NDArray
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.scene import Scene, content_digest
+from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
+MOST_KEPT = 32  # models: some 100 kB to some MB each
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # one object an engine and reduction: see `model_of`
 class Model:
     """Bladed disk, and the ring it may touch (None where the casing is rigid).
 
@@ -41,24 +43,32 @@ class Model:
         return {n: 2.0 / float(b.omega.max()) for n, b in bodies.items() if b}
 
 
-def whole_model_of(scene: Scene) -> Model:
+def model_of(scene: Scene) -> Model:
     """Return the model of a scene as it is given; R_c = R_bd + gap.
+
+    One object for all scenes of a process that ask for the same, as long as it is one
+    of the `MOST_KEPT` last; an engine's file whose content has changed is another.
 
     Raises
     ------
     InputError
         where the inputs do not lead to a model that double precision holds
     """
-    file = scene.engine.file
+    rotor, casing, file = scene.engine.rotor, scene.engine.casing, scene.engine.file
+    ring = None if casing.kind == "rigid" else (casing, rotor.radius + scene.gap)
+    modes = 0 if file else scene.solver.modes
+    return _model(rotor, modes, file, content_digest(file), ring)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _model(
+    rotor: Rotor, modes: int, file: str, content: str, ring: tuple[Casing, float] | None
+) -> Model:
+    """Return the model of all that it depends on; rigid casings are no part of it."""
     with representable("the rotor"):
-        if file:
-            rotor = file_model(file, content_digest(file), scene.engine.rotor)
-        else:
-            rotor = rotor_model(scene.engine.rotor, scene.solver.modes)
-    blades = scene.engine.rotor.blades
-    if scene.engine.casing.kind == "rigid":
-        return Model(rotor, None, None, blades)
-    radius = scene.engine.rotor.radius + scene.gap
+        body = file_model(file, content, rotor) if file else rotor_model(rotor, modes)
+    if ring is None:
+        return Model(body, None, None, rotor.blades)
     with representable("the casing"):
-        casing, operator = casing_model(scene.engine.casing, radius)
-    return Model(rotor, casing, operator, blades)
+        casing, operator = casing_model(*ring)
+    return Model(body, casing, operator, rotor.blades)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
 from hpcwhirl.report.ranges import FAMILIES, MARGIN
@@ -33,7 +33,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     """
     from matplotlib.figure import Figure
 
-    table, k = modal_table(model_of(scene)), scene.nodal_diameter
+    table, k = modal_table(resolve(scene).model), scene.nodal_diameter
     if not any(m.body == "rotor" for m in table):
         msg = "a Campbell diagram needs modes of the rotor"
         raise InputError(msg)

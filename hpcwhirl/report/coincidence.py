@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report.axes import Axis, straight
@@ -65,7 +65,7 @@ def mark_critical(
 
 def speeds_of(scene: Scene) -> dict[int, float]:
     """Return {order n: speed, rad/s} of the scene's own nodal diameter."""
-    table, k = modal_table(model_of(scene)), scene.nodal_diameter
+    table, k = modal_table(resolve(scene).model), scene.nodal_diameter
     bodies = (first_family(table, body) for body in ("rotor", "casing"))
     rotor, casing = ({k: f[k]} if k in f else {} for f in bodies)
     rows = critical_speeds(rotor, casing, ORDERS)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
@@ -50,7 +50,7 @@ def _linear(cases: Cases, case: int) -> dict[str, float]:
     scene = cases.scene(case)
     around = scene.nodal_diameter % scene.engine.rotor.blades
     k = min(around, scene.engine.rotor.blades - around)  # as the tips see the lobes
-    return growth_of_diameter(model_of(scene), k, scene.speed, scene.friction)
+    return growth_of_diameter(resolve(scene).model, k, scene.speed, scene.friction)
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.poincare import section
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.sweeps import rotating
 from hpcwhirl.store.cases import Cases
 
@@ -108,7 +108,7 @@ def draw_contributions(cases: Cases, case: int) -> Any:
         traces["tips"],
         rotating(traces, row["speed"]),
         row["sample_interval"],
-        model_of(cases.scene(case)),
+        resolve(cases.scene(case)).model,
     )
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     (whole, log), (second, hub) = figure.subplots(2, 2, sharex=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import campbell
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.reduction.families import Line, modal_table
 from hpcwhirl.store.cases import Cases
 
@@ -24,7 +24,7 @@ def rotating_top(cases: Cases, line: Sequence[int]) -> float:
     Above both bending families of the blades and the suspension, up to what the
     samples tell.
     """
-    table = modal_table(model_of(cases.scene(line[0])))
+    table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
     return min(MARGIN * max(own), nyquist(cases, line))
 
@@ -34,7 +34,7 @@ def centre_top(cases: Cases, line: Sequence[int]) -> float:
 
     The centre moves with nodal diameter 1, at omega_bd +- Omega, and at Omega.
     """
-    table = modal_table(model_of(cases.scene(line[0])))
+    table = modal_table(resolve(cases.scene(line[0])).model)
     own = [
         m.frequency_hz for m in table
         if m.body == "rotor" and m.nodal_diameter == 1 and m.family in FAMILIES

@@ -11,7 +11,7 @@ from hpcwhirl.analysis.cascade import after_revolutions, cascade
 from hpcwhirl.analysis.critical import campbell, coincidences
 from hpcwhirl.analysis.poincare import section
 from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
 from hpcwhirl.report.palette import SEQUENTIAL, WORDS, word_of
@@ -220,7 +220,7 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     from matplotlib.figure import Figure
 
     scene = cases.scene(line[0])
-    table = modal_table(model_of(scene))
+    table = modal_table(resolve(scene).model)
     k = scene.nodal_diameter
     if k == 0 or not any(m.body == "casing" for m in table):
         msg = "the interaction diagram needs k > 0 lobes and an elastic casing"

@@ -15,8 +15,8 @@ from hpcwhirl.scene.files import (
     Value,
     apply_settings,
     check_kept,
+    full_name,
     load_document,
-    resolve,
     scene_from,
 )
 from hpcwhirl.scene.inputs import Scene
@@ -89,7 +89,7 @@ def _set(
     if not preset:
         return apply_settings(scene_from(data), settings)
     solver = {name: value for name, value in data["solver"].items() if name != PRESET}
-    found = {**preset, **{resolve(name): value for name, value in settings.items()}}
+    found = {**preset, **{full_name(name): value for name, value in settings.items()}}
     check_kept(found)
     return apply_settings(scene_from({**data, "solver": solver}), found)
 

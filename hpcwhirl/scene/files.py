@@ -67,7 +67,7 @@ def takes_list(name: str) -> bool:
     return any(n == name and get_origin(f.annotation) is tuple for n, f in LEAVES)
 
 
-def resolve(name: str) -> str:
+def full_name(name: str) -> str:
     """Return the full dotted name for a full one or an unambiguous ending of it."""
     names = input_names()
     if name in names:
@@ -167,7 +167,7 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
         return scene
     data = scene.model_dump()
     for name, value in settings.items():
-        *tables, leaf = resolve(name).split(".")
+        *tables, leaf = full_name(name).split(".")
         place = data
         for table in tables:
             place = place[table]
@@ -251,7 +251,7 @@ def parse_setting(text: str) -> tuple[str, Value]:
     if not sign or not name.strip() or not raw.strip():
         msg = f"a setting is name=value, got {shown(text)}"
         raise InputError(msg)
-    full = resolve(name.strip())
+    full = full_name(name.strip())
     try:
         value = _value(raw)
     except ValueError as failed:

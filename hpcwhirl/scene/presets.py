@@ -8,7 +8,7 @@ from importlib import resources
 from typing import Any
 
 from hpcwhirl.errors import unknown
-from hpcwhirl.scene.files import Value, flatten, resolve
+from hpcwhirl.scene.files import Value, flatten, full_name
 from hpcwhirl.scene.inputs import Scene
 
 ELSEWHERE = "what it loses on other engines is not measured"
@@ -35,7 +35,7 @@ def preset_inputs(name: str) -> dict[str, Value]:
     """
     if name not in _table():
         raise unknown("preset", name, preset_names())
-    return {resolve(n): value for n, value in _table()[name]["inputs"].items()}
+    return {full_name(n): value for n, value in _table()[name]["inputs"].items()}
 
 
 def preset_loss(name: str) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.scene.files import resolve
+from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.manifest import read_manifest
@@ -103,7 +103,7 @@ class Cases:
 
     def value(self, case: int, name: str) -> Any:
         """Return an input of a case by its name or its full dotted name."""
-        dotted = resolve(name)
+        dotted = full_name(name)
         return self._plan.settings[case].get(dotted, self._plan.base[dotted])
 
     def traces(self, case: int) -> Traces:

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model
@@ -210,7 +210,7 @@ def penalty(case: Case) -> float:
 
 def modal(case: Case) -> float:
     """March with scheme `modal`; return the contact impulse, N s."""
-    march = March(case.scene, case.model)
+    march = March(resolve(case.scene))
     march.advance(case.steps)
     return float(march.state[-1].sum())
 
@@ -223,7 +223,7 @@ def main() -> int:
         {"duration": 1e-3 * milliseconds, "traces": "summary", "interval": 1e-3},
     )
     steps = round(scene.duration / scene.solver.time_step)
-    case = Case(scene, model_of(scene), steps)
+    case = Case(scene, resolve(scene).model, steps)
     modal(case)  # compile
     numba_dense(case, 1)
     seconds: dict[str, float] = {}

@@ -71,7 +71,7 @@ def master(comm: Any, design: Design, evaluate: Evaluator, tally: Tally) -> None
     from mpi4py import MPI
 
     costs, place = costs_of(design), MPI.Status()
-    order = sorted(range(len(design.cases)), key=lambda i: -costs.nominal[i])
+    order = sorted(range(len(design.scenes)), key=lambda i: -costs.nominal[i])
     at_work = comm.size - 1
     while at_work:
         comm.recv(source=MPI.ANY_SOURCE, status=place)
@@ -82,13 +82,13 @@ def master(comm: Any, design: Design, evaluate: Evaluator, tally: Tally) -> None
 
 def blocks(comm: Any, design: Design, evaluate: Evaluator, tally: Tally) -> None:
     """Share: contiguous blocks of cases, decided beforehand."""
-    for unit in np.array_split(np.arange(len(design.cases)), comm.size)[comm.rank]:
+    for unit in np.array_split(np.arange(len(design.scenes)), comm.size)[comm.rank]:
         tally.compute(int(unit), evaluate, lambda: None)
 
 
 def dealt(comm: Any, design: Design, evaluate: Evaluator, tally: Tally) -> None:
     """Share: every n-th case, decided beforehand."""
-    for unit in range(comm.rank, len(design.cases), comm.size):
+    for unit in range(comm.rank, len(design.scenes), comm.size):
         tally.compute(unit, evaluate, lambda: None)
 
 
@@ -102,9 +102,9 @@ def baseline(share: str, file: Path, out: Path) -> None:
     comm, design = MPI.COMM_WORLD, load_design(file, {})
     if comm.rank == 0:
         prepare(design, out)
-    March(design.cases[0]).advance(1)  # numba's cache has the kernel
+    March(design.resolved(0)).advance(1)  # numba's cache has the kernel
     comm.Barrier()
-    units = [(case,) for case in range(len(design.cases))]
+    units = [(case,) for case in range(len(design.scenes))]
     with (
         Journal(out, 1, comm.rank) as journal,
         Running(out, 1, comm.rank) as running,
@@ -160,7 +160,7 @@ def measure(options: argparse.Namespace, place: Path) -> list[dict[str, Any]]:
             one = ran(way, ranks, file, place / f"{way}-{ranks}-{turn}")
             found.setdefault((way, ranks), []).append(one)
         together.append(apart(options.ranks, file, place, turn))
-    cases, rows = len(load_design(file, {}).cases), []
+    cases, rows = len(load_design(file, {}).scenes), []
     slowest = float(np.median(together))
     base = np.median([seconds for seconds, _ in found["hpcwhirl", 1]])
     for (way, ranks), turns in found.items():

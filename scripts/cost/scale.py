@@ -286,7 +286,7 @@ def keeping(place: Path, scratch: Path, mean: float) -> None:
 def gather_cost(folder: Path, detail: str) -> tuple[float, float]:
     """Return the seconds and bytes that gathering takes for a case."""
     many = gathering.design(MEASURED, detail, SAMPLES)
-    few = [many.cases[i] for i in (0, MEASURED // 2)]
+    few = [many.scenes[i] for i in (0, MEASURED // 2)]
     gathering.begin(folder, many, [simulate(scene) for scene in few])
     start = time.perf_counter()
     size = gather(folder, {}).stat().st_size
@@ -300,7 +300,7 @@ def setting_up() -> None:
         {"sweep": {"speed": {"start": 100.0, "stop": 500.0, "num": 5000}}}
     )
     costs_of(design)
-    digests = [digest(scene) for scene in design.cases]
+    digests = [digest(scene) for scene in design.scenes]
     spent = (time.perf_counter() - start) / len(digests)
     sent = len(pickle.dumps(design)) / len(digests)
     print(

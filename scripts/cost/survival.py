@@ -22,6 +22,7 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, digest, named_scene
 from hpcwhirl.store.running import Running
@@ -43,13 +44,13 @@ def of_states(folder: Path, repeats: int) -> None:
     """Print what a state costs, with samples of the orbit and of all tips."""
     for traces in ("orbit", "full"):
         settings = {"duration": 0.5, "time_step": 1e-6, "traces": traces}
-        march = March(apply_settings(named_scene("table2"), settings))
+        march = March(resolve(apply_settings(named_scene("table2"), settings)))
         march.advance(march.total)
         name = digest(march.scene)
         checkpoints = Checkpoints(folder, math.inf, say)
         kept = seconds(partial(checkpoints.save, name, march), repeats)
         size = (folder / "states" / f"{name}.state").stat().st_size
-        other = March(march.scene)
+        other = March(resolve(march.scene))
         taken = seconds(partial(checkpoints.take_up, name, other), repeats)
         line = f"state, {traces}: {size} bytes, kept in {1e3 * kept:.1f} ms"
         print(f"{line}, taken up in {1e3 * taken:.2f} ms")
@@ -62,7 +63,7 @@ def of_isolation(folder: Path, repeats: int) -> None:
     name, limit = digest(scene), math.inf
 
     def here() -> None:
-        compute(scene, name, checkpoints, limit, lambda: None)
+        compute(resolve(scene), name, checkpoints, limit, lambda: None)
 
     def there() -> None:
         child.compute(scene, name, limit, lambda: None)

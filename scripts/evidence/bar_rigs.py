@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.mistuned import modes_of
 from hpcwhirl.reduction.model import Model
@@ -368,7 +369,7 @@ def march_of(
     scene = scene_of(rig, step, scheme, blades, **settings)
     rotor = rotor_of_bars(rig.bar, blades, slider)
     if rig.casing is None:
-        return March(scene, Model(rotor, None, None, blades))
+        return March(Case(scene, Model(rotor, None, None, blades)))
     whole = Bar(elements=rig.casing.elements, area=blades * rig.casing.area)
     casing, operator = casing_of_bar(whole, slider)
-    return March(scene, Model(rotor, casing, operator, blades))
+    return March(Case(scene, Model(rotor, casing, operator, blades)))

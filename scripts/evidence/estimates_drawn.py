@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl import simulate
-from hpcwhirl.case.model import model_of
-from hpcwhirl.case.truncation import truncation_error, with_truncation
-from hpcwhirl.dynamics.timestep import SAFE, central_differences, with_step
+from hpcwhirl.case.limits import SAFE
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.truncation import truncation_error
+from hpcwhirl.dynamics.timestep import central_differences
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -90,7 +91,7 @@ def left_out_of(scene: Scene) -> list[tuple[str, Scene, float]]:
         tried = apply_settings(scene, own)
         out.append(("estimate", tried, truncation_error(tried)))
     for asked in ASKED:
-        tried = with_truncation(apply_settings(scene, {"truncation": asked}))
+        tried = resolve(apply_settings(scene, {"truncation": asked})).reduced
         # more harmonics than the finest has would tell nothing, and want its steps
         most = min(tried.engine.casing.harmonics, FINEST)
         chosen = {"truncation": 0.0, "casing.harmonics": most}
@@ -131,8 +132,8 @@ def of_accuracy(seed: int, index: int) -> Record:
     }
     asked = _between(random, 1e-5, 0.3)
     scene = apply_settings(BASE, inputs | {"accuracy": asked, "kind": "rigid"})
-    model = model_of(scene)
-    step = with_step(scene, model).solver.time_step
+    model = resolve(scene).model
+    step = resolve(scene).scene.solver.time_step
     rotor = model.rotor
     errors = [
         _turned(w, xi, step) / (w * np.sqrt(1.0 - xi**2)) - 1.0
@@ -167,7 +168,7 @@ def of_presets(seed: int, index: int) -> Record:
     inputs = moving_engine(seed, index)
     scene = apply_settings(BASE, inputs | {"duration": 1.0})
     asked = {n: apply_settings(scene, preset_inputs(n)) for n in preset_names()}
-    last = with_step(asked["reference"], model_of(asked["reference"]))
+    last = resolve(asked["reference"]).scene
     finer = apply_settings(last, {
         "scheme": "exact", "accuracy": 0.0, "truncation": 0.0,
         "modes": FAMILIES * scene.engine.rotor.blades, "casing.families": "all",

@@ -36,6 +36,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
@@ -100,8 +101,8 @@ def _engine(point: Sequence[float]) -> dict[str, Any]:
 
 def outcome(scene: Scene) -> dict[str, Any]:
     """Return words, numbers and seconds of a scene."""
-    march = March(scene)
-    row = result_of(march.scene, march.run()).row
+    march = March(resolve(scene))
+    row = result_of(march.case, march.run()).row
     found = {name: row[name] for name in (*KEPT, *FLOORS)}
     return found | {"seconds": march.seconds, "blades": march.model.blades}
 
@@ -208,7 +209,7 @@ def clock(args: argparse.Namespace) -> int:
         for _ in range(args.repeats):
             for plan, own in spent.items():
                 given = settings | ({"until": "end"} if plan == "everything" else {})
-                march = March(apply_settings(base, given | {"plan": plan}))
+                march = March(resolve(apply_settings(base, given | {"plan": plan})))
                 march.advance(1)
                 march.seconds = 0.0
                 march.run()
@@ -240,14 +241,14 @@ def symmetry(args: argparse.Namespace) -> int:
     for case in drawn(args.cases, args.seed):
         if case["nodal_diameter"] not in {2, 4}:
             continue
-        march, passed = March(apply_settings(base, case)), {}
+        march, passed = March(resolve(apply_settings(base, case))), {}
         while not march.done:
             march.advance(march.stride * 5)
             share = asymmetry(march)
             for mark in marks:
                 if share > mark:
                     passed.setdefault(mark, march.steps * args.time_step)
-        row = result_of(march.scene, march.history()).row
+        row = result_of(march.case, march.history()).row
         if row["regime"] in {"damped", "none"} and max(passed, default=0.0) < 1e-9:
             continue
         when = ", ".join(f"{mark:g} at {time:.3f} s" for mark, time in passed.items())

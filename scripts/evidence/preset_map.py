@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 import hpcwhirl
 from hpcwhirl.measure.trials import trials
 from hpcwhirl.scene import preset_names
-from hpcwhirl.scene.files import resolve
+from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -47,7 +47,7 @@ def inputs_of(engine: str) -> dict[str, object]:
     """Return the inputs of an engine by their dotted names."""
     if engine == "default":
         return {}
-    return {resolve(name): value for name, value in trials()["rubbing"].items()}
+    return {full_name(name): value for name, value in trials()["rubbing"].items()}
 
 
 def campaign(engine: str, folder: Path) -> Path:

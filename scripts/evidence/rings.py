@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.operators import contact_operators, friction_with_sign
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.reduction.model import Model
@@ -44,7 +44,7 @@ def main() -> None:
         name: apply_settings(base, {"discretization": name})
         for name in ("fourier", "elements")
     }
-    models = {name: model_of(scene) for name, scene in scenes.items()}
+    models = {name: resolve(scene).model for name, scene in scenes.items()}
     print("harmonic   bending, Hz: harmonics   elements   apart")
     for h in (1, 2, 4, 8, 12, 16, 20):
         hertz = []

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.scene import Scene, flatten, to_toml
-from hpcwhirl.scene.files import resolve
+from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra, variable_name
 from hpcwhirl.store.manifest import Manifest, write_manifest
@@ -43,7 +43,7 @@ def synthetic(
     facts : further root attributes
     """
     folder.mkdir(parents=True, exist_ok=True)
-    full = [{resolve(n): v for n, v in row.items()} for row in settings]
+    full = [{full_name(n): v for n, v in row.items()} for row in settings]
     swept = list(dict.fromkeys(n for row in full for n in row))
     base = Scene()
     digests = [f"made-up-{case}" for case in range(len(full))]

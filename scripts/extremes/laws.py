@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from hpcwhirl.campaign.simulate import Result, result_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.lanes import can_ride
@@ -76,9 +77,9 @@ def scene_of(settings: Settings) -> Scene:
 
 def run_of(settings: Settings) -> Run:
     """Integrate a scene and check that every number of its result is finite."""
-    march = March(scene_of(settings))
+    march = March(resolve(scene_of(settings)))
     history = march.run()
-    run = Run(march, history, result_of(march.scene, history))
+    run = Run(march, history, result_of(march.case, history))
     numbers = {n: v for n, v in run.row.items() if not isinstance(v, str)}
     lost = [n for n, v in numbers.items() if not np.isfinite(v)]
     lost += [n for n, a in run.result.traces.items() if not np.isfinite(a).all()]
@@ -118,7 +119,7 @@ def refused(word: str) -> Law:
     def law(settings: Settings) -> str:
         try:
             given = dict(parse_setting(f"{n}={v}") for n, v in settings.items())
-            March(scene_of(given))
+            March(resolve(scene_of(given)))
         except InputError as failed:
             text = str(failed)
             require(len(text.splitlines()) == 1, "more than a line")
@@ -191,9 +192,9 @@ def schemes_agree(settings: Settings) -> str:
     runs = [checked({**settings, "scheme": s}) for s in ("modal", "general", "paper")]
     alike(runs[0].history, runs[1].history)
     alike(runs[0].history, runs[2].history)
-    told, scene = runs[0].words(), runs[0].march.scene
-    if can_ride(scene, runs[0].march.model):
-        both = dict(Batch([scene, scene], 2, runs[0].march.model).run())
+    told, case = runs[0].words(), runs[0].march.case
+    if can_ride(case):
+        both = dict(Batch([case, case], 2).run())
         for history in both.values():
             alike(history, runs[0].history, 0.0)
         told += "; the bits of a lane"

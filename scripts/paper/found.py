@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.spectrum import strongest
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.sweeps import frequency_spectra, rotating
 from hpcwhirl.store.cases import Cases
 
@@ -50,7 +50,7 @@ class Found:
         cases, (case,) = self.cases["motions"], self.line("motions", speed=speed)
         traces, row = cases.traces(case), cases.rows[case]
         centre = rotating(traces, row["speed"])
-        model = model_of(cases.scene(case))
+        model = resolve(cases.scene(case)).model
         q = family_amplitudes(traces["tips"], centre, row["sample_interval"], model)
         return traces["time"], q
 

@@ -10,7 +10,7 @@ from paper.found import Found, Row
 from paper.text import Number, Statement, judged
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.reduction.families import first_family, modal_table
 
 
@@ -184,7 +184,7 @@ def _sustained(found: Found) -> list[Statement]:
 
 def _divergent(found: Found) -> list[Statement]:
     cases = found.cases["table2"]
-    parts = modal_table(model_of(cases.scene(0)))
+    parts = modal_table(resolve(cases.scene(0)).model)
     speeds = critical_speeds(
         first_family(parts, "rotor"), first_family(parts, "casing"), 9
     )

@@ -8,7 +8,7 @@ from paper.text import table
 from scipy.stats import spearmanr
 
 from hpcwhirl.analysis.stability import growth_of_diameter
-from hpcwhirl.case.model import model_of
+from hpcwhirl.case.resolve import resolve
 
 COLUMNS = (
     "late_friction",
@@ -26,7 +26,9 @@ def why(found: Found) -> list[str]:
     rows = []
     for case in line:
         scene, row = cases.scene(case), cases.rows[case]
-        linear = growth_of_diameter(model_of(scene), 1, scene.speed, scene.friction)
+        linear = growth_of_diameter(
+            resolve(scene).model, 1, scene.speed, scene.friction
+        )
         rows.append(row | linear)
     growing = [r for r in rows if r["regime"] == "divergent"]
     head = (
