@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError
 
 from hpcwhirl.reduction.degenerate import aligned
-from hpcwhirl.reduction.mistuned import labels, modes_of
+from hpcwhirl.reduction.mistuned import modes_of, named_modes
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.store.engine_file import Given, read_rotor
 
@@ -60,7 +60,7 @@ def _from_matrices(given: Given, blades: int, damping: float) -> ModalModel:
         whole = _symmetric(given, "damping")[np.ix_(order, order)]
         ratios = _ratios(given, shapes.T @ whole @ shapes, omega)
     matrices = mass, stiffness
-    return _model(matrices, shapes, omega, blades, ratios, kept=len(rest))
+    return named_modes(matrices, shapes, omega, blades, ratios, kept=len(rest))
 
 
 def _from_modes(given: Given, blades: int, damping: float) -> ModalModel:
@@ -81,32 +81,7 @@ def _from_modes(given: Given, blades: int, damping: float) -> ModalModel:
     order = np.argsort(omega, kind="stable")
     shapes = aligned(np.ascontiguousarray(shapes[:, order]), omega[order], blades)
     none = np.zeros((0, 0)), np.zeros((0, 0))
-    return _model(none, shapes, omega[order], blades, damping, kept=0)
-
-
-def _model(
-    matrices: tuple[Floats, Floats],
-    shapes: Floats,
-    omega: Floats,
-    blades: int,
-    damping: float | Floats,
-    *,
-    kept: int,
-) -> ModalModel:
-    diameter, rank, phase = labels(shapes, omega, blades)
-    return ModalModel(
-        mass=matrices[0],
-        stiffness=matrices[1],
-        shapes=shapes,
-        omega=omega,
-        diameter=diameter,
-        rank=rank,
-        phase=phase,
-        centre_share=np.zeros(len(omega)),
-        damping=damping,
-        kept=kept,
-        cyclic=False,
-    )
+    return named_modes(none, shapes, omega[order], blades, damping, kept=0)
 
 
 def _check_size(given: Given, name: str, size: tuple[int, ...]) -> None:

@@ -38,6 +38,32 @@ def labels(
     return diameter, place // width, place % width
 
 
+def named_modes(
+    matrices: tuple[Floats, Floats],
+    shapes: Floats,
+    omega: Floats,
+    blades: int,
+    damping: float | Floats,
+    *,
+    kept: int,
+) -> ModalModel:
+    """Return the modes (m,) of mass and stiffness with their labels, see `labels`."""
+    diameter, rank, phase = labels(shapes, omega, blades)
+    return ModalModel(
+        mass=matrices[0],
+        stiffness=matrices[1],
+        shapes=shapes,
+        omega=omega,
+        diameter=diameter,
+        rank=rank,
+        phase=phase,
+        centre_share=np.zeros(len(omega)),
+        damping=damping,
+        kept=kept,
+        cyclic=False,
+    )
+
+
 def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
     """Return a mistuned rotor whose modes bear the labels of the tuned one's.
 
@@ -101,19 +127,8 @@ def whole_model(structure: CyclicStructure, damping: float, eta: int) -> ModalMo
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
     omega, shapes = modes_of(mass, stiffness)
     blades = structure.sectors
-    diameter, rank, phase = labels(shapes, omega, blades)
+    model = named_modes((mass, stiffness), shapes, omega, blades, damping, kept=eta)
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
     springs = structure.centre_stiffness * (hub**2).sum(axis=0)
-    return ModalModel(
-        mass=mass,
-        stiffness=stiffness,
-        shapes=shapes,
-        omega=omega,
-        diameter=diameter,
-        rank=rank,
-        phase=phase,
-        centre_share=springs / np.maximum(omega**2, np.finfo(float).tiny),
-        damping=damping,
-        kept=eta,
-        cyclic=False,
-    )
+    share = springs / np.maximum(omega**2, np.finfo(float).tiny)
+    return replace(model, centre_share=share)
