@@ -106,5 +106,5 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
             made = row(random, scene, samples)
             record |= {"status": "ok", "message": "", "row": made}
             journal.append(record, traces(scene, samples) if samples else {})
-    gather(folder, facts_of(design), None)
+    gather(folder, facts_of(design))
     return folder

@@ -12,8 +12,9 @@ from hpcwhirl.campaign.agenda import MOST, Agenda
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.questions import Questions
-from hpcwhirl.campaign.ranks import Tally, map_serial
+from hpcwhirl.campaign.ranks import Tally, map_ranks
 from hpcwhirl.campaign.time_use import told
+from hpcwhirl.launch import ALONE
 
 GRID = {
     "scene": {"duration": 1.0},
@@ -209,8 +210,8 @@ def test_a_stop_hands_out_nothing_more_and_counts_what_was_begun():
         between()
         return ["ok"]
 
-    assert not map_serial(
-        agenda, evaluate, lambda *_: None, lambda: len(asked) > 1, tally
+    assert not map_ranks(
+        agenda, evaluate, lambda *_: None, lambda: len(asked) > 1, ALONE, tally
     )
     assert len(asked) == 2
     assert tally.units == 1

@@ -7,12 +7,12 @@ import sys
 import pytest
 from launch import launch
 
-from hpcwhirl.campaign.ranks import launched_ranks
 from hpcwhirl.cli import main
 from hpcwhirl.cluster.doctor import facts as facts_of
-from hpcwhirl.cluster.doctor.facts import family, vector_bits
+from hpcwhirl.cluster.doctor.facts import vector_bits
 from hpcwhirl.cluster.doctor.findings import BREAKS, FINE, SLOW, findings
 from hpcwhirl.cluster.doctor.place import filesystem, place_facts
+from hpcwhirl.launch import family, launched_ranks
 
 HEALTHY = {
     "launched": 2, "host": "n1", "cores": [0, 1], "cpu": "a core", "vector_bits": 512,

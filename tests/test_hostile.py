@@ -12,11 +12,11 @@ from launch import ENVIRONMENT, LIMIT, ROOT
 
 from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.ending import _as_text
-from hpcwhirl.campaign.shards import parse_shard
 from hpcwhirl.campaign.stop import parse_walltime, time_left
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError, WhirlError, one_line, shown
+from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.files import LEAVES, parse_setting
 from hpcwhirl.store.reader import count_statuses
 

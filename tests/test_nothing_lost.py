@@ -15,9 +15,9 @@ from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.launch import Shard
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import (
     Journal,

@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
@@ -19,9 +19,10 @@ from hpcwhirl.campaign.cost import predicted
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.owning import asking_of
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.shards import Shard, share
+from hpcwhirl.campaign.shards import share
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
+from hpcwhirl.launch import ALONE, Communicator, Shard, library_of
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
@@ -62,7 +63,7 @@ class Ending:
 
 
 def conclude(
-    design: Design, folder: Path, comm: Any, policy: Policy, stopping: Stopping
+    design: Design, folder: Path, comm: Communicator, policy: Policy, stopping: Stopping
 ) -> Ending:
     """Gather a campaign that has been computed; a full disk stops it here.
 
@@ -70,9 +71,9 @@ def conclude(
     own cases has no result, not where others are still to come.
     """
     found = None
-    if comm is None or comm.rank == 0:
+    if comm.rank == 0:
         found = _unfinished(design, folder, policy.shard)
-    found = comm.bcast(found, root=0) if comm is not None else found
+    found = comm.bcast(found, root=0)
     cases = len(design.scenes)
     if found is not None and found.left:
         return Ending(
@@ -88,7 +89,7 @@ def conclude(
         return replace(_stopped(cases, error), lasting=True)
     # of the file: what was published is what is told
     ended: dict[str, int] = {}
-    if comm is None or comm.rank == 0:
+    if comm.rank == 0:
         ended = count_statuses(results)
         _forget_the_dead(folder)
     failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
@@ -161,15 +162,9 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
     return {"preset": name, "preset_loses": loss_of(design.base)}
 
 
-def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
+def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
     """Return the root attributes that tell where results came from."""
-    library = "none"
-    hosts = [socket.gethostname()]
-    if comm is not None:
-        from mpi4py import MPI
-
-        library = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
-        hosts = sorted(set(comm.allgather(hosts[0])))
+    hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {
         "version": hpcwhirl.__version__,
@@ -178,8 +173,8 @@ def facts_of(design: Design, comm: Any = None) -> dict[str, str | float]:
         "scene": to_toml(design.base),
         **_preset_facts(design),
         "hosts": " ".join(hosts),
-        "ranks": str(comm.size if comm is not None else 1),
-        "mpi": library,
+        "ranks": str(comm.size),
+        "mpi": library_of(comm),
         "python": platform.python_version(),
         "libraries": " ".join(f"{n} {metadata.version(n)}" for n in LIBRARIES),
         "created": now,

@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.atomic import sweep
 from hpcwhirl.store.manifest import NAME
 from hpcwhirl.store.owner import (
@@ -44,7 +43,11 @@ def claim_of(shard: Shard | None) -> str:
 
 @contextmanager
 def owned(
-    folder: Path, shard: Shard | None, comm: Any, stopping: Stopping, own: Claim | None
+    folder: Path,
+    shard: Shard | None,
+    comm: Communicator,
+    stopping: Stopping,
+    own: Claim | None,
 ) -> Iterator[None]:
     """Hold rank 0's claim on a directory, `own` or a new one, and heed its loss.
 
@@ -54,12 +57,12 @@ def owned(
         on every rank, where another run computes there
     """
     new, error = None, None
-    if own is None and (comm is None or comm.rank == 0):
+    if own is None and comm.rank == 0:
         try:
             own = new = claim(folder, claim_of(shard), asking_of(stopping))
         except WhirlError as failed:
             error = failed
-    error = comm.bcast(error, root=0) if comm is not None else error
+    error = comm.bcast(error, root=0)
     if error is not None:
         raise error
     try:

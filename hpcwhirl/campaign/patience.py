@@ -15,10 +15,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import SIGNALS, Stopping
+from hpcwhirl.launch import ALONE, Communicator
 
 STOPPED = 75
 LOOK_EVERY = 0.25  # s
@@ -32,10 +33,12 @@ class Patience:
     ----------
     stopping : the wish; once it is settled, nothing is ended
     seconds : from the wish until the end
-    comm : MPI communicator; None for one process
+    comm : of all ranks
     """
 
-    def __init__(self, stopping: Stopping, seconds: float, comm: Any = None) -> None:
+    def __init__(
+        self, stopping: Stopping, seconds: float, comm: Communicator = ALONE
+    ) -> None:
         self.stopping, self.seconds, self.comm = stopping, seconds, comm
         self.last: Callable[[], None] = lambda: None  # called before the end
         self._over = threading.Event()
@@ -45,12 +48,11 @@ class Patience:
 
     def _watch(self) -> None:
         asked: float | None = None
-        root = self.comm is None or self.comm.rank == 0
         while not self._over.wait(LOOK_EVERY):
             heard = self._heard()  # also what no handler has been told of yet
             if asked is None and (heard or self.stopping.reason):
                 asked = time.monotonic()
-            limit = self.seconds + (0.0 if root else AFTER_ROOT)
+            limit = self.seconds + (AFTER_ROOT if self.comm.rank else 0.0)
             late = asked is not None and time.monotonic() - asked > limit
             if late and not self.stopping.settled:
                 self._end()
@@ -63,15 +65,14 @@ class Patience:
 
     def _end(self) -> None:
         """End all ranks; what they have finished or saved by now is kept."""
-        whom = "ranks" if self.comm is not None else "case"
+        whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after they were asked to: "
             "ended without them; what was finished is kept, the same command continues"
         )
         sys.stdout.flush()
         self.last()
-        if self.comm is not None:
-            self.comm.Abort(STOPPED)
+        self.comm.Abort(STOPPED)
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hpcwhirl.campaign.shards import Shard
 from hpcwhirl.campaign.stop import parse_walltime
 from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.launch import Shard
 from hpcwhirl.scene.files import PRESET
 
 WAYS = ("auto", "yes", "no")  # of what pays, or is wanted, not always

@@ -1,4 +1,4 @@
-"""Hand cases out over MPI ranks; rank 0 computes too. A serial twin does the same.
+"""Hand cases out over ranks; rank 0 computes too, and alone goes the same way.
 
 The first units go out together. From then on messages are point to point: a worker
 asks for its next units when it begins those it has, and tells with the question what it
@@ -12,22 +12,18 @@ a message that nobody has received hangs its sender in MPI's end.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.questions import Answers, Questions
-from hpcwhirl.errors import InputError
+from hpcwhirl.launch import Communicator
 
-if TYPE_CHECKING:  # `gather` needs no more of this file than the communicator
-    from hpcwhirl.campaign.agenda import Agenda
-
-ASK, HUNGRY, BYE = 1, 2, 3  # worker to rank 0
-WORK, HALT = 11, 12  # rank 0 to worker
+ASK, HUNGRY, BYE = "ask", "hungry", "bye"  # worker to rank 0, in a message
+WORK, HALT = 11, 12  # rank 0 to worker, as a tag
 IDLE = 1e-3  # s between looks while there is nothing to do
-LAUNCHERS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE")
 
 
 class Stop(Exception):  # noqa: N818
@@ -81,64 +77,12 @@ class Tally:
         self.span = time.perf_counter() - self.begun
 
 
-def launched_ranks() -> int:
-    """Return how many ranks a launcher says there are, without importing MPI."""
-    sizes = [os.environ[name] for name in LAUNCHERS if name in os.environ]
-    if {"PMIX_RANK", "PMI_RANK", "SLURM_PROCID"} & os.environ.keys():
-        sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", "1"))
-    return max(
-        [int(size) for size in sizes if size.isdecimal() and len(size) < 10], default=1
-    )
-
-
-def communicator() -> Any:
-    """Return COMM_WORLD under a launcher of several ranks, else None without MPI."""
-    ranks = launched_ranks()
-    if ranks == 1:
-        return None
-    from mpi4py import MPI
-
-    if ranks != MPI.COMM_WORLD.size:
-        msg = (
-            f"the launcher started {ranks} ranks but MPI sees {MPI.COMM_WORLD.size}: "
-            "mpirun and mpi4py's MPI library do not belong together"
-        )
-        raise InputError(msg)
-    return MPI.COMM_WORLD
-
-
-def map_serial(
-    agenda: Agenda,
-    evaluate: Evaluate,
-    notice: Notice,
-    stopping: Callable[[], bool],
-    tally: Tally,
-) -> bool:
-    """Evaluate the units one after the other; return whether all were."""
-
-    def between() -> None:
-        if stopping():
-            raise Stop
-
-    try:
-        while agenda:
-            between()
-            unit, statuses, seconds = tally.compute(agenda.take(), evaluate, between)
-            agenda.finished(unit, seconds)
-            notice(unit, statuses)
-    except Stop:
-        return False
-    finally:
-        tally.close()
-    return True
-
-
 def map_ranks(
     agenda: Agenda,
     evaluate: Evaluate,
     notice: Notice,
     stopping: Callable[[], bool],
-    comm: Any,
+    comm: Communicator,
     tally: Tally,
 ) -> bool:
     """Evaluate the units on all ranks of `comm`; every rank must call.
@@ -149,15 +93,13 @@ def map_ranks(
     evaluate : computes and keeps a unit on the rank that calls it
     notice : told on rank 0 of every finished unit
     stopping : whether this process has been asked to end
-    comm : MPI communicator
+    comm : of all ranks
     tally : of this rank, filled
 
     Returns
     -------
     whether all units were evaluated, the same on every rank
     """
-    if comm.size == 1:
-        return map_serial(agenda, evaluate, notice, stopping, tally)
     complete = None
     if comm.rank == 0:
         root = _Root(agenda, notice, stopping, comm, tally)
@@ -181,15 +123,12 @@ class _Root:
         comm: Any,
         tally: Tally,
     ) -> None:
-        from mpi4py import MPI
-
         self.agenda, self.tally = agenda, tally
         self.questions = Questions(agenda, comm.size)
         self.left = len(agenda)
         self.notice, self.stopping, self.comm = notice, stopping, comm
         self.at_work = set(range(1, comm.size))
         self.halted = False
-        self.status = MPI.Status()
 
     def run(self, evaluate: Evaluate) -> bool:
         try:
@@ -243,13 +182,12 @@ class _Root:
     def serve(self) -> bool:
         """Answer every message that has come in; return whether there was one."""
         any_came = False
-        while self.comm.Iprobe(status=self.status):
+        while self.comm.Iprobe():
             any_came = True
-            rank, tag = self.status.Get_source(), self.status.Get_tag()
-            finished, wish = self.comm.recv(source=rank, tag=tag)
-            if tag == ASK:
+            rank, word, finished, wish = self.comm.recv()
+            if word == ASK:
                 self.send(self.questions.ask(rank))
-            elif tag == HUNGRY:
+            elif word == HUNGRY:
                 self.send(self.questions.hungry(rank))
             else:
                 self.at_work.discard(rank)
@@ -289,9 +227,10 @@ class _Worker:
             time.sleep(IDLE)
             self.look()
 
-    def tell(self, tag: int) -> None:
+    def tell(self, word: str) -> None:
         """Say what has been finished since the last message, and whether to stop."""
-        self.comm.send((self.finished, self.stopping()), dest=0, tag=tag)
+        told = self.comm.rank, word, self.finished, self.stopping()
+        self.comm.send(told, dest=0)
         self.finished = []
 
     def wait(self) -> list[int]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.batches import Unit, units_of
@@ -27,13 +26,14 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
-from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks, map_serial
+from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks
 from hpcwhirl.campaign.resume import suspects, to_do
 from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.time_use import keep_shares
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.launch import ALONE, Communicator, node_of
 from hpcwhirl.store.journal import Journal, claim_run
 from hpcwhirl.store.owner import Claim
 from hpcwhirl.store.running import Running
@@ -46,7 +46,7 @@ PROGRESS_RAREST = 300.0  # s
 def run_campaign(
     design: Design,
     folder: Path,
-    comm: Any = None,
+    comm: Communicator = ALONE,
     policy: Policy | None = None,
     stopping: Stopping | None = None,
     own: Claim | None = None,
@@ -59,7 +59,7 @@ def run_campaign(
     ----------
     design : the campaign
     folder : its directory
-    comm : MPI communicator; None for one process
+    comm : of all ranks
     policy : limits, retries, isolation; the same on every rank
     stopping : that has taken over the signals already; None: while this runs
     own : rank 0's claim on the directory; None: one is made while this runs
@@ -70,14 +70,13 @@ def run_campaign(
         where another run computes there
     """
     policy = policy or Policy()
-    node = _node_of(comm)
+    node = node_of(comm)
     with ExitStack() as stack:
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
-        first = node is None or node.rank == 0
-        stopping.watch(folder if first else None, policy.seconds)
+        stopping.watch(None if node.rank else folder, policy.seconds)
         costs = nothing_known()  # on other ranks: they hand nothing out
-        if comm is None or comm.rank == 0:
+        if comm.rank == 0:
             costs = costs_of(design)
             learn_from(folder, design, costs)
         work = _work(design, folder, comm, policy, costs)
@@ -87,8 +86,7 @@ def run_campaign(
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, policy, stopping)
-        reasons = [stopping.reason]
-        reasons = comm.allgather(stopping.reason) if comm is not None else reasons
+        reasons = comm.allgather(stopping.reason)
     return Ending(
         complete=False, cases=len(design.scenes), failed=0, results=None,
         reason=next(filter(None, reasons), ""), gave_up=gave_up,
@@ -104,30 +102,21 @@ class _Work:
     run: int
 
 
-def _node_of(comm: Any) -> Any:
-    """Return the communicator of this node's ranks, None for one process."""
-    if comm is None:
-        return None
-    from mpi4py import MPI
-
-    return comm.Split_type(MPI.COMM_TYPE_SHARED)
-
-
 def _work(
-    design: Design, folder: Path, comm: Any, policy: Policy, costs: Costs
+    design: Design, folder: Path, comm: Communicator, policy: Policy, costs: Costs
 ) -> _Work:
     """Return the work of all ranks, as rank 0 finds it in the directory."""
     work = None
-    if comm is None or comm.rank == 0:
+    if comm.rank == 0:
         mine = cases_of(design, policy.shard)
         left = [case for case in to_do(design, folder, policy.retry) if case in mine]
         alone = suspects(design, folder, left)
         seconds = dict(zip(left, costs.predict(left), strict=True))
         order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
-        units = _units(design, order, comm.size if comm is not None else 1, policy)
+        units = _units(design, order, comm.size, policy)
         units += [(case,) for case in sorted(alone)]
         work = _Work(units, alone, claim_run(folder))
-    shared = comm.bcast(work, root=0) if comm is not None else work
+    shared: _Work | None = comm.bcast(work, root=0)
     if shared is None:
         msg = "rank 0 has shared no work"
         raise RuntimeError(msg)
@@ -144,10 +133,10 @@ def _units(design: Design, order: list[int], ranks: int, policy: Policy) -> list
 
 @contextmanager
 def _desk(
-    folder: Path, work: _Work, comm: Any, policy: Policy, stopping: Stopping
+    folder: Path, work: _Work, comm: Communicator, policy: Policy, stopping: Stopping
 ) -> Iterator[Desk]:
     """Open what this rank works with."""
-    rank = comm.rank if comm is not None else 0
+    rank = comm.rank
     checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
     with (
@@ -160,16 +149,21 @@ def _desk(
         )
 
 
-def _agenda(work: _Work, costs: Costs, comm: Any) -> Agenda:
+def _agenda(work: _Work, costs: Costs, comm: Communicator) -> Agenda:
     """Return what this rank hands out: all units on rank 0, nothing elsewhere."""
-    if comm is not None and comm.rank > 0:
+    if comm.rank > 0:
         return Agenda([], costs)
     alone = {u for u, cases in enumerate(work.units) if set(cases) & work.suspects}
-    return Agenda(work.units, costs, comm.size if comm is not None else 1, last=alone)
+    return Agenda(work.units, costs, comm.size, last=alone)
 
 
 def _compute(
-    design: Design, work: _Work, desk: Desk, comm: Any, node: Any, agenda: Agenda
+    design: Design,
+    work: _Work,
+    desk: Desk,
+    comm: Communicator,
+    node: Communicator,
+    agenda: Agenda,
 ) -> tuple[bool, bool]:
     """Do the work on all ranks; return whether all is done and whether it gave up."""
     if work.units:
@@ -177,10 +171,7 @@ def _compute(
     report = _Report(design, agenda, desk) if desk.rank == 0 else None
     evaluate = Evaluator(design, work.units, desk)
     notice, tally = report if report else _ignore, Tally()
-    if comm is None:
-        complete = map_serial(agenda, evaluate, notice, desk.stopping, tally)
-    else:
-        complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
+    complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
     if work.units:
         why = "" if complete else desk.stopping.reason
         keep_shares(desk.journal.folder, work.run, tally, comm, why)
@@ -191,13 +182,12 @@ def _ignore(unit: int, statuses: list[str]) -> None:
     del unit, statuses
 
 
-def _warm(design: Design, work: _Work, desk: Desk, node: Any) -> None:
+def _warm(design: Design, work: _Work, desk: Desk, node: Communicator) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
-    if node is None or node.rank == 0:
+    if node.rank == 0:
         with suppress(Stop):  # the ranks will see it, too
             _compile(design, work, desk)
-    if node is not None:
-        node.Barrier()
+    node.Barrier()
 
 
 def _kinds(design: Design, work: _Work) -> list[int]:

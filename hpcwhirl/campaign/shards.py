@@ -4,40 +4,8 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from hpcwhirl.errors import InputError, shown
-
-MOST = 100_000  # shards: more than any scheduler's array has elements
-
-
-@dataclass(frozen=True)
-class Shard:
-    """The I-th of N shares of a campaign, counted from 1."""
-
-    number: int
-    of: int
-
-    def __str__(self) -> str:
-        """Return ``I/N``."""
-        return f"{self.number}/{self.of}"
-
-
-def parse_shard(text: str) -> Shard:
-    """Return the shard of a text ``I/N``.
-
-    Raises
-    ------
-    InputError
-        where it is not two whole numbers with 1 <= I <= N
-    """
-    number, slash, of = text.partition("/")
-    parts = number, of
-    digits = all(p.isascii() and p.isdigit() and len(p) < 20 for p in parts)
-    if slash and digits and 1 <= int(number) <= int(of) <= MOST:
-        return Shard(int(number), int(of))
-    msg = f"--shard must be I/N with 1 <= I <= N <= {MOST}, got {shown(text)}"
-    raise InputError(msg)
+from hpcwhirl.launch import Shard
 
 
 def share(costs: Sequence[float], shard: Shard) -> frozenset[int]:

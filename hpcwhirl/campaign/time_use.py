@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import socket
 from pathlib import Path
-from typing import Any
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.ranks import Tally
 from hpcwhirl.errors import MissingFileError
+from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.runs import Share, write_run
 
 
 def keep_shares(
-    folder: Path, run: int, tally: Tally, comm: Any = None, stopped: str = ""
+    folder: Path, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
 ) -> None:
     """Write the shares of all ranks; rank 0 says them. Every rank must call.
 
@@ -22,16 +22,13 @@ def keep_shares(
     folder : the campaign's directory
     run : its number
     tally : of this rank
-    comm : MPI communicator; None for one process
+    comm : of all ranks
     stopped : why this rank is to stop early; empty: it is not
     """
-    rank = comm.rank if comm is not None else 0
-    own = {"rank": rank, "host": socket.gethostname(), "units": tally.units}
+    own = {"rank": comm.rank, "host": socket.gethostname(), "units": tally.units}
     own |= {"cases": tally.cases, "busy": tally.busy, "span": tally.span}
-    gathered = [(own, stopped)]
-    if comm is not None:
-        gathered = comm.gather((own, stopped), root=0) or []
-    if rank == 0:
+    gathered = comm.gather((own, stopped), root=0)
+    if gathered is not None:
         shares = [share for share, _ in gathered]
         say(told(shares))
         try:

@@ -23,8 +23,6 @@ from hpcwhirl.campaign.policy import (
     retries,
     with_rules,
 )
-from hpcwhirl.campaign.ranks import communicator
-from hpcwhirl.campaign.shards import Shard, parse_shard
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.cli.command import (
     COMPLETE,
@@ -44,6 +42,7 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import NoRoomError, WhirlError
+from hpcwhirl.launch import Communicator, Shard, communicator, parse_shard
 
 MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
 
@@ -165,14 +164,14 @@ def run(args: argparse.Namespace) -> int:
         comm = communicator()
         with Patience(stopping, PATIENCE, comm) as args.patience_of:
             code = _guarded(args, comm, stopping)
-        if comm is not None:
+        if comm.size > 1:
             # Where a rank exits with 75, srun may send TERM to those that have not yet:
             # they are to end with 75, too.
             stopping.ignore()
     return code
 
 
-def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
+def _guarded(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
     """Run; where one of several ranks fails, end all of them."""
     try:
         return _run(args, comm, stopping)
@@ -184,17 +183,16 @@ def _guarded(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
         code = WRONG_INPUT
     except Exception as failed:  # noqa: BLE001 - told, then ended below
         code = tell_failure(failed)
-    if comm is not None:
-        sys.stderr.flush()
-        comm.Abort(code)  # one rank's error must not hang the others
+    sys.stderr.flush()
+    comm.Abort(code)  # one rank's error must not hang the others
     return code
 
 
-def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
+def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
     """Prepare on rank 0; share its error, so that one line is printed."""
     from hpcwhirl.campaign.run import run_campaign
 
-    root = comm is None or comm.rank == 0
+    root = comm.rank == 0
     design, policy, failure, own = None, None, None, None
     with ExitStack() as stack:
         if root:
@@ -203,9 +201,8 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
                 own = _owned(args, design, policy, stopping, stack)
             except WhirlError as failed:
                 failure = failed
-        if comm is not None:
-            told = (design, policy, failure, args.out)
-            design, policy, failure, args.out = comm.bcast(told, root=0)
+        told = (design, policy, failure, args.out)
+        design, policy, failure, args.out = comm.bcast(told, root=0)
         if failure is not None:
             return _refused(args, failure, root=root)
         if args.dry_run or design is None or policy is None:
@@ -218,7 +215,7 @@ def _run(args: argparse.Namespace, comm: Any, stopping: Stopping) -> int:
             policy = replace(policy, seconds=policy.seconds - spent)
         ending = run_campaign(design, args.out, comm, policy, stopping, own)
         code = _conclude(args, ending) if root else COMPLETE
-        return int(comm.bcast(code, root=0)) if comm is not None else code
+        return int(comm.bcast(code, root=0))
 
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cli.options import add_json, print_json
-
-RANKS = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
+from hpcwhirl.launch import launched_first
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,30 +25,24 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print findings and remedies; 1 where something will break, else 0."""
-    from hpcwhirl.cluster.doctor.facts import launcher_facts, rank_facts, world
+    from hpcwhirl.cluster.doctor.facts import launcher_facts, rank_facts, ranks_of
     from hpcwhirl.cluster.doctor.findings import BREAKS, findings
     from hpcwhirl.cluster.doctor.place import place_facts
 
     own = rank_facts()
-    comm, told = world(own["launched"])
+    comm, told = ranks_of(own["launched"])
     own |= told
     own |= place_facts(args.dir, comm) | {"folder": str(args.dir.resolve())}
-    size = comm.size if comm is not None else 1
-    everyone = comm.gather(own, root=0) if comm is not None else [own]
+    everyone = comm.gather(own, root=0)
     code = 0
     if everyone is not None:
         everyone[0] |= launcher_facts()
-        found = findings(everyone, size)
+        found = findings(everyone, comm.size)
         # Of several singletons one speaks; srun would kill it if another failed first.
-        if size == own["launched"] or _first():
+        if comm.size == own["launched"] or launched_first():
             _show(args, found, everyone)
             code = int(any(finding.level == BREAKS for finding in found))
-    return int(comm.bcast(code, root=0)) if comm is not None else code
-
-
-def _first() -> bool:
-    """Return whether this is the one of several singletons that speaks."""
-    return next((os.environ[n] for n in RANKS if n in os.environ), "0") == "0"
+    return int(comm.bcast(code, root=0))
 
 
 def _show(

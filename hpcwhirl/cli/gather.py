@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
 
 COMPLETE, FAILED, WRONG_INPUT = 0, 1, 2
 
@@ -28,27 +27,26 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.campaign.log import say
-    from hpcwhirl.campaign.ranks import communicator
     from hpcwhirl.errors import WhirlError
+    from hpcwhirl.launch import communicator
     from hpcwhirl.store.gather import gather
     from hpcwhirl.store.owner import Asking
 
     comm = communicator()
-    root = comm is None or comm.rank == 0
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
         asking = Asking(say=say)
         path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
     except WhirlError:  # raised on every rank, told by one
-        if root:
+        if comm.rank == 0:
             raise
         return WRONG_INPUT
     code = COMPLETE
-    if root:
+    if comm.rank == 0:
         print(path)
         _refresh(args.folder)
         code = _code(path)
-    return _shared(code, comm)
+    return int(comm.bcast(code, root=0))
 
 
 def _code(path: Path) -> int:
@@ -64,10 +62,6 @@ def _code(path: Path) -> int:
     told = f"{sum(bad.values())} of {cases} cases have no result: {why}"
     print(f"hpcwhirl: {told}; see `status` and `message` in {path}", file=sys.stderr)
     return FAILED
-
-
-def _shared(code: int, comm: Any) -> int:
-    return int(comm.bcast(code, root=0)) if comm is not None else code
 
 
 def _refresh(folder: Path) -> None:

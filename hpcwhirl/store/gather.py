@@ -20,6 +20,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
+from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
@@ -40,7 +41,7 @@ def has_mpi_io() -> bool:
 def gather(
     folder: Path,
     facts: Mapping[str, str | float],
-    comm: Any = None,
+    comm: Communicator = ALONE,
     *,
     compress: int = 0,
     asking: Asking | None = None,
@@ -55,7 +56,7 @@ def gather(
     folder : the campaign's directory
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
-        its first. Every rank must call. None: this process writes
+        its first. Every rank must call
     compress : level of gzip for traces, 1 to 9; 0 for none
     asking : who is told what is waited for and left out; the same on every rank
 
@@ -64,18 +65,17 @@ def gather(
     MissingFileError, StoreError
         on every rank, where one of them cannot read or write; an older file stays
     """
-    size = comm.size if comm is not None else 1
-    rank = comm.rank if comm is not None else 0
-    parallel, final = size > 1 and has_mpi_io(), folder / RESULTS
+    rank, parallel = comm.rank, comm.size > 1 and has_mpi_io()
+    final = folder / RESULTS
     with ExitStack() as stack:
         asking = asking or Asking()
         begin = partial(_begin, folder, stack, asking) if rank == 0 else None
         begun = _agreed(begin, final, comm)
         write = end = None
         if parallel or rank == 0:
-            told = {**facts, "gather": _how(parallel, size)}
+            told = {**facts, "gather": _how(parallel, comm.size)}
             part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
-            among = comm if parallel else None
+            among = comm if parallel else ALONE
             write = partial(_write_file, part, content, told, compress, among)
         _agreed(write, final, comm)
         if rank == 0:
@@ -106,7 +106,7 @@ def _end(own: Claim, part: Path, final: Path) -> None:
     publish(part, final)
 
 
-def _agreed(action: Callable[[], Any] | None, final: Path, comm: Any) -> Any:
+def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -> Any:
     """Return what `action` does here; the error of one rank is raised on all."""
     value: Any = None
     error: Exception | None = None
@@ -119,8 +119,7 @@ def _agreed(action: Callable[[], Any] | None, final: Path, comm: Any) -> Any:
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
         error.__cause__ = failed
-    errors = comm.allgather(error) if comm is not None else []
-    for found in (error, *errors):
+    for found in (error, *comm.allgather(error)):
         if found is not None:
             raise found
     return value
@@ -131,22 +130,22 @@ def _write_file(
     contents: Contents,
     facts: Mapping[str, str | float],
     compress: int,
-    comm: Any,
+    comm: Communicator,
 ) -> None:
-    """Write the whole file alone, or with `comm` each rank its share of the cases.
+    """Write the whole file alone, or on several ranks each its share of the cases.
 
     All ranks take part in every write, those without a case left with none of it: a
     compressed trace can be written in no other way.
     """
-    options = {"driver": "mpio", "comm": comm} if comm is not None else {}
-    rank, size = (comm.rank, comm.size) if comm is not None else (0, 1)
+    parallel = comm.size > 1
+    options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:
         define(file, contents, facts, compress)
-        for cases in ranges(contents.cases, rank, size, block_size(contents)):
+        for cases in ranges(contents.cases, comm.rank, comm.size, block_size(contents)):
             read = partial(read_block, contents, cases)
             block = _agreed(read, part, comm)
             for name, values in block.items():
-                _put(file[name], cases, values, collective=comm is not None)
+                _put(file[name], cases, values, collective=parallel)
 
 
 def _put(data: h5py.Dataset, cases: range, values: Any, *, collective: bool) -> None:

@@ -36,7 +36,7 @@ JOURNALS = 16  # ranks that the cases are spread over
 GATHER = """
 import sys, time
 from pathlib import Path
-from hpcwhirl.campaign.ranks import communicator
+from hpcwhirl.launch import communicator
 from hpcwhirl.store.gather import gather
 def most():  # kB; ru_maxrss would count what started this process, too
     status = Path("/proc/self/status").read_text()
@@ -47,7 +47,7 @@ start = time.perf_counter()
 gather(Path(sys.argv[1]), {}, comm, compress=int(sys.argv[2]))
 spent = time.perf_counter() - start
 peak = most()
-found = [(before, peak)] if comm is None else comm.gather((before, peak))
+found = comm.gather((before, peak))
 if found:
     print(spent, max(b for b, _ in found) / 1024, max(p for _, p in found) / 1024)
 """

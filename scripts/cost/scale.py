@@ -85,7 +85,7 @@ if comm.rank == 0:
 else:
     comm.Barrier()
     for i in range(N):
-        comm.send(([(i, ["ok"], 1.0)], False), 0, ASK)
+        comm.send((1, ASK, [(i, ["ok"], 1.0)], False), 0)
     for _ in range(N):
         comm.recv(source=0)
     comm.Barrier()

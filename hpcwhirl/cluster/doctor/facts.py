@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import json
 import os
 import platform
@@ -15,8 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import hpcwhirl
-from hpcwhirl.campaign.ranks import launched_ranks
 from hpcwhirl.dynamics.cache import cache_facts
+from hpcwhirl.launch import (
+    ALONE,
+    Communicator,
+    alien_library,
+    launched_ranks,
+    library,
+    world,
+)
 from hpcwhirl.store.libraries import hdf5_facts, mpi_libraries
 
 Facts = dict[str, Any]
@@ -30,61 +36,23 @@ PROBE = (
     "print(json.dumps(mpi_facts()))"
 )
 LIMIT = 60  # s, of a probe
-FAMILIES = {
-    "Open MPI": ("open mpi", "openrte", "prte"),
-    "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
-}
-
-
-def family(text: str) -> str:
-    """Return which MPI a library or launcher says it is of, or an empty text."""
-    low = text.lower()
-    known = (name for name, words in FAMILIES.items() if any(w in low for w in words))
-    return next(known, "")
-
-
-def alien_launcher() -> Facts | None:
-    """Return facts where this process must not start MPI: it would be aborted.
-
-    Open MPI's mpirun sets variables at which an MPICH library gives up; what is told
-    then is read from the library without starting it.
-    """
-    if "OMPI_COMM_WORLD_SIZE" not in os.environ:
-        return None
-    import mpi4py
-
-    mpi4py.rc.initialize = mpi4py.rc.finalize = False
-    from mpi4py import MPI
-
-    told = MPI.Get_library_version().splitlines()[0].strip("\x00 ")
-    if family(told) != "MPICH":
-        if not MPI.Is_initialized():
-            MPI.Init_thread()
-            atexit.register(MPI.Finalize)
-        return None
-    return {"mpi": told, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
 def mpi_facts() -> Facts:
     """Start MPI here and return what it says of itself."""
-    from mpi4py import MPI
-
+    told = library()
     hdf5_facts()  # after MPI, as a campaign does: an alien libmpi shows beside it
-    return {
-        "mpi": MPI.Get_library_version().splitlines()[0].strip("\x00 "),
-        "mpi_libraries": mpi_libraries(),
-        "mpi_error": "",
-    }
+    return {"mpi": told, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
-def world(launched: int) -> tuple[Any, Facts]:
-    """Return COMM_WORLD under a launcher that fits, else None; and what MPI says."""
-    alien = alien_launcher()
-    if alien is not None or launched == 1:
-        return None, alien or probed_mpi()
-    from mpi4py import MPI
-
-    return MPI.COMM_WORLD, mpi_facts()
+def ranks_of(launched: int) -> tuple[Communicator, Facts]:
+    """Return all ranks under a launcher that fits, else one; and what MPI says."""
+    if alien := alien_library():
+        told = {"mpi": alien, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
+        return ALONE, told
+    if launched == 1:
+        return ALONE, probed_mpi()
+    return world(), mpi_facts()
 
 
 def probed_mpi() -> Facts:

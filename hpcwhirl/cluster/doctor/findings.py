@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hpcwhirl.cluster.doctor.facts import family
+from hpcwhirl.launch import family
 
 Facts = dict[str, Any]
 FINE, SLOW, BREAKS = "fine", "slow", "breaks"

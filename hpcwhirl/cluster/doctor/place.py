@@ -9,6 +9,8 @@ import uuid
 from pathlib import Path
 from typing import Any
 
+from hpcwhirl.launch import ALONE, Communicator
+
 Facts = dict[str, Any]
 
 
@@ -32,7 +34,7 @@ def filesystem(path: Path, mounts: str) -> str:
     return kind
 
 
-def place_facts(folder: Path, comm: Any = None) -> Facts:
+def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
     """Return what this rank finds in the directory; every rank must call.
 
     The probe files have names of their own and are removed again.
@@ -44,29 +46,22 @@ def place_facts(folder: Path, comm: Any = None) -> Facts:
         ``not held``, or why there are none; `exclusive`: whether this rank made the
         file that only one may make
     """
-    rank = comm.rank if comm is not None else 0
-    name = f".hpcwhirl-doctor-{uuid.uuid4().hex}"
-    name = comm.bcast(name, root=0) if comm is not None else name
+    name = comm.bcast(f".hpcwhirl-doctor-{uuid.uuid4().hex}", root=0)
     held, facts = None, _usage(folder)
-    if rank == 0:
+    if comm.rank == 0:
         held, facts["locks"] = _held(folder / name)
-    _meet(comm)
+    comm.Barrier()
     facts["seen"] = (folder / name).exists()
-    if rank != 0 or comm is None or comm.size == 1:
+    if comm.rank != 0 or comm.size == 1:
         facts["locks"] = _tried(folder / name, facts.get("locks", ""))
     facts["exclusive"] = _exclusive(folder / f"{name}-once")
-    _meet(comm)
+    comm.Barrier()
     if held is not None:
         held.close()
-    if rank == 0:
+    if comm.rank == 0:
         for path in (folder / name, folder / f"{name}-once"):
             path.unlink(missing_ok=True)
     return facts
-
-
-def _meet(comm: Any) -> None:
-    if comm is not None:
-        comm.Barrier()
 
 
 def _usage(folder: Path) -> Facts:

@@ -6,8 +6,8 @@ import re
 import shlex
 from dataclasses import dataclass, fields
 
-from hpcwhirl.campaign.shards import MOST, parse_shard
 from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.launch import MOST_SHARDS, parse_shard
 
 LAUNCHERS = {
     "slurm": ("mpirun", "mpiexec", "srun"),
@@ -102,8 +102,8 @@ class Request:
             if not least <= value <= most:
                 msg = f"--{name} must be >= {least} and <= {most}, got {value}"
                 raise InputError(msg)
-        if self.array and not 2 <= self.array <= MOST:
-            msg = f"--array must be >= 2 and <= {MOST}, got {self.array}"
+        if self.array and not 2 <= self.array <= MOST_SHARDS:
+            msg = f"--array must be >= 2 and <= {MOST_SHARDS}, got {self.array}"
             raise InputError(msg)
 
     def _check_together(self) -> None:
