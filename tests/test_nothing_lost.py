@@ -10,11 +10,13 @@ import pytest
 from launch import records
 from specimen import begin
 
-from hpcwhirl.campaign import ending, evaluate
+from hpcwhirl.campaign import evaluate
+from hpcwhirl.campaign.cost import costs_of
 from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.work import share
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Shard
@@ -183,7 +185,7 @@ def test_a_shard_fails_by_its_own_cases_and_the_last_by_all(
     short, tmp_path, monkeypatch, capsys
 ):
     design = load_design(tmp_path / "short.toml", {})
-    first, second = (sorted(ending.cases_of(design, Shard(i, 2))) for i in (1, 2))
+    first, second = (sorted(share(costs_of(design).steps, Shard(i, 2))) for i in (1, 2))
     with monkeypatch.context() as patch:
         lose(patch, first[0])
         assert main([*short, "--shard", "1/2"]) == 1  # its own, without a row

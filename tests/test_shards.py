@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from launch import finish, launch, records, root_variables, start
 
-from hpcwhirl.campaign.shards import share
+from hpcwhirl.campaign.work import share
 from hpcwhirl.launch import Shard, parse_shard
 from hpcwhirl.store.journal import claim_run
 from hpcwhirl.store.manifest import Manifest, read_manifest, write_manifest

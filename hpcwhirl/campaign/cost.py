@@ -8,8 +8,7 @@ campaign ends, never a result.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from scipy.spatial import cKDTree
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import flatten
-from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
 NEAREST = 4  # finished cases that a prediction is taken from
@@ -28,18 +26,13 @@ APART = 10.0  # between two words, where the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours count alike
 
 
-def predicted(
-    what: str, design: Design, cases: Iterable[int] | None = None
-) -> list[float]:
-    """Return `steps` or `cost` of all cases, or of these, 0 of one without a model."""
-
-    def asked(case: int) -> float:
-        try:
-            return float(getattr(design.resolved(case), what))
-        except WhirlError:  # it will fail as a row
-            return 0.0
-
-    return [asked(i) for i in (range(len(design.scenes)) if cases is None else cases)]
+def predicted(design: Design, case: int) -> tuple[float, float]:
+    """Return steps and seconds of a case that runs to its end; 0 without a model."""
+    try:
+        resolved = design.resolved(case)
+        return resolved.steps, resolved.cost
+    except WhirlError:  # it will fail as a row
+        return 0.0, 0.0
 
 
 class Costs:
@@ -49,11 +42,19 @@ class Costs:
     ----------
     nominal : (n,), s, of each case before anything is known
     places : (n, d), where each case lies among the swept inputs, see `places_of`
+    steps : (n,), of each case that runs to its end
     """
 
-    def __init__(self, nominal: Floats, places: Floats) -> None:
-        self.nominal, self.places = nominal, places
+    def __init__(
+        self, nominal: Floats, places: Floats, steps: Sequence[float] = ()
+    ) -> None:
+        self.nominal, self.places, self.steps = nominal, places, steps
         self.factor = np.full(len(nominal), np.nan)  # seconds over nominal, if known
+
+    @classmethod
+    def unknown(cls) -> Costs:
+        """Return the costs of no case: what a rank that hands nothing out has."""
+        return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, cases: Sequence[int], seconds: float) -> None:
         """Take in that cases together took some seconds."""
@@ -84,11 +85,11 @@ def places_of(design: Design) -> Floats:
     The distinct numbers of an input are spread evenly over 0 .. 1; words and lists are
     `APART`, so that another scheme's cases are asked only where no others are known.
     """
-    columns = []
     base = flatten(design.base)
-    for name in design.swept:
-        values = [row.get(name, base[name]) for row in design.settings]
-        columns.append(_to_unit(values))
+    columns = [
+        _to_unit([row.get(name, base[name]) for row in design.settings])
+        for name in design.swept
+    ]
     return np.column_stack(columns) if columns else np.zeros((len(design.scenes), 1))
 
 
@@ -103,25 +104,6 @@ def _to_unit(values: Sequence[Any]) -> Floats:
 
 def costs_of(design: Design) -> Costs:
     """Return the costs of a design of which nothing is known yet."""
-    return Costs(np.array(predicted("cost", design)), places_of(design))
-
-
-def learn_from(folder: Path, design: Design, costs: Costs) -> list[int]:
-    """Let costs learn from a directory; return the cases that have no result there."""
-
-    def brief(record: Record) -> tuple[bool, float]:
-        return record["status"] == "ok", record["performance"].get("seconds", np.nan)
-
-    kept, left = scan(folder, brief), []
-    for case, name in enumerate(design.digests):
-        found = kept.get(name)
-        if found is None:
-            left.append(case)
-        elif found[0]:
-            costs.learn([case], found[1])
-    return left
-
-
-def nothing_known() -> Costs:
-    """Return the costs of no case: what a rank that hands nothing out has."""
-    return Costs(np.zeros(0), np.zeros((0, 1)))
+    known = [predicted(design, case) for case in range(len(design.scenes))]
+    steps, seconds = zip(*known, strict=True)
+    return Costs(np.array(seconds), places_of(design), steps)

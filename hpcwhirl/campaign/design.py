@@ -82,7 +82,7 @@ class Design:
     settings : {dotted input: value} of each case
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
-    contents : {engine file: SHA-256} as first read; what a case is known by
+    contents : {engine file: SHA-256} as the design was made; cases are known by it
     """
 
     base: Scene
@@ -92,6 +92,15 @@ class Design:
     rules: dict[str, Any] = field(default_factory=dict)
     contents: dict[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Read the engines' files that nobody has told the contents of."""
+        own = self.base.engine.file
+        for file in dict.fromkeys(
+            [*(row.get(FILE, own) for row in self.settings), own]
+        ):
+            if file not in self.contents:
+                self.contents[file] = content_digest(file)
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
         return _sent, (self.base, self.settings, self.swept, self.contents)
@@ -99,18 +108,12 @@ class Design:
     @cached_property
     def digests(self) -> tuple[str, ...]:
         """Digest of each case; a rank that does a few of them asks `digest`."""
-        return tuple(digest(s, self.content(s.engine.file)) for s in self.scenes)
+        return tuple(digest(s, self.contents[s.engine.file]) for s in self.scenes)
 
     def digest(self, case: int) -> str:
         """Return the digest of a case, that of the plan on every rank at any time."""
         scene = self.scenes[case]
-        return digest(scene, self.content(scene.engine.file))
-
-    def content(self, file: str) -> str:
-        """Return the SHA-256 that an engine's file had when it was first asked for."""
-        if file not in self.contents:
-            self.contents[file] = content_digest(file)
-        return self.contents[file]
+        return digest(scene, self.contents[scene.engine.file])
 
     def check_engine(self, case: int) -> None:
         """Raise where the engine's file of a case is not what was planned.
@@ -121,7 +124,7 @@ class Design:
             naming the file
         """
         file = self.file(case)
-        if file and content_digest(file) != self.content(file):
+        if file and content_digest(file) != self.contents[file]:
             msg = f"{FILE} {file} has changed since the campaign was begun: put it "
             raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
@@ -148,7 +151,7 @@ class Design:
     def plan(self) -> Manifest:
         """Return the plan that the campaign's directory keeps."""
         file = self.base.engine.file
-        content: dict[str, Value] = {CONTENT: self.content(file)} if file else {}
+        content: dict[str, Value] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
         return Manifest(
             engine=self.base.engine.name,

@@ -8,6 +8,7 @@ import shlex
 import socket
 import subprocess
 import sys
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
@@ -15,14 +16,12 @@ from typing import NamedTuple
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
-from hpcwhirl.campaign.cost import predicted
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.owning import asking_of
-from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.shards import share
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
-from hpcwhirl.launch import ALONE, Communicator, Shard, library_of
+from hpcwhirl.launch import ALONE, Communicator, library_of
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
@@ -63,18 +62,17 @@ class Ending:
 
 
 def conclude(
-    design: Design, folder: Path, comm: Communicator, policy: Policy, stopping: Stopping
+    design: Design, folder: Path, comm: Communicator, work: Work, stopping: Stopping
 ) -> Ending:
     """Gather a campaign that has been computed; a full disk stops it here.
 
     A shard that is not the last leaves that to others: it has failed where one of its
     own cases has no result, not where others are still to come.
     """
-    found = None
-    if comm.rank == 0:
-        found = _unfinished(design, folder, policy.shard)
+    cases, found = len(design.scenes), None
+    if comm.rank == 0 and len(work.mine) < cases:
+        found = _unfinished(design.digests, folder, work.mine)
     found = comm.bcast(found, root=0)
-    cases = len(design.scenes)
     if found is not None and found.left:
         return Ending(
             complete=True, cases=cases, failed=found.failed, results=None,
@@ -119,22 +117,16 @@ class _Unfinished(NamedTuple):
     missing: int
 
 
-def _unfinished(design: Design, folder: Path, shard: Shard | None) -> _Unfinished:
-    """Return what a shard that has ended finds; nothing where there is no shard."""
-    if shard is None:
-        return _Unfinished(0, 0, 0)
-    ended, mine = scan(folder, lambda record: record["status"]), cases_of(design, shard)
-    of_case = [ended.get(name) for name in design.digests]
+def _unfinished(
+    digests: Sequence[str], folder: Path, mine: Collection[int]
+) -> _Unfinished:
+    """Return what is found once the cases `mine` have ended."""
+    ended = scan(folder, lambda record: record["status"])
+    of_case = [ended.get(name) for name in digests]
     none = {case for case, status in enumerate(of_case) if status is None}
     failed = sum(of_case[case] != "ok" for case in mine)
-    return _Unfinished(failed, len(none - mine), len(none & mine))
-
-
-def cases_of(design: Design, shard: Shard | None) -> frozenset[int]:
-    """Return the cases that a shard computes; without one, all."""
-    if shard is None:
-        return frozenset(range(len(design.scenes)))
-    return share(predicted("steps", design), shard)
+    missing = none.intersection(mine)
+    return _Unfinished(failed, len(none - missing), len(missing))
 
 
 def _as_text(given: str) -> str:

@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcwhirl.campaign.cost import Costs, costs_of, learn_from, predicted
+from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.work import learn_ends, share
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import Shard
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
 from hpcwhirl.store.manifest import NAME
@@ -48,29 +50,27 @@ class Forecast:
     disk: Bytes
 
 
-def forecast(
-    design: Design, folder: Path, mine: frozenset[int] | None = None
-) -> Forecast:
+def forecast(design: Design, folder: Path, shard: Shard | None = None) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
 
     Parameters
     ----------
     design : the campaign
     folder : its directory; if it has finished cases, they are learned from
-    mine : cases of a shard; all if not given
+    shard : whose cases alone are counted
     """
-    costs, left = costs_of(design), list(range(len(design.scenes)))
-    if (folder / NAME).exists():
-        left = learn_from(folder, design, costs)
-    if mine is not None:
-        left = [case for case in left if case in mine]
+    costs = costs_of(design)
+    mine = share(costs.steps, shard)
+    begun = (folder / NAME).exists()
+    ended = learn_ends(folder, design, costs) if begun else {}
+    left = [case for case in sorted(mine) if design.digests[case] not in ended]
     finished = int(np.isfinite(costs.factor).sum())
     probes = [] if finished else _probes(design)
     probed = sum(_probe(design, case, costs) for case in probes)
     return Forecast(
-        cases=len(design.scenes if mine is None else mine),
+        cases=len(mine),
         left=len(left),
-        steps=sum(predicted("steps", design, left)),
+        steps=sum(costs.steps[case] for case in left),
         seconds=float(costs.predict(left).sum()),
         probed=probed,
         finished=finished,

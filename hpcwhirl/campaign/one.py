@@ -20,9 +20,7 @@ from hpcwhirl.store.manifest import write_manifest
 
 def design_of_one(scene: Scene) -> Design:
     """Return the design of one case, with its engine's file as it is now."""
-    design = Design(base=scene, scenes=(scene,), settings=({},), swept=())
-    design.content(scene.engine.file)  # as it is integrated: kept from now on
-    return design
+    return Design(base=scene, scenes=(scene,), settings=({},), swept=())
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:

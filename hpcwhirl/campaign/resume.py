@@ -1,9 +1,8 @@
-"""What a campaign directory has, what is left to do in it, and starting over."""
+"""A campaign directory: begun, continued, or put aside to start over."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from hpcwhirl.campaign.stop import refuse_stop_file
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene
-from hpcwhirl.store.journal import Record, is_whole, scan
 from hpcwhirl.store.manifest import (
     NAME,
     check_same,
@@ -20,11 +18,8 @@ from hpcwhirl.store.manifest import (
     read_manifest,
     write_manifest,
 )
-from hpcwhirl.store.running import crashes, forget_crashes
-from hpcwhirl.store.states import drop_state, stored_states
 
 MOST_TRIED = 32  # models built to find a case that can be integrated
-CRASHES = 2  # of processes that a case was in flight at, from when on it is isolated
 
 
 def prepare(design: Design, folder: Path) -> None:
@@ -118,37 +113,3 @@ def put_aside(folder: Path) -> Path | None:
         msg = f"--fresh: cannot rename {folder} to {aside}: {failed.strerror}"
         raise MissingFileError(msg) from None
     return aside
-
-
-def to_do(design: Design, folder: Path, retry: Collection[str] = ()) -> list[int]:
-    """Return the cases without a result, in the order of the design.
-
-    Parameters
-    ----------
-    design, folder : the campaign
-    retry : statuses to be computed again; if any, damaged traces are, too
-    """
-
-    def brief(record: Record) -> str | None:
-        status = str(record["status"])
-        damaged = retry and status == "ok" and not is_whole(folder, record)
-        return None if status in retry or damaged else status
-
-    ended = {name: end for name, end in scan(folder, brief).items() if end}
-    for name in stored_states(folder) & ended.keys():  # killed before tidying
-        if ended[name] != "timeout":
-            drop_state(folder, name)
-    forget_crashes(folder, set(ended))
-    return [i for i, name in enumerate(design.digests) if name not in ended]
-
-
-def suspects(design: Design, folder: Path, left: Collection[int]) -> frozenset[int]:
-    """Return the cases of `left` that were in flight when processes died, twice.
-
-    One of them may have killed its process. They are computed last, each in a process
-    of its own: those that do it again are rows, the others were only bystanders.
-    """
-    count = crashes(folder)
-    if max(count.values(), default=0) < CRASHES:
-        return frozenset()
-    return frozenset(i for i in left if count[design.digests[i]] >= CRASHES)

@@ -5,21 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.batches import Unit, units_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.cost import (
-    Costs,
-    costs_of,
-    learn_from,
-    nothing_known,
-    predicted,
-)
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.ending import Ending, cases_of, conclude
+from hpcwhirl.campaign.ending import Ending, conclude
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
@@ -27,14 +18,14 @@ from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks
-from hpcwhirl.campaign.resume import suspects, to_do
 from hpcwhirl.campaign.stop import Stopping, breakable
 from hpcwhirl.campaign.time_use import keep_shares
+from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.launch import ALONE, Communicator, node_of
-from hpcwhirl.store.journal import Journal, claim_run
+from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
+from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.owner import Claim
 from hpcwhirl.store.running import Running
 
@@ -75,17 +66,12 @@ def run_campaign(
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
         stopping.watch(None if node.rank else folder, policy.seconds)
-        costs = nothing_known()  # on other ranks: they hand nothing out
-        if comm.rank == 0:
-            costs = costs_of(design)
-            learn_from(folder, design, costs)
-        work = _work(design, folder, comm, policy, costs)
+        work, agenda = work_of(design, folder, policy, comm)
         with _desk(folder, work, comm, policy, stopping) as desk:
-            agenda = _agenda(work, costs, comm)
             complete, gave_up = _compute(design, work, desk, comm, node, agenda)
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
-            return conclude(design, folder, comm, policy, stopping)
+            return conclude(design, folder, comm, work, stopping)
         reasons = comm.allgather(stopping.reason)
     return Ending(
         complete=False, cases=len(design.scenes), failed=0, results=None,
@@ -93,47 +79,9 @@ def run_campaign(
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Work:
-    """What is left of a campaign, and the number of the run that does it."""
-
-    units: list[Unit]
-    suspects: frozenset[int]
-    run: int
-
-
-def _work(
-    design: Design, folder: Path, comm: Communicator, policy: Policy, costs: Costs
-) -> _Work:
-    """Return the work of all ranks, as rank 0 finds it in the directory."""
-    work = None
-    if comm.rank == 0:
-        mine = cases_of(design, policy.shard)
-        left = [case for case in to_do(design, folder, policy.retry) if case in mine]
-        alone = suspects(design, folder, left)
-        seconds = dict(zip(left, costs.predict(left), strict=True))
-        order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
-        units = _units(design, order, comm.size, policy)
-        units += [(case,) for case in sorted(alone)]
-        work = _Work(units, alone, claim_run(folder))
-    shared: _Work | None = comm.bcast(work, root=0)
-    if shared is None:
-        msg = "rank 0 has shared no work"
-        raise RuntimeError(msg)
-    return shared
-
-
-def _units(design: Design, order: list[int], ranks: int, policy: Policy) -> list[Unit]:
-    steps = sum(predicted("steps", design, order))
-    lanes = False if policy.isolate else policy.lanes
-    if lanes is not None:
-        steps = float("inf") if lanes else 0.0
-    return units_of(order, design.resolved, steps, ranks)
-
-
 @contextmanager
 def _desk(
-    folder: Path, work: _Work, comm: Communicator, policy: Policy, stopping: Stopping
+    folder: Path, work: Work, comm: Communicator, policy: Policy, stopping: Stopping
 ) -> Iterator[Desk]:
     """Open what this rank works with."""
     rank = comm.rank
@@ -149,17 +97,9 @@ def _desk(
         )
 
 
-def _agenda(work: _Work, costs: Costs, comm: Communicator) -> Agenda:
-    """Return what this rank hands out: all units on rank 0, nothing elsewhere."""
-    if comm.rank > 0:
-        return Agenda([], costs)
-    alone = {u for u, cases in enumerate(work.units) if set(cases) & work.suspects}
-    return Agenda(work.units, costs, comm.size, last=alone)
-
-
 def _compute(
     design: Design,
-    work: _Work,
+    work: Work,
     desk: Desk,
     comm: Communicator,
     node: Communicator,
@@ -168,21 +108,19 @@ def _compute(
     """Do the work on all ranks; return whether all is done and whether it gave up."""
     if work.units:
         _warm(design, work, desk, node)
-    report = _Report(design, agenda, desk) if desk.rank == 0 else None
+    if desk.rank == 0:
+        say(_begun(work, len(design.scenes), desk.policy.shard))
+    report = _Report(agenda, desk)
     evaluate = Evaluator(design, work.units, desk)
-    notice, tally = report if report else _ignore, Tally()
-    complete = map_ranks(agenda, evaluate, notice, desk.stopping, comm, tally)
+    tally = Tally()
+    complete = map_ranks(agenda, evaluate, report, desk.stopping, comm, tally)
     if work.units:
         why = "" if complete else desk.stopping.reason
         keep_shares(desk.journal.folder, work.run, tally, comm, why)
-    return complete, report is not None and report.gave_up
+    return complete, report.gave_up
 
 
-def _ignore(unit: int, statuses: list[str]) -> None:
-    del unit, statuses
-
-
-def _warm(design: Design, work: _Work, desk: Desk, node: Communicator) -> None:
+def _warm(design: Design, work: Work, desk: Desk, node: Communicator) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see it, too
@@ -190,7 +128,7 @@ def _warm(design: Design, work: _Work, desk: Desk, node: Communicator) -> None:
     node.Barrier()
 
 
-def _kinds(design: Design, work: _Work) -> list[int]:
+def _kinds(design: Design, work: Work) -> list[int]:
     """Return a case of each kernel that the work needs, the first of its kind."""
     kinds = {}
     left = [c for unit in work.units for c in unit if c not in work.suspects]
@@ -200,7 +138,7 @@ def _kinds(design: Design, work: _Work) -> list[int]:
     return list(kinds.values())
 
 
-def _compile(design: Design, work: _Work, desk: Desk) -> None:
+def _compile(design: Design, work: Work, desk: Desk) -> None:
     """Take a step of a case of each scheme, and of a batch if there is one."""
 
     def between() -> None:
@@ -228,22 +166,24 @@ def _compile(design: Design, work: _Work, desk: Desk) -> None:
             group.advance(1)
 
 
-class _Report:
-    """Plain progress lines on rank 0's stderr."""
+def _begun(work: Work, cases: int, shard: Shard | None) -> str:
+    """Return how many cases there are, and what of them is not to be computed."""
+    of = f" of {cases} in shard {shard}" if shard else ""
+    kept = len(work.mine) - sum(map(len, work.units))
+    already = f", {kept} already there" if kept else ""
+    alone = len(work.suspects)
+    apart = f", {alone} of two crashes apart" if alone else ""
+    return f"{len(work.mine)} cases{of}{already}{apart}"
 
-    def __init__(self, design: Design, agenda: Agenda, desk: Desk) -> None:
+
+class _Report:
+    """Plain progress lines on rank 0's stderr, which alone is told of units."""
+
+    def __init__(self, agenda: Agenda, desk: Desk) -> None:
         self.desk, self.agenda = desk, agenda
         self.total = sum(map(len, agenda.units))
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
-        shard = desk.policy.shard
-        mine = len(cases_of(design, shard))
-        of = f" of {len(design.scenes)} in shard {shard}" if shard else ""
-        kept = mine - self.total
-        already = f", {kept} already there" if kept else ""
-        alone = len(desk.suspects)
-        apart = f", {alone} of two crashes apart" if alone else ""
-        say(f"{mine} cases{of}{already}{apart}")
 
     @property
     def gave_up(self) -> bool:

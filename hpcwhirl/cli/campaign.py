@@ -295,10 +295,9 @@ def _explain(design: Design) -> None:
 
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
-    from hpcwhirl.campaign.ending import cases_of
     from hpcwhirl.campaign.forecast import forecast
 
-    found = forecast(design, args.out, cases_of(design, shard))
+    found = forecast(design, args.out, shard)
     step = 1e6 * found.seconds / found.steps if found.steps else 0.0
     disk = found.disk
     facts = {

@@ -1,0 +1,142 @@
+"""What is left of a campaign, and who is to do it: found once, by rank 0."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.batches import Unit, units_of
+from hpcwhirl.campaign.cost import Costs, costs_of
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.launch import Communicator, Shard
+from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
+from hpcwhirl.store.running import crashes, forget_crashes
+from hpcwhirl.store.states import drop_state, stored_states
+
+CRASHES = 2  # of processes that a case was in flight at, from when on it is isolated
+
+
+@dataclass(frozen=True)
+class Work:
+    """What one run of a campaign is to do; the same on every rank.
+
+    Attributes
+    ----------
+    units : cases that ride together, most of them single ones
+    suspects : cases to be isolated: in flight when two processes died
+    mine : all cases that this run is asked for, those of its shard
+    run : its number
+    """
+
+    units: list[Unit]
+    suspects: frozenset[int]
+    mine: Collection[int]
+    run: int
+
+
+def work_of(
+    design: Design, folder: Path, policy: Policy, comm: Communicator
+) -> tuple[Work, Agenda]:
+    """Return the work of all ranks and what this one hands out: all, or nothing."""
+    work, agenda = None, Agenda([], Costs.unknown())
+    if comm.rank == 0:
+        work, agenda = _found(design, folder, policy, comm.size)
+    return comm.bcast(work, root=0), agenda
+
+
+def _found(
+    design: Design, folder: Path, policy: Policy, ranks: int
+) -> tuple[Work, Agenda]:
+    """Return the work that is left in a directory, the longest first."""
+    costs = costs_of(design)
+    mine = share(costs.steps, policy.shard)
+    ended = learn_ends(folder, design, costs, policy.retry)
+    _tidy(folder, ended)
+    left = [i for i, name in enumerate(design.digests) if name not in ended]
+    left = [case for case in left if case in mine]
+    alone = _suspects(folder, design.digests, left)
+    seconds = dict(zip(left, costs.predict(left), strict=True))
+    order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
+    lanes = False if policy.isolate else policy.lanes
+    steps = sum(costs.steps[case] for case in order)
+    if lanes is not None:
+        steps = math.inf if lanes else 0.0
+    units = units_of(order, design.resolved, steps, ranks)
+    last = range(len(units), len(units) + len(alone))
+    units += [(case,) for case in sorted(alone)]
+    work = Work(units, alone, mine, claim_run(folder))
+    return work, Agenda(units, costs, ranks, last)
+
+
+def learn_ends(
+    folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
+) -> dict[str, str]:
+    """Let costs learn from a directory; return {digest: status} of what has ended.
+
+    Parameters
+    ----------
+    folder, design : the campaign
+    costs : of the design; learns the seconds of cases that gave a result
+    retry : statuses to be computed again; if any, damaged traces are, too
+    """
+
+    def brief(record: Record) -> tuple[str, float, bool]:
+        status = str(record["status"])
+        seconds = record["performance"].get("seconds", math.nan)
+        damaged = retry and status == "ok" and not is_whole(folder, record)
+        return status, seconds, bool(status in retry or damaged)
+
+    found = scan(folder, brief)
+    for case, name in enumerate(design.digests):
+        if name in found and found[name][0] == "ok":
+            costs.learn([case], found[name][1])
+    return {name: status for name, (status, _, again) in found.items() if not again}
+
+
+def _tidy(folder: Path, ended: dict[str, str]) -> None:
+    """Forget states and crashes of cases that have ended since."""
+    for name in stored_states(folder) & ended.keys():  # killed before tidying
+        if ended[name] != "timeout":
+            drop_state(folder, name)
+    forget_crashes(folder, set(ended))
+
+
+def _suspects(
+    folder: Path, digests: Sequence[str], left: Collection[int]
+) -> frozenset[int]:
+    """Return the cases of `left` that were in flight when processes died, twice.
+
+    One of them may have killed its process. They are computed last, each in a process
+    of its own: those that do it again are rows, the others were only bystanders.
+    """
+    count = crashes(folder)
+    return frozenset(i for i in left if count[digests[i]] >= CRASHES)
+
+
+def share(costs: Sequence[float], shard: Shard | None) -> Collection[int]:
+    """Return the cases of a shard; without one, all.
+
+    The dearest case first, each to the shard that has least so far: loads differ by at
+    most one case. It depends on the costs of all cases alone, never on what has been
+    computed, so that every shard finds its own share without asking.
+
+    Parameters
+    ----------
+    costs : (n,), predicted cost of each case, any unit
+    shard : whose cases to return
+    """
+    if shard is None:
+        return range(len(costs))
+    loads = [(0.0, number) for number in range(1, shard.of + 1)]
+    mine = []
+    for case in sorted(range(len(costs)), key=lambda i: (-costs[i], i)):
+        load, number = loads[0]
+        heapq.heapreplace(loads, (load + costs[case], number))
+        if number == shard.number:
+            mine.append(case)
+    return frozenset(mine)
