@@ -95,9 +95,8 @@ class Design:
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
         own = self.base.engine.file
-        for file in dict.fromkeys(
-            [*(row.get(FILE, own) for row in self.settings), own]
-        ):
+        files = [str(row.get(FILE, own)) for row in self.settings]
+        for file in dict.fromkeys([*files, own]):
             if file not in self.contents:
                 self.contents[file] = content_digest(file)
 
