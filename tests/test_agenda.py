@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT
 
-from hpcwhirl.campaign.agenda import MOST, Agenda
+from hpcwhirl.campaign.agenda import MOST, Agenda, Questions
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.questions import Questions
-from hpcwhirl.campaign.ranks import Tally, map_ranks
-from hpcwhirl.campaign.time_use import told
+from hpcwhirl.campaign.ranks import Tally, map_ranks, told
 from hpcwhirl.launch import ALONE
 
 GRID = {

@@ -7,7 +7,7 @@ import pytest
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute
-from hpcwhirl.campaign.ranks import Stop
+from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March

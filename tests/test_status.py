@@ -12,9 +12,8 @@ import time
 import pytest
 
 from hpcwhirl.campaign.progress import Progress, duration_text, progress_of
-from hpcwhirl.campaign.ranks import Tally
-from hpcwhirl.campaign.time_use import keep_shares
-from hpcwhirl.campaign.time_use import told as told_shares
+from hpcwhirl.campaign.ranks import Tally, keep_shares
+from hpcwhirl.campaign.ranks import told as told_shares
 from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page

@@ -9,9 +9,9 @@ import time
 import pytest
 
 from hpcwhirl.campaign import stop
-from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.stop import (
     SIGNALS,
+    Stop,
     Stopping,
     breakable,
     parse_walltime,

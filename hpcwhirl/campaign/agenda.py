@@ -1,4 +1,4 @@
-"""What is still to be handed out: the longest first, as far as is known by now."""
+"""What is still to be handed out, the longest first, and whom rank 0 answers when."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an 
 MOST = 32  # units of an answer: a message that needs no consent of its receiver
 FAIR = 4  # an answer is at most this part of an even share of the units left
 GOLDEN = 0.6180339887498949
+Answers = list[tuple[int, list[int]]]  # to a rank: its next units
 
 
 class Agenda:
@@ -116,3 +117,44 @@ class Agenda:
         scattered = (chosen * GOLDEN) % 1.0
         order = np.lexsort((-scattered, self.predicted[chosen], self.early[chosen]))
         return [int(unit) for unit in chosen[order]]
+
+
+class Questions:
+    """Open questions of the workers; no messages, no clock.
+
+    A worker asks ahead and is answered at once, but for the last units, one a rank:
+    those wait for whoever has nothing left to do, else a rank would keep one behind
+    the long case that it is at, while others idle.
+
+    Parameters
+    ----------
+    agenda : units to hand out
+    ranks : that share the work, rank 0 included
+    """
+
+    def __init__(self, agenda: Agenda, ranks: int) -> None:
+        self.agenda, self.ranks = agenda, ranks
+        self.open: dict[int, None] = {}  # ranks in the order of their questions
+
+    def ask(self, rank: int) -> Answers:
+        """Return the answers due now that a rank has asked ahead."""
+        self.open[rank] = None
+        return self._answer(rank) if len(self.agenda) > self.ranks else self.rest()
+
+    def hungry(self, rank: int) -> Answers:
+        """Return the answers due now that a rank has nothing left to do.
+
+        It may have been answered meanwhile: then nothing is due to it.
+        """
+        return (self._answer(rank) if rank in self.open else []) + self.rest()
+
+    def rest(self) -> Answers:
+        """Return the answers due because nothing is left to be handed out."""
+        if self.agenda:
+            return []
+        waiting, self.open = list(self.open), {}
+        return [(rank, []) for rank in waiting]
+
+    def _answer(self, rank: int) -> Answers:
+        del self.open[rank]
+        return [(rank, self.agenda.bundle())]

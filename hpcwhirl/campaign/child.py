@@ -20,8 +20,7 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute, message_of
 from hpcwhirl.campaign.isolate import STOP
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.ranks import Stop
-from hpcwhirl.campaign.stop import SIGNALS
+from hpcwhirl.campaign.stop import SIGNALS, Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError

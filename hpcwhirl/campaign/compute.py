@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.simulate import Result, result_of
-from hpcwhirl.campaign.stop import breakable
+from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import CaseError

@@ -24,9 +24,9 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.simulate import Result, result_of
-from hpcwhirl.campaign.stop import Stopping, breakable
+from hpcwhirl.campaign.stop import Stop, Stopping, breakable
+from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
@@ -68,6 +68,39 @@ class Evaluator:
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
         self._digests: dict[int, str] = {}  # of the unit
+
+    def warm(self) -> None:
+        """Take a step of a case of each kernel that the units need, and of a batch."""
+        cases = self._kinds()
+        self.desk.running.begin(self.design.digest(case) for case in cases)
+        if self.desk.policy.isolate:
+            scenes = [self.design.scenes[case] for case in cases]
+            self.desk.child.warm(scenes, self.desk.stopping.check)
+            return
+        batch = next((unit for unit in self.units if len(unit) > 1), None)
+        with breakable(self.desk.stopping.check):
+            for case in cases:
+                try:
+                    March(self.design.resolved(case)).advance(1)
+                except Stop:
+                    raise
+                except Exception:  # noqa: BLE001 - it will fail as a row
+                    continue
+            if batch is not None:
+                march = March(self.design.resolved(batch[0]))
+                group = Lanes(march)
+                group.load(0, march)
+                group.advance(1)
+
+    def _kinds(self) -> list[int]:
+        """Return a case of each kernel that the units need, the first of its kind."""
+        suspects = self.desk.suspects
+        left = [case for unit in self.units for case in unit if case not in suspects]
+        kinds = {}
+        for case in reversed(left):
+            scene = self.design.scenes[case]
+            kinds[scene.solver.scheme, folds_of(scene)] = case
+        return list(kinds.values())
 
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
         """Compute a unit and return the status of each of its cases."""

@@ -19,8 +19,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
-from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.packing import unpacked

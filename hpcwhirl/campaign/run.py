@@ -17,13 +17,9 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
-from hpcwhirl.campaign.ranks import Stop, Tally, map_ranks
-from hpcwhirl.campaign.stop import Stopping, breakable
-from hpcwhirl.campaign.time_use import keep_shares
+from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
+from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
-from hpcwhirl.case.plan import folds_of
-from hpcwhirl.dynamics.lanes import Lanes
-from hpcwhirl.dynamics.march import March
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.owner import Claim
@@ -68,7 +64,12 @@ def run_campaign(
         stopping.watch(None if node.rank else folder, policy.seconds)
         work, agenda = work_of(design, folder, policy, comm)
         with _desk(folder, work, comm, policy, stopping) as desk:
-            complete, gave_up = _compute(design, work, desk, comm, node, agenda)
+            evaluate = Evaluator(design, work.units, desk)
+            if work.units:
+                _warm(evaluate, node)
+            if comm.rank == 0:
+                say(_begun(work, len(design.scenes), policy.shard))
+            complete, gave_up = _compute(evaluate, work, agenda, comm)
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, work, stopping)
@@ -98,21 +99,10 @@ def _desk(
 
 
 def _compute(
-    design: Design,
-    work: Work,
-    desk: Desk,
-    comm: Communicator,
-    node: Communicator,
-    agenda: Agenda,
+    evaluate: Evaluator, work: Work, agenda: Agenda, comm: Communicator
 ) -> tuple[bool, bool]:
     """Do the work on all ranks; return whether all is done and whether it gave up."""
-    if work.units:
-        _warm(design, work, desk, node)
-    if desk.rank == 0:
-        say(_begun(work, len(design.scenes), desk.policy.shard))
-    report = _Report(agenda, desk)
-    evaluate = Evaluator(design, work.units, desk)
-    tally = Tally()
+    desk, report, tally = evaluate.desk, _Report(agenda, evaluate.desk), Tally()
     complete = map_ranks(agenda, evaluate, report, desk.stopping, comm, tally)
     if work.units:
         why = "" if complete else desk.stopping.reason
@@ -120,50 +110,12 @@ def _compute(
     return complete, report.gave_up
 
 
-def _warm(design: Design, work: Work, desk: Desk, node: Communicator) -> None:
+def _warm(evaluate: Evaluator, node: Communicator) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see it, too
-            _compile(design, work, desk)
+            evaluate.warm()
     node.Barrier()
-
-
-def _kinds(design: Design, work: Work) -> list[int]:
-    """Return a case of each kernel that the work needs, the first of its kind."""
-    kinds = {}
-    left = [c for unit in work.units for c in unit if c not in work.suspects]
-    for case in reversed(left):
-        scene = design.scenes[case]
-        kinds[scene.solver.scheme, folds_of(scene)] = case
-    return list(kinds.values())
-
-
-def _compile(design: Design, work: Work, desk: Desk) -> None:
-    """Take a step of a case of each scheme, and of a batch if there is one."""
-
-    def between() -> None:
-        if desk.stopping():
-            raise Stop
-
-    cases = _kinds(design, work)
-    desk.running.begin(design.digest(case) for case in cases)
-    if desk.policy.isolate:
-        desk.child.warm([design.scenes[case] for case in cases], between)
-        return
-    batch = next((unit for unit in work.units if len(unit) > 1), None)
-    with breakable(between):
-        for case in cases:
-            try:
-                March(design.resolved(case)).advance(1)
-            except Stop:
-                raise
-            except Exception:  # noqa: BLE001 - it will fail as a row
-                continue
-        if batch is not None:
-            march = March(design.resolved(batch[0]))
-            group = Lanes(march)
-            group.load(0, march)
-            group.advance(1)
 
 
 def _begun(work: Work, cases: int, shard: Shard | None) -> str:

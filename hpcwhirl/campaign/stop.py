@@ -15,7 +15,6 @@ from types import FrameType, TracebackType
 from typing import Any, Self
 
 from hpcwhirl import early
-from hpcwhirl.campaign.ranks import Stop
 from hpcwhirl.errors import InputError, shown
 
 SIGNALS = early.SIGNALS
@@ -24,6 +23,10 @@ MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
 LOOK_EVERY = 1.0  # s between looks for the file
 BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
+
+
+class Stop(Exception):  # noqa: N818
+    """Raised between slices when this process has been asked to end."""
 
 
 class Stopping:
@@ -73,6 +76,11 @@ class Stopping:
                 if self._file.exists():
                     self.ask(f"{self._file} is there")
         return bool(self.reason)
+
+    def check(self) -> None:
+        """Raise Stop where this process has been asked to end."""
+        if self():
+            raise Stop
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
         del frame

@@ -38,9 +38,8 @@ from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.ranks import Tally
+from hpcwhirl.campaign.ranks import Tally, keep_shares
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.time_use import keep_shares
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.running import Running

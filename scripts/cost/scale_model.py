@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.agenda import Agenda, Answers, Questions
 from hpcwhirl.campaign.cost import Costs
-from hpcwhirl.campaign.questions import Answers, Questions
 from hpcwhirl.campaign.ranks import IDLE
 from hpcwhirl.dynamics.march import SLICE_SECONDS
 
