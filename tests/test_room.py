@@ -74,7 +74,7 @@ def test_a_disk_full_at_the_map_is_a_reason_to_come_again(
     (line,) = told(capsys)
     assert "No space left on device" in line
     assert "the same command continues" in line
-    assert list(unfinished[1].glob(".*")) == []
+    assert list(unfinished[1].glob("*.part")) == []
     assert command(unfinished) == 0
     assert (unfinished[1] / "map.png").exists()
 

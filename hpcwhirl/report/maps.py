@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import unwritable
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
+from hpcwhirl.report.saving import save
 from hpcwhirl.report.sheet import figure_of
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reader import open_results
@@ -53,21 +52,11 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
 
 def save_map(drawing: Drawing, out: Path, stem: str = "map") -> list[Path]:
     """Write a map as PNG and SVG, each whole or not at all; return their paths."""
-    paths = [out / f"{stem}.png", out / f"{stem}.svg"]
     told = {KEY: json.dumps(asdict(drawing.wish))}
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for path in paths:  # two shards may draw at once
-            part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
-            try:
-                drawing.figure.savefig(part, dpi=140, metadata=told)
-                part.replace(path)
-            finally:
-                part.unlink(missing_ok=True)
-            drawing.figure.set_layout_engine("none")  # it is laid out now
-    except OSError as failed:
-        msg = f"cannot write figures in {out}: {failed.strerror or failed}"
-        raise unwritable(msg, failed) from None
+    paths = [out / f"{stem}.png", out / f"{stem}.svg"]
+    for path in paths:
+        save(drawing.figure, path, dpi=140, metadata=told)
+        drawing.figure.set_layout_engine("none")  # it is laid out now
     return paths
 
 

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import uuid
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import unwritable
+from hpcwhirl.store.atomic import replacing
 
 
-def save(figure: Any, path: Path) -> Path:
-    """Write a figure and return its path."""
+def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
+    """Write a figure in the format of the file's name, and return its path."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
-        try:
-            figure.savefig(part, dpi=130)
-            part.replace(path)
-        finally:
-            part.unlink(missing_ok=True)
+        with replacing(path) as part:
+            figure.savefig(part, format=path.suffix[1:], dpi=dpi, **options)
     except OSError as failed:
         msg = f"cannot write {path}: {failed.strerror or failed}"
         raise unwritable(msg, failed) from None
