@@ -95,7 +95,7 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     random = np.random.default_rng(seed)
     design = design_of(document)
     folder.mkdir(parents=True)
-    write_manifest(folder, design.plan())
+    write_manifest(folder, design.manifest())
     with Journal(folder, 1, 0) as journal:
         for case, scene in enumerate(design.scenes):
             record = {"digest": design.digests[case], "performance": WHERE}

@@ -335,7 +335,7 @@ def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, caps
 
     monkeypatch.setattr(evaluate, "Batch", Broken)
     unit = (0, 2, 4, 6)
-    write_manifest(journal, design.plan())
+    write_manifest(journal, design.manifest())
     with Journal(journal, 0, 0) as kept, Running(journal, 0, 0) as running:
         checkpoints, child = Checkpoints(journal, 600.0, say), Child(journal, 600.0)
         desk = evaluate.Desk(0, kept, running, checkpoints, child)

@@ -119,7 +119,9 @@ def test_dotted_names_reach_every_table(text):
 
 def test_short_and_full_names_give_the_same_campaign():
     short, full = "time_step = [1e-6]", "solver.time_step = [1e-6]"
-    assert design(f"[sweep]\n{short}").plan() == design(f"[sweep]\n{full}").plan()
+    assert (
+        design(f"[sweep]\n{short}").manifest() == design(f"[sweep]\n{full}").manifest()
+    )
 
 
 def test_a_setting_changes_every_case():
@@ -129,8 +131,11 @@ def test_a_setting_changes_every_case():
 
 def test_the_plan_names_each_case_by_the_digest_of_its_scene():
     found = design("[sweep]\nspeed = [1, 2]")
-    assert found.plan().digests == [digest(Scene(speed=1.0)), digest(Scene(speed=2.0))]
-    assert found.plan().settings == [{"speed": 1}, {"speed": 2}]
+    assert found.manifest().digests == [
+        digest(Scene(speed=1.0)),
+        digest(Scene(speed=2.0)),
+    ]
+    assert found.manifest().settings == [{"speed": 1}, {"speed": 2}]
 
 
 def test_the_embedded_campaign_is_78_cases_of_speed_and_friction():

@@ -121,7 +121,7 @@ def test_records_go_under_the_digests_of_the_plan_on_every_rank(engine):
     elsewhere = function(*values)  # as a rank gets it
     spoil()
     assert [elsewhere.digest(case) for case in range(6)] == list(design.digests)
-    assert design.plan().digests == list(design.digests)
+    assert design.manifest().digests == list(design.digests)
     with pytest.raises(Exception, match=r"engine\.file \S+a\.h5 has changed"):
         elsewhere.check_engine(0)
     elsewhere.check_engine(1)

@@ -1,6 +1,7 @@
 """Designs of many cases, one case, and their distribution over MPI ranks.
 
-Rank 0 hands out cases and computes too, point to point. The first units go out
+Rank 0 hands out cases and computes too, point to point; a process alone is rank 0 of
+one. What there is to do is found once, by rank 0 (`work`). The first units go out
 together; then a worker asks when it begins what it has. The last units, one a rank, go
 to whoever has nothing left. Seconds a case are learned from its nearest finished
 neighbours and decide order, time left and the size of an answer, never a result.

@@ -94,9 +94,8 @@ class Design:
 
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
-        own = self.base.engine.file
-        files = [str(row.get(FILE, own)) for row in self.settings]
-        for file in dict.fromkeys([*files, own]):
+        files = map(self.file, range(len(self.settings)))
+        for file in dict.fromkeys([*files, self.base.engine.file]):
             if file not in self.contents:
                 self.contents[file] = content_digest(file)
 
@@ -110,7 +109,7 @@ class Design:
         return tuple(digest(s, self.contents[s.engine.file]) for s in self.scenes)
 
     def digest(self, case: int) -> str:
-        """Return the digest of a case, that of the plan on every rank at any time."""
+        """Return the digest of a case, that of the manifest on any rank at any time."""
         scene = self.scenes[case]
         return digest(scene, self.contents[scene.engine.file])
 
@@ -147,8 +146,8 @@ class Design:
         """Return the file of a case's engine, "" where it has none."""
         return str(self.settings[case].get(FILE, self.base.engine.file))
 
-    def plan(self) -> Manifest:
-        """Return the plan that the campaign's directory keeps."""
+    def manifest(self) -> Manifest:
+        """Return the manifest that the campaign's directory keeps."""
         file = self.base.engine.file
         content: dict[str, Value] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION

@@ -117,7 +117,7 @@ def _disk(design: Design) -> Bytes:
         count, intervals[case] = _sampling(design.resolved(case))
         samples[case] = count if _keeps(scene) else 0
     sizes = sizes_of(_kinds(design))
-    return bytes_of(design.plan(), samples, intervals, sizes, facts_of(design))
+    return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:

@@ -47,7 +47,7 @@ def write_case(path: Path, design: Design, result: Result) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
             folder = Path(place)
-            write_manifest(folder, design.plan())
+            write_manifest(folder, design.manifest())
             with Journal(folder, 1, 0) as journal:
                 journal.append(record, result.traces)
             publish(gather(folder, facts_of(design)), path)

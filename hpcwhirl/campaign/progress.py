@@ -1,4 +1,4 @@
-"""How far a campaign is, told from its plan, its journals and what its ranks note."""
+"""How far a campaign is: told by its manifest, its journals and its ranks' notes."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def worker_of(lines: Sequence[Record], work: Mapping[str, float]) -> Worker | No
     Parameters
     ----------
     lines : records of one journal
-    work : {digest: predicted steps} of the plan's cases
+    work : {digest: predicted steps} of the manifest's cases
     """
     timed = sorted((r for r in lines if "ended" in r), key=lambda r: float(r["ended"]))
     if not timed:
@@ -134,10 +134,10 @@ def status_of(record: Record) -> str:
 
 
 def computing(
-    folder: Path, plan: Manifest, records: Mapping[str, Record], now: float
+    folder: Path, manifest: Manifest, records: Mapping[str, Record], now: float
 ) -> list[Computing]:
     """Return what each rank computes; a case that has ended since is left out."""
-    numbers = {digest: case for case, digest in enumerate(plan.digests)}
+    numbers = {digest: case for case, digest in enumerate(manifest.digests)}
     found = []
     for note in notes(folder):
         begun = note.since or 0.0
@@ -158,14 +158,14 @@ def _ended(record: Record | None) -> float:
     return float(record.get("ended", 0.0)) if record else -math.inf
 
 
-def predicted_work(plan: Manifest) -> dict[str, float]:
+def predicted_work(manifest: Manifest) -> dict[str, float]:
     """Return {digest: steps} of each case; one each where the step is not an input."""
     work = {}
-    for digest, settings in zip(plan.digests, plan.settings, strict=True):
-        values: Mapping[str, Any] = plan.base | settings
+    for digest, settings in zip(manifest.digests, manifest.settings, strict=True):
+        values: Mapping[str, Any] = manifest.base | settings
         asked = (values.get(name, 0.0) for name in ("duration", "revolutions", "speed"))
         work[digest] = end_time(*asked) / values.get("solver.time_step", 1.0)
-    unknown = any((plan.base | s).get("solver.accuracy") for s in plan.settings)
+    unknown = any((manifest.base | s).get("solver.accuracy") for s in manifest.settings)
     return dict.fromkeys(work, 1.0) if unknown else work
 
 
@@ -187,28 +187,28 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     Raises
     ------
     MissingFileError, StoreError
-        where it is no campaign directory, or its plan is damaged
+        where it is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    plan, journals = read_manifest(folder), read_journals(folder)
+    manifest, journals = read_manifest(folder), read_journals(folder)
     records = read_records(folder)
-    own = [records[d] for d in plan.digests if d in records]
+    own = [records[d] for d in manifest.digests if d in records]
     done = [r for r in own if r["status"] == "ok"]
-    work = predicted_work(plan)
+    work = predicted_work(manifest)
     lines = [r for journal in journals.values() for r in journal if "digest" in r]
     workers = [worker_of(journal, work) for journal in journals.values()]
     known = [w for w in workers if w is not None]
     at_work = active(known, max(map(seconds_of, lines), default=0.0))
-    left_work = sum(work[d] for d in plan.digests if d not in records)
+    left_work = sum(work[d] for d in manifest.digests if d not in records)
     seconds, span = sum(w.seconds for w in at_work), sum(w.span for w in at_work)
     pace = sum(w.work / w.span for w in at_work)
     done_work = sum(w.work for w in known)
     spent = sum(map(seconds_of, lines))
     last = max((w.ended for w in known), default=None)
-    left = len(plan.digests) - len(own)
-    at_it = computing(folder, plan, records, now)
+    left = len(manifest.digests) - len(own)
+    at_it = computing(folder, manifest, records, now)
     return Progress(
-        cases=len(plan.digests),
+        cases=len(manifest.digests),
         done=len(done),
         failed=len(own) - len(done),
         left=left,

@@ -33,14 +33,14 @@ def prepare(design: Design, folder: Path) -> None:
         keeps the campaign stopped
     """
     refuse_stop_file(folder)
-    plan = design.plan()
+    manifest = design.manifest()
     if (folder / NAME).exists():
         old = read_manifest(folder)
-        check_same(old, plan, folder)
-        if old == plan and is_sealed(folder):
+        check_same(old, manifest, folder)
+        if old == manifest and is_sealed(folder):
             return
     check_steps(design)
-    write_manifest(folder, plan)
+    write_manifest(folder, manifest)
 
 
 def check_steps(design: Design) -> None:

@@ -71,7 +71,7 @@ def design(cases: int, detail: str, samples: int) -> Design:
 
 def begin(folder: Path, many: Design, results: list[Result]) -> float:
     """Journal a record for every case; return the seconds an append took."""
-    plan = many.plan()
+    plan = many.manifest()
     write_manifest(folder, plan)
     journals = [Journal(folder, 1, rank) for rank in range(JOURNALS)]
     start = time.perf_counter()
