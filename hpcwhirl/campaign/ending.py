@@ -12,7 +12,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
-from typing import NamedTuple
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
@@ -52,8 +51,8 @@ class Ending:
 
     complete: bool
     cases: int
-    failed: int
-    results: Path | None
+    failed: int = 0
+    results: Path | None = None
     reason: str = ""
     gave_up: bool = False
     left: int = 0
@@ -71,13 +70,10 @@ def conclude(
     """
     cases, found = len(design.scenes), None
     if comm.rank == 0 and len(work.mine) < cases:
-        found = _unfinished(design.digests, folder, work.mine)
-    found = comm.bcast(found, root=0)
-    if found is not None and found.left:
-        return Ending(
-            complete=True, cases=cases, failed=found.failed, results=None,
-            left=found.left, missing=found.missing,
-        )  # fmt: skip
+        found = _ending_of(work.mine, design.digests, folder)
+    of_shard: Ending | None = comm.bcast(found, root=0)
+    if of_shard is not None and of_shard.left:
+        return of_shard
     try:
         facts, asking = facts_of(design, comm), asking_of(stopping)
         results = gather(folder, facts, comm, asking=asking)
@@ -104,29 +100,20 @@ def _forget_the_dead(folder: Path) -> None:
 
 
 def _stopped(cases: int, error: Exception) -> Ending:
-    return Ending(
-        complete=False, cases=cases, failed=0, results=None, reason=str(error)
-    )
+    return Ending(complete=False, cases=cases, reason=str(error))
 
 
-class _Unfinished(NamedTuple):
-    """Cases of a shard without a result; of others, and of this one, without a row."""
-
-    failed: int
-    left: int
-    missing: int
-
-
-def _unfinished(
-    digests: Sequence[str], folder: Path, mine: Collection[int]
-) -> _Unfinished:
-    """Return what is found once the cases `mine` have ended."""
+def _ending_of(mine: Collection[int], digests: Sequence[str], folder: Path) -> Ending:
+    """Return how a shard ended: its cases without a result, and what others leave."""
     ended = scan(folder, lambda record: record["status"])
     of_case = [ended.get(name) for name in digests]
     none = {case for case, status in enumerate(of_case) if status is None}
     failed = sum(of_case[case] != "ok" for case in mine)
-    missing = none.intersection(mine)
-    return _Unfinished(failed, len(none - missing), len(missing))
+    missing = len(none.intersection(mine))
+    return Ending(
+        complete=True, cases=len(digests), failed=failed, left=len(none) - missing,
+        missing=missing,
+    )  # fmt: skip
 
 
 def _as_text(given: str) -> str:

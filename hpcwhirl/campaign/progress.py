@@ -12,7 +12,7 @@ from typing import Any
 
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
-from hpcwhirl.store.journal import Record, next_run, read_journals, read_records
+from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
@@ -191,11 +191,11 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     """
     now = time.time() if now is None else now
     manifest, journals = read_manifest(folder), read_journals(folder)
-    records = read_records(folder)
+    lines = [record for journal in journals.values() for record in journal]
+    records = newest(folder, lines)
     own = [records[d] for d in manifest.digests if d in records]
     done = [r for r in own if r["status"] == "ok"]
     work = predicted_work(manifest)
-    lines = [r for journal in journals.values() for r in journal if "digest" in r]
     workers = [worker_of(journal, work) for journal in journals.values()]
     known = [w for w in workers if w is not None]
     at_work = active(known, max(map(seconds_of, lines), default=0.0))

@@ -74,10 +74,10 @@ def run_campaign(
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, work, stopping)
         reasons = comm.allgather(stopping.reason)
+    reason = next(filter(None, reasons), "")
     return Ending(
-        complete=False, cases=len(design.scenes), failed=0, results=None,
-        reason=next(filter(None, reasons), ""), gave_up=gave_up,
-    )  # fmt: skip
+        complete=False, cases=len(design.scenes), reason=reason, gave_up=gave_up
+    )
 
 
 @contextmanager

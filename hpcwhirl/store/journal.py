@@ -216,6 +216,12 @@ def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
                 yield path, start, record
 
 
+def newest(folder: Path, records: Iterable[Record]) -> dict[str, Record]:
+    """Return {case digest: the last of its records whose traces are all there}."""
+    sizes: dict[str, int] = {}
+    return {r["digest"]: r for r in records if _has_traces(folder, r, sizes)}
+
+
 def _has_traces(folder: Path, record: Record, sizes: dict[str, int]) -> bool:
     """Return whether the file of a record's traces, if any, is long enough for them."""
     block = record.get("traces")
