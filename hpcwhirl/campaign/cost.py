@@ -30,9 +30,10 @@ def predicted(design: Design, case: int) -> tuple[float, float]:
     """Return steps and seconds of a case that runs to its end; 0 without a model."""
     try:
         resolved = design.resolved(case)
-        return resolved.steps, resolved.cost
+        known = resolved.steps, resolved.cost
     except WhirlError:  # it will fail as a row
         return 0.0, 0.0
+    return known
 
 
 class Costs:
