@@ -113,7 +113,7 @@ def survives(place, design, kills, sizes, seed, bound):
     and another one is begun, until there have been so many kills.
     """
     end_of_test, chance = time.monotonic() + bound, random.Random(seed)
-    expected, cases, ranks = undisturbed(design, place), len(design.cases), 1
+    expected, cases, ranks = undisturbed(design, place), len(design.scenes), 1
     victims = list(itertools.islice(itertools.cycle([None, 1, 0]), kills))
     for number in itertools.count():
         if not victims:
