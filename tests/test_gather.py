@@ -18,6 +18,7 @@ from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 import hpcwhirl
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store import blocks
 from hpcwhirl.store.blocks import ranges
 from hpcwhirl.store.gather import gather, has_mpi_io
@@ -25,7 +26,7 @@ from hpcwhirl.store.journal import read_records, read_traces
 from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.runs import write_run
-from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
+from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TEXT, TRACES, dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]
 INCOMPLETE = "2 of 5 cases have no result: 1 failed, 1 missing"

@@ -1,7 +1,7 @@
 """Names for motion: regime and whirl, from numbers that are stored beside them.
 
-`evidence` turns a history into numbers; `name_regime` turns those numbers into words
-and sees nothing else, so that words can be given anew without integrating.
+`evidence` turns a history into numbers; the rules of `scene.words` turn those numbers
+into words and see nothing else, so that words can be given anew without integrating.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.analysis.rules import words_by_table
+from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
@@ -229,90 +230,12 @@ def ledger_error(history: History) -> float:
 def name_regime(
     numbers: Mapping[str, Value], limits: Thresholds
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl).
-
-    - `unstable`: not finite, no solution of the contact problem, gaps that are not
-      those of the bodies, a ledger that does not close, a step at or above the limit,
-      or an energy below zero, which a stable scheme does not have; no regime and no
-      whirl.
-    - `damped`: a certificate that no contact can recur; or no contact in the window
-      and the energy, significantly, and every part falling; or at rest.
-    - `divergent`: contact in the window, beyond the amplitude limit or grown by `rise`
-      over the window, significantly, still so in its last quarter, the rotor too, to
-      the highest of the run; and fed by rotation and friction meanwhile.
-    - `sustained`: fed by contact what is lost, to `replaced` of it, the energy turned
-      over `turnover` times, and no change of the energy, the rotor or the centre beyond
-      `drift`, or `unclear` where it is not significant.
-    - `undecided`: anything else, such as falling while still touching; and whatever
-      is loaded by the pulse within the window.
+    """Return (outcome, regime, whirl) by the rules of `scene.words`.
 
     Parameters
     ----------
     numbers : of `evidence`, and `stop`
     limits : thresholds
     """
-    stop = str(numbers["stop"])
-    broken = float(numbers["ledger_error"]) > limits.ledger
-    broken = broken or float(numbers["gap_error"]) > limits.opening
-    broken = broken or float(numbers["step_share"]) >= 1.0
-    if stop in {"nonfinite", "complementarity"} or broken:
-        return "unstable", "none", "none"
-    outcome = "stopped" if stop == "amplitude" else "completed"
-    return outcome, _regime(numbers, limits), _whirl(numbers, limits)
-
-
-def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
-    value = {name: float(of) for name, of in numbers.items() if not isinstance(of, str)}
-    if value["end_time"] - value["window"] < value["load_end"]:
-        return "undecided"
-    if value["certificate"] >= 0.0 or value["late_energy"] == 0.0:
-        return "damped"
-    clear = abs(value["growth_rate"]) > limits.significance * value["growth_error"]
-    if not value["late_contacts"]:
-        falling = value["growth_rate"] < 0.0
-        falling = falling and all(rate <= 0.0 for rate in _parts(value, limits))
-        return "damped" if clear and falling else "undecided"
-    far = numbers["stop"] == "amplitude"
-    if value["late_fed"] > 0.0 and (far or (clear and _diverges(value, limits))):
-        return "divergent"
-    most = limits.drift if clear else limits.unclear
-    return "sustained" if _is_kept_up(value, limits, most) else "undecided"
-
-
-def _parts(
-    value: Mapping[str, float], limits: Thresholds
-) -> tuple[float, float, float]:
-    """Return the growth of rotor, casing and centre, 0 of a centre that is at rest.
-
-    Where all sectors move alike, round-off is all that moves it.
-    """
-    rest = value["orbit_radius"] < limits.whirl_floor * value["gap_scale"]
-    centre = 0.0 if rest else value["growth_centre"]
-    return value["growth_rotor"], value["growth_casing"], centre
-
-
-def _diverges(value: Mapping[str, float], limits: Thresholds) -> bool:
-    """Return whether the whole and the rotor rise, go on to, and are at their top."""
-    window, rate = value["window"], value["growth_rate"]
-    rising = min(rate, value["growth_rotor"]) * window > limits.rise
-    onward = value["growth_last"] >= limits.onward * rate
-    return rising and onward and value["summit"] > limits.above
-
-
-def _is_kept_up(value: Mapping[str, float], limits: Thresholds, most: float) -> bool:
-    """Return whether a motion that changes by at most `most` is fed what it loses."""
-    rotor, _, centre = _parts(value, limits)
-    rates = value["growth_rate"], rotor, centre
-    change = max(abs(rate) for rate in rates) * value["window"]
-    lost = value["late_lost"]
-    turned_over = lost >= limits.turnover * value["late_energy"]
-    fed = value["late_fed"]
-    kept_up = min(fed, lost) >= limits.replaced * max(fed, lost)
-    return change <= most and turned_over and kept_up
-
-
-def _whirl(numbers: Mapping[str, Value], limits: Thresholds) -> str:
-    floor = limits.whirl_floor * float(numbers["gap_scale"])
-    if float(numbers["orbit_radius"]) < floor:
-        return "none"
-    return name_whirl(float(numbers["whirl_ratio"]), limits.direction)
+    outcome, regime, whirl = words_by_table(numbers, asdict(limits))
+    return str(outcome), str(regime), str(whirl)

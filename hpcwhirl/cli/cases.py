@@ -83,10 +83,10 @@ def run(args: argparse.Namespace) -> int:
 def source_of(data: xarray.Dataset) -> Source:
     """Return the columns of a file, and `case` and `word`, for conditions."""
     from hpcwhirl.errors import InputError, nearest
-    from hpcwhirl.report.palette import WORDS, words_of
+    from hpcwhirl.report.palette import words_of
+    from hpcwhirl.scene.words import ENUMS, SHOWN
     from hpcwhirl.store.query import Source
     from hpcwhirl.store.reader import words
-    from hpcwhirl.store.schema import ENUMS
     from hpcwhirl.store.select import variable_of
 
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
@@ -107,7 +107,7 @@ def source_of(data: xarray.Dataset) -> Source:
         return words_of(*(words(data[n]) for n in ("status", "outcome", "regime")))
 
     allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
-    return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])
+    return Source(variable, column, allowed | {WORD: tuple(SHOWN)}, data.sizes["case"])
 
 
 def _chosen(

@@ -12,8 +12,8 @@ import numpy as np
 
 from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
 from hpcwhirl.report.colours import Colours
-from hpcwhirl.report.palette import WHIRLS
 from hpcwhirl.report.picture import RPM, Picture, Wish
+from hpcwhirl.scene.words import WHIRLS
 from hpcwhirl.store.select import told
 
 if TYPE_CHECKING:
@@ -124,7 +124,16 @@ def _whirl_keys(found: set[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     return [
-        Line2D([], [], marker=m, c="black", ls="", mfc="white", ms=4.5, label=w)
-        for w, m in WHIRLS.items()
-        if m and w in found
+        Line2D(
+            [],
+            [],
+            marker=look.marker,
+            c="black",
+            ls="",
+            mfc="white",
+            ms=4.5,
+            label=word,
+        )
+        for word, look in WHIRLS.items()
+        if word in found - {"none"}
     ]

@@ -9,8 +9,8 @@ import numpy as np
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 
@@ -34,7 +34,7 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
         label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
-        shown = WORDS[shown_word(row)]
+        shown = SHOWN[shown_word(row)]
         upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
                    mec=shown.stroke, ms=5)  # fmt: skip
     upper.axhline(0.0, c="grey", lw=0.6)

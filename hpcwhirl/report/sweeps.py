@@ -14,7 +14,7 @@ from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
 from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.report.palette import SEQUENTIAL, WORDS, word_of
+from hpcwhirl.report.palette import SEQUENTIAL, word_of
 from hpcwhirl.report.ranges import (
     centre_top,
     highest_order,
@@ -22,6 +22,7 @@ from hpcwhirl.report.ranges import (
     rotating_top,
     wave_limits,
 )
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]
@@ -189,7 +190,7 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
 
 def colour_of(row: dict[str, Any]) -> str:
     """Return the colour of a row's word, dark enough for a dot."""
-    return WORDS[shown_word(row)].stroke
+    return SHOWN[shown_word(row)].stroke
 
 
 def shown_word(row: dict[str, Any]) -> str:
@@ -206,7 +207,7 @@ def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
         Line2D(
             [], [], marker="o", ls="", mfc=look.colour, mec=look.stroke, label=look.told
         )
-        for word, look in WORDS.items()
+        for word, look in SHOWN.items()
         if word in found
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
@@ -238,7 +239,7 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     axes.set_ylim(limits)
     _crossings(axes, table, k, span, orders)
     for i, case in enumerate(line):
-        fill = WORDS[shown_word(cases.rows[case])].colour
+        fill = SHOWN[shown_word(cases.rows[case])].colour
         strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
     strip.set_xlim(span)
     strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")

@@ -12,11 +12,12 @@ from typing import Any
 import h5py
 import numpy as np
 
+from hpcwhirl.errors import StoreError
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import (
-    ENUMS,
     FORMAT,
     PERFORMANCE,
     ROW,
@@ -77,9 +78,31 @@ def _define_table(
         data.attrs["units"] = np.bytes_(variable.unit)
         data.attrs["long_name"] = np.bytes_(variable.meaning)
         if variable.kind == "enum":
-            data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
-            data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+            mark_words(data, name)
         data.dims[0].attach_scale(axis)
+
+
+def mark_words(data: h5py.Dataset, name: str) -> None:
+    """Say in the file what the codes of a variable of words mean."""
+    data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
+    data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+
+
+def write_words(data: h5py.Dataset, words: list[str]) -> None:
+    """Write the words of all cases with what their codes mean, which may have changed.
+
+    Raises
+    ------
+    StoreError
+        where this version has no such word
+    """
+    name = data.name.lstrip("/")
+    alien = set(words) - {*ENUMS[name]}
+    if alien:
+        msg = f"{name} has the word {min(alien)}, which this version does not know"
+        raise StoreError(msg)
+    data[:] = [ENUMS[name].index(word) for word in words]
+    mark_words(data, name)
 
 
 def define(

@@ -7,15 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hpcwhirl.errors import unknown
+from hpcwhirl.scene.words import ENUMS
 
 FORMAT = 4
-ENUMS = {
-    "status": ("ok", "failed", "missing", "timeout", "crashed"),
-    "outcome": ("none", "completed", "stopped", "unstable"),
-    "regime": ("none", "damped", "sustained", "divergent", "undecided"),
-    "whirl": ("none", "forward", "backward", "mixed"),
-    "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
-}
 TEXT = {"scheme": 16, "message": 240, "host": 64, "worker_host": 64}  # bytes
 
 

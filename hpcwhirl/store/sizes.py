@@ -11,13 +11,14 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
-from hpcwhirl.store.schema import ENUMS, ROW, TRACES
+from hpcwhirl.store.schema import ROW, TRACES
 
 DETAIL = "output.traces"
 MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`

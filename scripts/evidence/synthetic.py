@@ -14,10 +14,11 @@ import numpy as np
 
 from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.files import resolve
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra, variable_name
 from hpcwhirl.store.manifest import Manifest, write_manifest
-from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, dtype, missing
+from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, dtype, missing
 
 INTERVAL = 5e-3  # s between samples of made-up orbits
 KEPT = ("centre", "energy", "impulse", "fed", "rubbed", "lost")

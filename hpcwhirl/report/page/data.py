@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.report import palette
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
+from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.excerpt import Excerpt
 from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS
@@ -65,8 +65,8 @@ def told_of(excerpt: Excerpt) -> Told:
         "messages": {i: m for i, m in enumerate(excerpt.columns["message"]) if m},
         "rules": rules.as_data(),
         "thresholds": _thresholds(excerpt),
-        "looks": {n: asdict(look) for n, look in palette.WORDS.items()},
-        "whirls": {n: asdict(look) for n, look in palette.WHIRL_LOOKS.items()},
+        "looks": {n: asdict(look) for n, look in SHOWN.items()},
+        "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
         **_commands(excerpt),
     }  # fmt: skip
