@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.cli.options import OR_FILE, print_json
+from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -163,9 +164,8 @@ def _tell_columns(data: xarray.Dataset) -> None:
     print(f"{WORD}: the regime, or unstable, failed, missing")
     for name, variable in data.variables.items():
         if variable.dims == ("case",):
-            unit = _unit(data, str(name))
             told = variable.attrs.get("long_name", "")
-            print(f"{name}{f', {unit}' if unit else ''}: {told}")
+            print(f"{with_unit(str(name), _unit(data, str(name)))}: {told}")
 
 
 def _print_csv(columns: Columns, units: Mapping[str, str]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.palette import DIVERGING, SEQUENTIAL
+from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.select import variable_of
@@ -115,8 +116,7 @@ def _numbers(data: xarray.Dataset, name: str) -> tuple[Floats, str]:
     units = [str(data[part].attrs.get("units", "")) for part in parts]
     plain = [part.replace("_", " ") for part in parts]
     if len(parts) == 1:
-        unit = "" if units[0] in {"", "1"} else f", {units[0]}"
-        return values[0], plain[0] + unit
+        return values[0], with_unit(plain[0], units[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = values[0] / values[1]
     unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"

@@ -9,7 +9,9 @@ import numpy as np
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.model import model_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
@@ -38,7 +40,8 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
         upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
                    mec=shown.stroke, ms=5)  # fmt: skip
     upper.axhline(0.0, c="grey", lw=0.6)
-    upper.set_ylabel("growth of ln amplitude, 1/s\n(dots: measured in the window)")
+    unit = ROW["growth_rate"].unit
+    upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
     upper.set_title(f"Growth, {heading(cases, line)}")
     upper.legend(fontsize=8, title=f"roots below {SLOW / 2 / np.pi:g} Hz")
     _feeding(lower, rows)
@@ -66,5 +69,5 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     axes.axhline(1.0, c="grey", lw=0.6, ls="--")
     axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
-    axes.set(xlabel="Ω, rad/s", ylabel="fed over lost, in the window")
+    axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
     axes.legend(fontsize=8)

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import resolve
+from hpcwhirl.scene.quantities import ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file, words_in
-from hpcwhirl.store.schema import ROW, STATUS, TRACES
 
 WHOLE = 1e-6  # of an interval: a sample so near the end is there
 Traces = dict[str, NDArray[np.float64]]

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.cases import WHOLE
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file, words_in
-from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TRACES
 
 Traces = dict[str, NDArray[np.float64]]
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.atomic import replacing
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.layout import write_words
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file, words_in
-from hpcwhirl.store.schema import ROW
 
 WORDS = ("outcome", "regime", "whirl")
 Word = tuple[str, str, str]  # of one case

@@ -14,12 +14,10 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
+from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.excerpt import Excerpt
-from hpcwhirl.store.layout import variable_name
-from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS
 
-UNITS = ("m", "s", "N", "Pa", "rad/s", "N/m", "kg/m^3", "1/s")
 FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
@@ -83,14 +81,6 @@ def _inputs(excerpt: Excerpt) -> list[dict[str, Any]]:
     ]
 
 
-def _unit(name: str) -> str:
-    row = ROW.get(variable_name(name))
-    if row is not None:
-        return row.unit
-    last = input_names().get(name, "").rpartition(", ")[2]
-    return last if last in UNITS else "1"
-
-
 def _given(excerpt: Excerpt, name: str) -> list[Any]:
     """Return a swept input's value in every case."""
     plan = excerpt.plan
@@ -111,7 +101,7 @@ def _swept(excerpt: Excerpt, name: str) -> dict[str, Any]:
     return {
         "name": name,
         "variable": variable_name(name),
-        "unit": _unit(name),
+        "unit": INPUTS[name].unit,
         "levels": levels,
         "set": [setting(name, value) for value in levels],
     }
