@@ -24,6 +24,12 @@ def test_a_quantity_is_shown_by_symbol_and_unit(name, axis, told):
     assert labels.value_of(name, 410.0) == told
 
 
+def test_an_axis_of_an_input_has_its_name_and_symbol():
+    names = ("speed", "casing_damping", "gap", "casing_thickness")
+    told = ["speed Ω", "casing damping ξ", "gap", "casing thickness"]
+    assert [labels.name_of(name) for name in names] == told
+
+
 def test_a_value_may_have_another_unit_and_a_long_text_is_cut():
     assert labels.value_of("speed", 3915.2, "rpm") == "Ω = 3915.2 rpm"
     assert labels.value_of("rotor_mistuning", "x" * 80)[-3:] == "xx…"

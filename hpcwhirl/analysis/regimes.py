@@ -7,7 +7,7 @@ into words and see nothing else, so that words can be given anew without integra
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,39 +25,45 @@ SETTLED = 0.2  # of a run: what was before is not compared with its end
 NOTHING = 1e-280  # J: squares of amplitudes that kernels flush, and denormals
 
 
+def _limit(default: float, meaning: str) -> float:
+    return field(default=default, metadata={"meaning": meaning})
+
+
 @dataclass(frozen=True)
 class Thresholds:
-    """Where one word ends and the next begins; stored with the results.
+    """Where one word ends and the next begins; stored with the results."""
 
-    Attributes
-    ----------
-    ledger : largest ledger error of a run that is not `unstable`, see `ledger_error`
-    opening : largest gap error of such a run, see `History`
-    significance : standard errors at which a growth rate counts as non-zero
-    drift : change of ln(amplitude) over the window that `sustained` may show
-    unclear : the same where it is not significant, as of motions that wander
-    rise : change of ln(amplitude) over the window that `divergent` must show
-    onward : share of that rate that the last quarter of the window must go on with
-    above : least `summit` of a motion that is `divergent`
-    replaced : fed over lost, or lost over fed, from which a steady motion counts as
-        `sustained`
-    turnover : times that its energy must have been lost in the window for that
-    direction : least |P+ - P-|/(P+ + P-) that names a whirl
-    whirl_floor : orbit radius over gap below which there is no whirl
-    """
-
-    ledger: float = 1e-6
-    opening: float = 1e-9
-    significance: float = 3.0
-    drift: float = 0.1
-    unclear: float = 0.3
-    rise: float = 0.4
-    onward: float = 0.5
-    above: float = 0.02
-    replaced: float = 0.8
-    turnover: float = 2.0
-    direction: float = 1.0 / 3.0
-    whirl_floor: float = 1e-6
+    ledger: float = _limit(
+        1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
+    )
+    opening: float = _limit(1e-9, "largest gap error of such a run, see `History`")
+    significance: float = _limit(
+        3.0, "standard errors at which a growth rate counts as non-zero"
+    )
+    drift: float = _limit(
+        0.1, "change of ln(amplitude) over the window that `sustained` may show"
+    )
+    unclear: float = _limit(
+        0.3, "the same where it is not significant, as of motions that wander"
+    )
+    rise: float = _limit(
+        0.4, "change of ln(amplitude) over the window that `divergent` must show"
+    )
+    onward: float = _limit(
+        0.5, "share of that rate that the last quarter of the window must go on with"
+    )
+    above: float = _limit(0.02, "least `summit` of a motion that is `divergent`")
+    replaced: float = _limit(
+        0.8,
+        "fed over lost, or lost over fed, from which a steady motion is `sustained`",
+    )
+    turnover: float = _limit(
+        2.0, "times that its energy must have been lost in the window for that"
+    )
+    direction: float = _limit(1.0 / 3.0, "least |P+ - P-|/(P+ + P-) that names a whirl")
+    whirl_floor: float = _limit(
+        1e-6, "orbit radius over gap below which there is no whirl"
+    )
 
 
 def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:

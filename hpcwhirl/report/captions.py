@@ -120,17 +120,9 @@ def _key(word: str, count: int, colours: Colours, sheet: Sheet) -> Any:
 def _whirl_keys(found: set[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
+    kept = {word: look for word, look in WHIRLS.items() if word in found - {"none"}}
+    look: dict[str, Any] = {"c": "black", "ls": "", "mfc": "white", "ms": 4.5}
     return [
-        Line2D(
-            [],
-            [],
-            marker=look.marker,
-            c="black",
-            ls="",
-            mfc="white",
-            ms=4.5,
-            label=word,
-        )
-        for word, look in WHIRLS.items()
-        if word in found - {"none"}
+        Line2D([], [], marker=of.marker, label=word, **look)
+        for word, of in kept.items()
     ]

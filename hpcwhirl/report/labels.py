@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from hpcwhirl.scene.quantities import AXES, ROW, TRACES
+from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES, variable_name
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.store.select import told
 
 KNOWN = AXES | TRACES | ROW
+NAMED = {variable_name(name): told for name, told in INPUTS.items()} | KNOWN
 
 
 def name_of(name: str) -> str:
     """Return a name with blanks and, if it has one, the symbol."""
-    symbol = KNOWN[name].symbol if name in KNOWN else ""
+    symbol = NAMED[name].symbol if name in NAMED else ""
     return f"{name.replace('_', ' ')} {symbol}".strip()
 
 

@@ -124,30 +124,15 @@ def _commands(excerpt: Excerpt) -> dict[str, Any]:
 
 def _thresholds(excerpt: Excerpt) -> list[dict[str, Any]]:
     """Return each threshold as stored beside the words, and as it is by default."""
-    meanings = _meanings()
     return [
         {
             "name": field.name,
             "value": excerpt.facts.get(f"threshold_{field.name}", field.default),
             "default": field.default,
-            "meaning": meanings[field.name],
+            "meaning": field.metadata["meaning"],
         }
         for field in fields(Thresholds)
     ]
-
-
-def _meanings() -> dict[str, str]:
-    """Return {threshold: meaning} as the docstring of `Thresholds` tells it."""
-    found: dict[str, str] = {}
-    last = ""
-    known = {field.name for field in fields(Thresholds)}
-    for line in (Thresholds.__doc__ or "").splitlines():
-        name, sign, text = line.strip().partition(" : ")
-        if sign and name in known:
-            last, found[name] = name, text
-        elif last and line.strip():
-            found[last] += f" {line.strip()}"
-    return found
 
 
 def _columns(
