@@ -1,18 +1,28 @@
 """Campaigns of made-up cases that touch every word: nothing is integrated."""
 
+from dataclasses import asdict
+
 import numpy as np
 
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
+from hpcwhirl.analysis.rules import first_words
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.words import RULES
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.manifest import write_manifest
-from hpcwhirl.store.schema import ROW
 
 INTERVAL = 2e-4  # s
 WHERE = {"rank": 0, "host": "node", "seconds": 0.5, "microseconds_per_step": 1.0}
 STOPS = (*["end"] * 12, "amplitude", "nonfinite", "complementarity")
+
+
+def whirl_word(ratio):
+    """Return the word of a whirl ratio where the centre moves."""
+    moving = {"orbit_radius": 1.0, "whirl_ratio": ratio, "gap_scale": 1.0}
+    return str(first_words(RULES["whirl"], moving | asdict(Thresholds())))
 
 
 def near(random, limit):
@@ -56,7 +66,7 @@ def evidence(random):
 
 
 def row(random, scene, samples):
-    kinds = {"f8": 0.0, "i8": 0, "text": "modal"}
+    kinds = {"f8": 0.0, "i8": 0, "S16": "modal"}
     made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
     made |= evidence(random)
     inputs = ("speed", "gap", "friction", "nodal_diameter", "duration")

@@ -2,22 +2,23 @@
 
 import numpy as np
 
+from hpcwhirl.scene.quantities import ROW, TRACES
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.manifest import Manifest, write_manifest
-from hpcwhirl.store.schema import ENUMS, ROW, TEXT, TRACES
 
 SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
 SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result
 FAILED, MISSING = 1, 3
 BLADES = {0: 22, 2: 12, 4: 22}
 HARMONICS = {0: 9, 2: 21, 4: 21}
-MESSAGE = "x" * (TEXT["message"] - 1) + "µ, and more than there is room for"
+MESSAGE = "x" * 239 + "µ, and more than there is room for"  # 240 bytes
 BASE = {"speed": 1.0, "gap": 1e-4, "nodal_diameter": 2, "direction": "squeeze",
         "solver.time_step": 2e-6, "solver.scheme": "modal"}  # fmt: skip
 
 
 def row(case, interval):
-    kinds = {"f8": 0.1 * case + 1 / 3, "i8": case, "text": "modal"}
+    kinds = {"f8": 0.1 * case + 1 / 3, "i8": case, "S16": "modal"}
     made = {n: kinds.get(v.kind) for n, v in ROW.items()}
     made |= {n: ENUMS[n][case % len(ENUMS[n])] for n in ROW if n in ENUMS}
     return made | {"speed": SPEEDS[case], "sample_interval": interval}
@@ -26,10 +27,10 @@ def row(case, interval):
 def traces(case, interval):
     random, n = np.random.default_rng(case), SAMPLES[case]
     made = {"time": (1 + np.arange(n)) * interval}
-    for name, (further, _, _) in TRACES.items():
+    for name, told in TRACES.items():
         sizes = {"blade": BLADES[case], "xy": 2, "component": 2, "phase": 2}
         sizes["harmonic"] = HARMONICS[case]
-        made[name] = random.normal(size=(n, *(sizes[axis] for axis in further)))
+        made[name] = random.normal(size=(n, *(sizes[axis] for axis in told.axes)))
     return made
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from made_up import whirl_word
 
 from hpcwhirl import simulate
 from hpcwhirl.analysis.cascade import after_revolutions, cascade
@@ -17,7 +18,7 @@ from hpcwhirl.analysis.stability import (
     growth_of_diameter,
     sprung_roots,
 )
-from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -198,7 +199,7 @@ def test_mirrored_runs_have_mirrored_motion_and_one_name():
         scene = apply_settings(SCENE, SHORT | {"speed": speed, "duration": 0.1})
         traces = simulate(scene).traces
         numbers = whirl_numbers(traces["time"], traces["centre"], speed)
-        words.append(name_whirl(numbers.ratio, 1 / 3))
+        words.append(whirl_word(numbers.ratio))
         z = traces["centre"][:400] @ [1, 1j]
         spectra.append(full_spectrum(z, INTERVAL)[1])
     assert words[0] == words[1]
@@ -236,7 +237,7 @@ def test_an_orbit_of_unequal_lines_is_named_by_the_stronger_and_an_offset_by_non
         orbit = 5e-3 + 1e-4 * lines
         centre = np.column_stack([orbit.real, orbit.imag])
         numbers = whirl_numbers(time, centre, 300.0)
-        word = name_whirl(numbers.ratio, 1 / 3)
+        word = whirl_word(numbers.ratio)
         assert word == ("forward" if sense > 0 else "backward")
         turned = static_frame(centre, -300.0 * time)  # and back: nothing is lost
         assert static_frame(turned, 300.0 * time) == pytest.approx(centre, abs=1e-15)

@@ -125,7 +125,7 @@ def test_rows_are_sorted_and_chosen(folder, data, capsys):
     assert rates[:10] == known
     rows = rows_of(capsys, folder, "--at", "speed=400", "--columns", "contacts,stop")
     assert list(rows[0]) == [
-        "case", "speed [rad/s]", "gap [m]", "casing_thickness", "contacts", "stop",
+        "case", "speed [rad/s]", "gap [m]", "casing_thickness [m]", "contacts", "stop",
     ]  # fmt: skip
     assert [int(r["case"]) for r in rows] == np.flatnonzero(data.speed == 400).tolist()
 

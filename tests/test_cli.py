@@ -73,7 +73,7 @@ WRONG = [
     ("map text", "text/results.h5 HDF5"),
     ("classify alien", "alien/results.h5 format"),
     ("map alien", "alien/results.h5 format"),
-    ("classify hollow", "hollow/results.h5 speed"),
+    ("classify hollow", "hollow/results.h5 status"),
     ("map hollow", "hollow/results.h5"),
     ("classify whole --set drif=1", "'drif' 'drift'"),
     ("classify whole --set drift=fast", "drift number 'fast'"),

@@ -17,7 +17,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError, WhirlError, one_line, shown
 from hpcwhirl.launch import parse_shard
-from hpcwhirl.scene.files import LEAVES, parse_setting
+from hpcwhirl.scene.files import parse_setting
+from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.store.reader import count_statuses
 
 LONGEST = 2300  # characters of any message

@@ -15,7 +15,7 @@ from hpcwhirl.scene import (
     preset_loss,
     preset_names,
 )
-from hpcwhirl.scene.catalogue import UNITS, catalogue
+from hpcwhirl.scene.catalogue import catalogue
 
 # dotted name: default as it is told, and what its line must say
 TOLD = {
@@ -141,8 +141,9 @@ def test_words_allowed_are_the_words_taken():
 
 def test_units_are_no_part_of_the_meaning():
     facts = catalogue().values()
-    assert {fact.unit for fact in facts} == {"", *UNITS}
-    assert not any(fact.meaning.endswith(tuple(f", {u}" for u in UNITS))
+    units = {fact.unit for fact in facts} - {""}
+    assert len(units) == 8
+    assert not any(fact.meaning.endswith(tuple(f", {u}" for u in units))
                    for fact in facts)  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.report import maps, palette, sheet
 from hpcwhirl.report.cells import NO_CELL
 from hpcwhirl.report.picture import RPM, Wish, picture_of
+from hpcwhirl.scene.words import SHOWN
 
 MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 RANDOM = np.random.default_rng(3)
@@ -116,7 +117,7 @@ def test_every_case_is_drawn_once(made, shape):
     assert sorted(map_.picture.case) == list(range(len(SHAPES[shape])))
     told = " ".join(texts(map_.figure) + legends(map_.figure))
     for word, count in in_file(folder).items():
-        assert f"{palette.WORDS[word].told}: {count}" in told
+        assert f"{SHOWN[word].told}: {count}" in told
 
 
 def legends(figure):

@@ -20,6 +20,7 @@ from hpcwhirl.campaign.work import share
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Shard
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import (
     Journal,
@@ -33,7 +34,6 @@ from hpcwhirl.store.listing import listed
 from hpcwhirl.store.manifest import is_sealed, read_manifest
 from hpcwhirl.store.running import Running, crashes, notes
 from hpcwhirl.store.runs import read_runs, write_run
-from hpcwhirl.store.schema import ENUMS
 
 
 def statuses(folder):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import asdict
 
 import h5py
 import pytest
@@ -23,7 +24,8 @@ from launch import (
 from launch import wait_for as wait
 from specimen import begin
 
-from hpcwhirl.analysis.regimes import Thresholds, name_regime
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.analysis.rules import words_by_table
 from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
@@ -330,9 +332,11 @@ def test_classify_waits_for_what_a_gather_writes(tmp_path, monkeypatch):
     read, ended = gathering.read_block, []
 
     def rename():
-        limits = Thresholds()
+        limits = asdict(Thresholds())
         relabel.relabel(
-            tmp_path / "results.h5", lambda row: name_regime(row, limits), {"rise": 7.0}
+            tmp_path / "results.h5",
+            lambda numbers: words_by_table(numbers, limits),
+            {"rise": 7.0},
         )
         ended.append("classify")
 

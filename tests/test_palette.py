@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.report import palette
-from hpcwhirl.store.schema import ENUMS
+from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS
 
 # Machado, Oliveira, Fernandes, IEEE TVCG 15 (2009), severity 1, on linear RGB
 BLIND = {
@@ -20,8 +20,7 @@ BLIND = {
 }  # fmt: skip
 XYZ = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
                 [0.0193339, 0.1191920, 0.9503041]])  # of linear sRGB, D65  # fmt: skip
-WITHOUT = {n: palette.WORDS[n] for n in ("unstable", "failed", "missing")}
-TABLES = {"regime": palette.WORDS, "whirl": palette.WHIRL_LOOKS | WITHOUT}
+TABLES = {"regime": SHOWN, "whirl": WHIRLS | BAD}
 
 
 def linear(colour):
@@ -61,21 +60,20 @@ def test_words_are_apart_in_grey(table):
 
 
 def test_letters_are_legible_on_their_colour():
-    for word, look in (palette.WORDS | palette.WHIRL_LOOKS).items():
+    for word, look in (SHOWN | WHIRLS).items():
         y, ink = (float(XYZ[1] @ linear(c)) for c in (look.colour, look.ink))
         contrast = (max(y, ink) + 0.05) / (min(y, ink) + 0.05)  # WCAG 2
         assert contrast > 4.5, word
 
 
 def test_every_word_of_a_file_has_one_look():
-    looks = list(palette.WORDS.values())
+    looks = list(SHOWN.values())
     for part in ("colour", "letter", "marker", "told"):
         assert len({getattr(look, part) for look in looks}) == len(looks), part
     triples = list(
         itertools.product(*(ENUMS[n] for n in ("status", "outcome", "regime")))
     )
     one = [palette.word_of(*t) for t in triples]
-    assert set(one) == set(palette.WORDS)
+    assert set(one) == set(SHOWN)
     assert list(palette.words_of(*map(np.array, zip(*triples, strict=True)))) == one
-    assert set(palette.WHIRLS) == set(ENUMS["whirl"])
-    assert palette.as_records()["damped"]["letter"] == "d"
+    assert set(WHIRLS) == set(ENUMS["whirl"])

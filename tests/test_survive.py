@@ -19,7 +19,7 @@ from launch import (
     wait_for,
 )
 
-from hpcwhirl.store.schema import ENUMS
+from hpcwhirl.scene.words import ENUMS
 
 # three long cases of different schemes, which a stop finds on their way
 LONG = """

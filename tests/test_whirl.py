@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from made_up import whirl_word
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.analysis.spectrum import full_spectrum
-from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 
 TIME = np.arange(1, 5001) * 2e-4
 
@@ -13,7 +14,7 @@ TIME = np.arange(1, 5001) * 2e-4
 def named(orbit, speed):
     centre = np.column_stack([orbit.real, orbit.imag])
     numbers = whirl_numbers(TIME, centre, speed)
-    return name_whirl(numbers.ratio, 1 / 3), numbers
+    return whirl_word(numbers.ratio), numbers
 
 
 @pytest.mark.parametrize("speed", [410.0, -410.0, 0.0])

@@ -1,18 +1,19 @@
 """Names for motion: regime and whirl, from numbers that are stored beside them.
 
-`evidence` turns a history into numbers; `name_regime` turns those numbers into words
-and sees nothing else, so that words can be given anew without integrating.
+`evidence` turns a history into numbers; the rules of `scene.words` turn those numbers
+into words and see nothing else, so that words can be given anew without integrating.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.whirl import name_whirl, static_frame, whirl_numbers
+from hpcwhirl.analysis.rules import words_by_table
+from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
@@ -24,39 +25,45 @@ SETTLED = 0.2  # of a run: what was before is not compared with its end
 NOTHING = 1e-280  # J: squares of amplitudes that kernels flush, and denormals
 
 
+def _limit(default: float, meaning: str) -> float:
+    return field(default=default, metadata={"meaning": meaning})
+
+
 @dataclass(frozen=True)
 class Thresholds:
-    """Where one word ends and the next begins; stored with the results.
+    """Where one word ends and the next begins; stored with the results."""
 
-    Attributes
-    ----------
-    ledger : largest ledger error of a run that is not `unstable`, see `ledger_error`
-    opening : largest gap error of such a run, see `History`
-    significance : standard errors at which a growth rate counts as non-zero
-    drift : change of ln(amplitude) over the window that `sustained` may show
-    unclear : the same where it is not significant, as of motions that wander
-    rise : change of ln(amplitude) over the window that `divergent` must show
-    onward : share of that rate that the last quarter of the window must go on with
-    above : least `summit` of a motion that is `divergent`
-    replaced : fed over lost, or lost over fed, from which a steady motion counts as
-        `sustained`
-    turnover : times that its energy must have been lost in the window for that
-    direction : least |P+ - P-|/(P+ + P-) that names a whirl
-    whirl_floor : orbit radius over gap below which there is no whirl
-    """
-
-    ledger: float = 1e-6
-    opening: float = 1e-9
-    significance: float = 3.0
-    drift: float = 0.1
-    unclear: float = 0.3
-    rise: float = 0.4
-    onward: float = 0.5
-    above: float = 0.02
-    replaced: float = 0.8
-    turnover: float = 2.0
-    direction: float = 1.0 / 3.0
-    whirl_floor: float = 1e-6
+    ledger: float = _limit(
+        1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
+    )
+    opening: float = _limit(1e-9, "largest gap error of such a run, see `History`")
+    significance: float = _limit(
+        3.0, "standard errors at which a growth rate counts as non-zero"
+    )
+    drift: float = _limit(
+        0.1, "change of ln(amplitude) over the window that `sustained` may show"
+    )
+    unclear: float = _limit(
+        0.3, "the same where it is not significant, as of motions that wander"
+    )
+    rise: float = _limit(
+        0.4, "change of ln(amplitude) over the window that `divergent` must show"
+    )
+    onward: float = _limit(
+        0.5, "share of that rate that the last quarter of the window must go on with"
+    )
+    above: float = _limit(0.02, "least `summit` of a motion that is `divergent`")
+    replaced: float = _limit(
+        0.8,
+        "fed over lost, or lost over fed, from which a steady motion is `sustained`",
+    )
+    turnover: float = _limit(
+        2.0, "times that its energy must have been lost in the window for that"
+    )
+    direction: float = _limit(1.0 / 3.0, "least |P+ - P-|/(P+ + P-) that names a whirl")
+    whirl_floor: float = _limit(
+        1e-6, "orbit radius over gap below which there is no whirl"
+    )
 
 
 def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
@@ -229,90 +236,12 @@ def ledger_error(history: History) -> float:
 def name_regime(
     numbers: Mapping[str, Value], limits: Thresholds
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl).
-
-    - `unstable`: not finite, no solution of the contact problem, gaps that are not
-      those of the bodies, a ledger that does not close, a step at or above the limit,
-      or an energy below zero, which a stable scheme does not have; no regime and no
-      whirl.
-    - `damped`: a certificate that no contact can recur; or no contact in the window
-      and the energy, significantly, and every part falling; or at rest.
-    - `divergent`: contact in the window, beyond the amplitude limit or grown by `rise`
-      over the window, significantly, still so in its last quarter, the rotor too, to
-      the highest of the run; and fed by rotation and friction meanwhile.
-    - `sustained`: fed by contact what is lost, to `replaced` of it, the energy turned
-      over `turnover` times, and no change of the energy, the rotor or the centre beyond
-      `drift`, or `unclear` where it is not significant.
-    - `undecided`: anything else, such as falling while still touching; and whatever
-      is loaded by the pulse within the window.
+    """Return (outcome, regime, whirl) by the rules of `scene.words`.
 
     Parameters
     ----------
     numbers : of `evidence`, and `stop`
     limits : thresholds
     """
-    stop = str(numbers["stop"])
-    broken = float(numbers["ledger_error"]) > limits.ledger
-    broken = broken or float(numbers["gap_error"]) > limits.opening
-    broken = broken or float(numbers["step_share"]) >= 1.0
-    if stop in {"nonfinite", "complementarity"} or broken:
-        return "unstable", "none", "none"
-    outcome = "stopped" if stop == "amplitude" else "completed"
-    return outcome, _regime(numbers, limits), _whirl(numbers, limits)
-
-
-def _regime(numbers: Mapping[str, Value], limits: Thresholds) -> str:
-    value = {name: float(of) for name, of in numbers.items() if not isinstance(of, str)}
-    if value["end_time"] - value["window"] < value["load_end"]:
-        return "undecided"
-    if value["certificate"] >= 0.0 or value["late_energy"] == 0.0:
-        return "damped"
-    clear = abs(value["growth_rate"]) > limits.significance * value["growth_error"]
-    if not value["late_contacts"]:
-        falling = value["growth_rate"] < 0.0
-        falling = falling and all(rate <= 0.0 for rate in _parts(value, limits))
-        return "damped" if clear and falling else "undecided"
-    far = numbers["stop"] == "amplitude"
-    if value["late_fed"] > 0.0 and (far or (clear and _diverges(value, limits))):
-        return "divergent"
-    most = limits.drift if clear else limits.unclear
-    return "sustained" if _is_kept_up(value, limits, most) else "undecided"
-
-
-def _parts(
-    value: Mapping[str, float], limits: Thresholds
-) -> tuple[float, float, float]:
-    """Return the growth of rotor, casing and centre, 0 of a centre that is at rest.
-
-    Where all sectors move alike, round-off is all that moves it.
-    """
-    rest = value["orbit_radius"] < limits.whirl_floor * value["gap_scale"]
-    centre = 0.0 if rest else value["growth_centre"]
-    return value["growth_rotor"], value["growth_casing"], centre
-
-
-def _diverges(value: Mapping[str, float], limits: Thresholds) -> bool:
-    """Return whether the whole and the rotor rise, go on to, and are at their top."""
-    window, rate = value["window"], value["growth_rate"]
-    rising = min(rate, value["growth_rotor"]) * window > limits.rise
-    onward = value["growth_last"] >= limits.onward * rate
-    return rising and onward and value["summit"] > limits.above
-
-
-def _is_kept_up(value: Mapping[str, float], limits: Thresholds, most: float) -> bool:
-    """Return whether a motion that changes by at most `most` is fed what it loses."""
-    rotor, _, centre = _parts(value, limits)
-    rates = value["growth_rate"], rotor, centre
-    change = max(abs(rate) for rate in rates) * value["window"]
-    lost = value["late_lost"]
-    turned_over = lost >= limits.turnover * value["late_energy"]
-    fed = value["late_fed"]
-    kept_up = min(fed, lost) >= limits.replaced * max(fed, lost)
-    return change <= most and turned_over and kept_up
-
-
-def _whirl(numbers: Mapping[str, Value], limits: Thresholds) -> str:
-    floor = limits.whirl_floor * float(numbers["gap_scale"])
-    if float(numbers["orbit_radius"]) < floor:
-        return "none"
-    return name_whirl(float(numbers["whirl_ratio"]), limits.direction)
+    outcome, regime, whirl = words_by_table(numbers, asdict(limits))
+    return str(outcome), str(regime), str(whirl)

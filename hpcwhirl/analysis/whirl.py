@@ -95,21 +95,3 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
         line=float(sign * omega[np.argmax(power)]),
         radius=radius,
     )
-
-
-def name_whirl(ratio: float, threshold: float) -> str:
-    """Return forward or backward by where the power of the orbit is, or mixed.
-
-    The signed area is no judge: it weighs each line's power with its frequency, so
-    that a small fast line outweighs a large slow one that turns the other way.
-
-    Parameters
-    ----------
-    ratio
-        of `WhirlNumbers`
-    threshold
-        least |ratio| that names a direction
-    """
-    if ratio > threshold:
-        return "forward"
-    return "backward" if ratio < -threshold else "mixed"

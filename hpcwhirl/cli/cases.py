@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.cli.options import OR_FILE, print_json
+from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -83,10 +84,10 @@ def run(args: argparse.Namespace) -> int:
 def source_of(data: xarray.Dataset) -> Source:
     """Return the columns of a file, and `case` and `word`, for conditions."""
     from hpcwhirl.errors import InputError, nearest
-    from hpcwhirl.report.palette import WORDS, words_of
+    from hpcwhirl.report.palette import words_of
+    from hpcwhirl.scene.words import ENUMS, SHOWN
     from hpcwhirl.store.query import Source
     from hpcwhirl.store.reader import words
-    from hpcwhirl.store.schema import ENUMS
     from hpcwhirl.store.select import variable_of
 
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
@@ -107,7 +108,7 @@ def source_of(data: xarray.Dataset) -> Source:
         return words_of(*(words(data[n]) for n in ("status", "outcome", "regime")))
 
     allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
-    return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])
+    return Source(variable, column, allowed | {WORD: tuple(SHOWN)}, data.sizes["case"])
 
 
 def _chosen(
@@ -163,9 +164,8 @@ def _tell_columns(data: xarray.Dataset) -> None:
     print(f"{WORD}: the regime, or unstable, failed, missing")
     for name, variable in data.variables.items():
         if variable.dims == ("case",):
-            unit = _unit(data, str(name))
             told = variable.attrs.get("long_name", "")
-            print(f"{name}{f', {unit}' if unit else ''}: {told}")
+            print(f"{with_unit(str(name), _unit(data, str(name)))}: {told}")
 
 
 def _print_csv(columns: Columns, units: Mapping[str, str]) -> None:

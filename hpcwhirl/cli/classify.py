@@ -9,7 +9,8 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.analysis.regimes import Thresholds, name_regime
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.analysis.rules import words_by_table
 from hpcwhirl.cli.options import add_json, print_json
 from hpcwhirl.errors import InputError, unknown
 
@@ -54,7 +55,9 @@ def run(args: argparse.Namespace) -> int:
     limits = thresholds_of(args.settings)
     path, words = args.folder / "results.h5", asdict(limits)
     asking = Asking(say=say)
-    changes = relabel(path, lambda row: name_regime(row, limits), words, asking)
+    changes = relabel(
+        path, lambda numbers: words_by_table(numbers, words), words, asking
+    )
     moved = Counter(f"{old[1]} -> {new[1]}" for old, new in changes if old[1] != new[1])
     turned = Counter(
         f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2]

@@ -140,7 +140,7 @@ def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from hpcwhirl.store.schema import ROW
+    from hpcwhirl.scene.quantities import ROW
 
     console = Console()
     words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
@@ -156,11 +156,10 @@ def _show(facts: dict[str, Any]) -> None:
         "contact_impulse", "last_contact", "orbit_radius", "centre_peak",
         "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
     ):  # fmt: skip
-        unit = ROW[name].unit
-        label = name if unit == "1" else f"{name}, {unit}"
-        table.add_row(label, f"{facts[name]:.6g}")
+        table.add_row(ROW[name].labelled(name), f"{facts[name]:.6g}")
     for term, value in facts["ledger"].items():
-        table.add_row(f"ledger: {term}, J", f"{value:.6g}")
+        told = ROW[f"{LEDGER}{term}"].labelled(f"ledger: {term}")
+        table.add_row(told, f"{value:.6g}")
     console.print(table)
     if "left_out" in facts:
         print_notes(facts["left_out"])

@@ -11,6 +11,7 @@ from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
+from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.ranges import FAMILIES, MARGIN
 from hpcwhirl.scene import Scene
 
@@ -47,7 +48,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     _marks(axes, table, k, most)
     axes.axvspan(*(np.abs(speeds).min(), np.abs(speeds).max()), color="#EEEEEE", lw=0,
                  zorder=0, label="speeds of the campaign")  # fmt: skip
-    axes.set(xlim=(0.0, most), ylim=(0.0, top), xlabel="Ω, rad/s",
+    axes.set(xlim=(0.0, most), ylim=(0.0, top), xlabel=axis_of("speed"),
              ylabel="frequency, Hz (rotating frame)")  # fmt: skip
     axes.set_title(f"{scene.engine.name}: casing of k = {k}", parse_math=False)
     axes.legend(fontsize=8, loc="upper left")

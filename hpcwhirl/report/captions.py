@@ -12,8 +12,9 @@ import numpy as np
 
 from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
 from hpcwhirl.report.colours import Colours
-from hpcwhirl.report.palette import WHIRLS
+from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import RPM, Picture, Wish
+from hpcwhirl.scene.words import WHIRLS
 from hpcwhirl.store.select import told
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from hpcwhirl.report.sheet import Sheet
 
-FIXED = {"speed": "Ω", "nodal_diameter": "k", "gap": "gap", "friction": "μ"}
+FIXED = ("speed", "nodal_diameter", "gap", "friction")
 NO_BREAK = "\xa0"
 LETTERS_AN_INCH = 13  # of a title
 
@@ -56,13 +57,9 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
 
 
 def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
-    unit = str(data[name].attrs.get("units", ""))
     if rpm and name == "speed":
-        value, unit = RPM * value, "rpm"
-    shown = "" if unit in {"", "1"} else f" {unit}"
-    text = told(value)
-    text = text if len(text) <= 40 else text[:39] + "…"
-    return f"{FIXED.get(name, name.replace('_', ' '))} = {text}{shown}"
+        return value_of(name, RPM * value, "rpm")
+    return value_of(name, value, str(data[name].attrs.get("units", "")))
 
 
 def panel_title(values: dict[str, Any]) -> str:
@@ -123,8 +120,9 @@ def _key(word: str, count: int, colours: Colours, sheet: Sheet) -> Any:
 def _whirl_keys(found: set[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
+    kept = {word: look for word, look in WHIRLS.items() if word in found - {"none"}}
+    look: dict[str, Any] = {"c": "black", "ls": "", "mfc": "white", "ms": 4.5}
     return [
-        Line2D([], [], marker=m, c="black", ls="", mfc="white", ms=4.5, label=w)
-        for w, m in WHIRLS.items()
-        if m and w in found
+        Line2D([], [], marker=of.marker, label=word, **look)
+        for word, of in kept.items()
     ]

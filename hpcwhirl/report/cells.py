@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.report.axes import Axis, straight
 from hpcwhirl.report.colours import Colours
-from hpcwhirl.report.palette import WHIRLS, Look
+from hpcwhirl.scene.words import WHIRLS, Look
 
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++"}
 HATCHED = "#8A8A8A"
@@ -192,13 +192,13 @@ def draw_whirls(
     from matplotlib.transforms import ScaledTranslation
 
     moved = ScaledTranslation(shift[0] / 72, shift[1] / 72, axes.figure.dpi_scale_trans)
-    for word, marker in WHIRLS.items():
+    for word, look in WHIRLS.items():
         own = whirl == word
-        if marker and own.any():
+        if word != "none" and own.any():
             axes.plot(
                 x[own],
                 y[own],
-                marker,
+                look.marker,
                 c="black",
                 ms=4.5,
                 mfc="white",

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, nearest
-from hpcwhirl.report.palette import DIVERGING, SEQUENTIAL, WHIRL_LOOKS, WORDS, Look
+from hpcwhirl.report.palette import DIVERGING, SEQUENTIAL
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.select import variable_of
 
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 DECADES = 100.0  # largest over least number from which a scale is logarithmic
 KEPT = 1e-4  # of the largest, down to which a signed scale is logarithmic
-BAD = ("unstable", "failed", "missing")  # words of cases whose numbers mean nothing
 
 
 @dataclass(frozen=True)
@@ -86,16 +87,15 @@ def colours_of(
     name : "regime", "whirl", a number of the file, or ``number/number``
     case, word, whirl : (n,), of the cases shown
     """
-    bad = np.isin(word, BAD)
+    bad = np.isin(word, list(BAD))
     if name == "regime":
-        return Colours(name, "", word, None, WORDS)
+        return Colours(name, "", word, None, SHOWN)
     if name == "whirl":
-        looks = WHIRL_LOOKS | {n: WORDS[n] for n in BAD}
-        return Colours(name, "", np.where(bad, word, whirl), None, looks)
+        return Colours(name, "", np.where(bad, word, whirl), None, WHIRLS | BAD)
     number, label = _numbers(data, name)
     shown = number[case]
     kind = np.where(bad, word, np.where(np.isfinite(shown), "", "failed"))
-    return Colours(name, label, kind, shown, {n: WORDS[n] for n in BAD})
+    return Colours(name, label, kind, shown, BAD)
 
 
 def numeric(data: xarray.Dataset) -> list[str]:
@@ -116,8 +116,7 @@ def _numbers(data: xarray.Dataset, name: str) -> tuple[Floats, str]:
     units = [str(data[part].attrs.get("units", "")) for part in parts]
     plain = [part.replace("_", " ") for part in parts]
     if len(parts) == 1:
-        unit = "" if units[0] in {"", "1"} else f", {units[0]}"
-        return values[0], plain[0] + unit
+        return values[0], with_unit(plain[0], units[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = values[0] / values[1]
     unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"

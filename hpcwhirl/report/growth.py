@@ -9,8 +9,10 @@ import numpy as np
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.palette import WORDS
+from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
+from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 
@@ -34,11 +36,12 @@ def draw_growth(cases: Cases, line: list[int]) -> Any:
         label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
-        shown = WORDS[shown_word(row)]
+        shown = SHOWN[shown_word(row)]
         upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
                    mec=shown.stroke, ms=5)  # fmt: skip
     upper.axhline(0.0, c="grey", lw=0.6)
-    upper.set_ylabel("growth of ln amplitude, 1/s\n(dots: measured in the window)")
+    unit = ROW["growth_rate"].unit
+    upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
     upper.set_title(f"Growth, {heading(cases, line)}")
     upper.legend(fontsize=8, title=f"roots below {SLOW / 2 / np.pi:g} Hz")
     _feeding(lower, rows)
@@ -66,5 +69,5 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     axes.axhline(1.0, c="grey", lw=0.6, ls="--")
     axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
-    axes.set(xlabel="Ω, rad/s", ylabel="fed over lost, in the window")
+    axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
     axes.legend(fontsize=8)

@@ -11,20 +11,15 @@ from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.poincare import section
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.sweeps import rotating
+from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
 WINDOW = "window of the words"  # steady or not: a divergent orbit is not
-
-
-def title_of(row: dict[str, Any]) -> str:
-    """Return speed, lobes and words of a row."""
-    words = f"{row['regime']}, {row['whirl']}"
-    words = "unstable integration" if row["outcome"] == "unstable" else words
-    return f"Ω = {row['speed']:g} rad/s, k = {row['nodal_diameter']}: {words}"
 
 
 def in_window(time: Floats, row: dict[str, Any]) -> NDArray[np.bool_]:
@@ -116,10 +111,10 @@ def draw_contributions(cases: Cases, case: int) -> Any:
         _curves(axes, traces["time"], amplitude["1F"])
         axes.set(yscale=scale, title=f"1F, {scale} scale")
     _curves(second, traces["time"], amplitude["2F"])
-    second.set(title="2F", xlabel="time, s")
+    second.set(title="2F", xlabel=axis_of("time"))
     step = max(1, len(traces["time"]) // MOST_POINTS)
     hub.plot(traces["time"][::step], amplitude["suspension"][::step, 1], c="C1", lw=0.7)
-    hub.set(title="suspension (k = 1)", xlabel="time, s")
+    hub.set(title="suspension (k = 1)", xlabel=axis_of("time"))
     top = amplitude["1F"].max(initial=0.0)
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
     for axes in figure.axes:
@@ -157,14 +152,14 @@ def draw_contacts(cases: Cases, case: int, *, transient: bool = False) -> Any:
     ):
         _dots(axes, found.time[shown], value[shown], found.impulse[shown])
         axes.set(ylabel=label)
-    axes.set(xlabel="time, s", yticks=np.arange(0, 361, 60), ylim=(-5, 365))
+    axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
     axes.set_xlim(start, row["end_time"])
     figure.axes[0].set_title(f"Contacts. {title_of(row)}")
     if not shown.any():
         figure.axes[0].text(0.5, 0.5, "no contact", transform=figure.axes[0].transAxes)
         return figure
     interval = 1e3 * row["sample_interval"]
-    label = f"normal impulse in {interval:g} ms, N s"
+    label = f"normal impulse in {interval:g} ms, {TRACES['impulse'].unit}"
     figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
     return figure
 
@@ -219,7 +214,10 @@ def draw_ledger(cases: Cases, case: int) -> Any:
     least = 10.0 ** np.ceil(np.log10(max(1e-5 * top, 1e-12)))
     axes.set_yscale("symlog", linthresh=least)
     axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
-    axes.set(xlabel="time, s (dotted: window of the words)", title=title_of(row))
-    axes.set_ylabel(f"J, cumulative (linear within ±{least:g} J)")
+    axes.set(
+        xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)
+    )
+    unit = TRACES["energy"].unit
+    axes.set_ylabel(f"{unit}, cumulative (linear within ±{least:g} {unit})")
     axes.legend(fontsize=8)
     return figure

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.axes import Axis, axis_of, no_axis
 from hpcwhirl.report.colours import Colours, colours_of
+from hpcwhirl.report.labels import name_of
 from hpcwhirl.report.palette import words_of
+from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.select import MOST_TOLD, swept_of, told, variable_of, where
 
@@ -24,7 +26,6 @@ AUTOMATIC = 12  # panels drawn without being asked for
 MOST_PANELS = 60
 FEW = 12  # values of an input that may be panels
 RPM = 30.0 / np.pi  # of 1 rad/s
-NAMES = {"speed": "rotational speed Ω", "friction": "friction μ"}
 Columns = dict[str, NDArray[Any]]
 Cells = NDArray[np.intp]
 
@@ -268,8 +269,7 @@ def _axis(
 def label_of(data: xarray.Dataset, name: str, *, rpm: bool = False) -> str:
     """Return what an axis of a variable says."""
     unit = "rpm" if rpm else str(data[name].attrs.get("units", ""))
-    plain = NAMES.get(name, name.replace("_", " "))
-    return plain + (f", {unit}" if unit not in {"", "1"} else "")
+    return with_unit(name_of(name), unit)
 
 
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.saving import save
+from hpcwhirl.scene.quantities import TRACES
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 20_000
@@ -31,13 +33,6 @@ def draw_case(
     return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
-def _title(row: Mapping[str, Any]) -> str:
-    words = f"{row['regime']}, {row['whirl']}"
-    if row["outcome"] == "unstable":
-        words = "unstable integration"
-    return f"Ω = {row['speed']:g} rad/s, k = {row['nodal_diameter']}: {words}"
-
-
 def draw_orbit(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     """Return the static-frame orbit: transient light, window dark, gap as a circle."""
     from matplotlib.figure import Figure
@@ -52,7 +47,7 @@ def draw_orbit(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     gap = 1e3 * row["gap"]
     axes.plot(gap * np.cos(turn), gap * np.sin(turn), "k--", lw=0.8, label="gap")
     axes.set_aspect("equal", "datalim")
-    axes.set(xlabel="$X_o$, mm (static frame)", ylabel="$Y_o$, mm", title=_title(row))
+    axes.set(xlabel="$X_o$, mm (static frame)", ylabel="$Y_o$, mm", title=title_of(row))
     axes.legend(loc="upper right", fontsize=8)
     return figure
 
@@ -69,11 +64,14 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     time = traces["time"][::step]
     for place, name in enumerate(("$X_o$", "$Y_o$")):
         axes[0].plot(time, 1e3 * traces["centre"][::step, place], lw=0.5, label=name)
-    axes[0].set(ylabel="centre, mm (static)", title=_title(row))
+    axes[0].set(ylabel="centre, mm (static)", title=title_of(row))
     for name in ("energy", "fed", "lost"):
         axes[1].plot(time, np.abs(traces[name][::step]), lw=0.8, label=name)
     moved = any(np.any(traces[name]) for name in ("energy", "fed", "lost"))
-    axes[1].set(ylabel="J (absolute value)", yscale="log" if moved else "linear")
+    axes[1].set(
+        ylabel=f"{TRACES['energy'].unit} (absolute value)",
+        yscale="log" if moved else "linear",
+    )
     if tips is not None:
         for place, name in enumerate(("radial", "tangential")):
             peak = np.abs(1e3 * tips[::step, :, place]).max(axis=1)
@@ -82,5 +80,5 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     for panel in axes:
         panel.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
         panel.legend(loc="upper right", fontsize=8)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(axis_of("time"))
     return figure

@@ -14,7 +14,8 @@ from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.report.palette import SEQUENTIAL, WORDS, word_of
+from hpcwhirl.report.labels import axis_of, value_of
+from hpcwhirl.report.palette import SEQUENTIAL, word_of
 from hpcwhirl.report.ranges import (
     centre_top,
     highest_order,
@@ -22,6 +23,7 @@ from hpcwhirl.report.ranges import (
     rotating_top,
     wave_limits,
 )
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]
@@ -107,7 +109,7 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
     for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
-        axes.set(xlabel="Ω, rad/s", ylabel="f, Hz (rotating frame)", title=label)
+        axes.set(xlabel=axis_of("speed"), ylabel="f, Hz (rotating frame)", title=label)
         if (amplitude > AT_REST).any():
             figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
     figure.suptitle(
@@ -119,9 +121,9 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
 def heading(cases: Cases, line: list[int]) -> str:
     """Return the inputs that the cases of a line share."""
     row = cases.rows[line[0]]
-    told = f"k = {row['nodal_diameter']}, gap {1e3 * row['gap']:g} mm, "
-    other = cases.others(line[0], but=("nodal_diameter", "gap", "friction"))
-    return told + f"μ = {row['friction']:g}" + (f", {other}" if other else "")
+    shared = ("nodal_diameter", "gap", "friction")
+    told = [value_of(name, row[name]) for name in shared]
+    return ", ".join(filter(None, (*told, cases.others(line[0], but=shared))))
 
 
 def draw_cascade(cases: Cases, line: list[int], *, transient: bool = False) -> Any:
@@ -145,7 +147,7 @@ def draw_cascade(cases: Cases, line: list[int], *, transient: bool = False) -> A
     axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
     axes.axhline(0.0, c="w", lw=0.6)
     axes.set(
-        xlabel="Ω, rad/s",
+        xlabel=axis_of("speed"),
         ylabel="ω, rad/s, static frame:\nbackward < 0 < forward",
         title=f"Full spectrum of the centre, {heading(cases, line)}\n(dashed: ω = Ω)",
         ylim=(-top, top),
@@ -178,7 +180,7 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
     gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
     upper.set_yscale("symlog", linthresh=gap)
     lower.axhline(gap, c="k", ls="--", lw=0.8)
-    lower.set(yscale="log", xlabel="Ω, rad/s", ylabel="|Z|, mm (dashed: gap)")
+    lower.set(yscale="log", xlabel=axis_of("speed"), ylabel="|Z|, mm (dashed: gap)")
     if lower.get_ylim()[0] < 1e-6 * gap:
         lower.set_ylim(bottom=1e-6 * gap)
     upper.set_ylabel("$X_o$, mm, static frame\n(linear within the gap)")
@@ -189,7 +191,7 @@ def draw_bifurcation(cases: Cases, line: list[int], *, transient: bool = False) 
 
 def colour_of(row: dict[str, Any]) -> str:
     """Return the colour of a row's word, dark enough for a dot."""
-    return WORDS[shown_word(row)].stroke
+    return SHOWN[shown_word(row)].stroke
 
 
 def shown_word(row: dict[str, Any]) -> str:
@@ -206,7 +208,7 @@ def regime_legend(figure: Any, cases: Cases, line: list[int]) -> None:
         Line2D(
             [], [], marker="o", ls="", mfc=look.colour, mec=look.stroke, label=look.told
         )
-        for word, look in WORDS.items()
+        for word, look in SHOWN.items()
         if word in found
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
@@ -238,10 +240,10 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
     axes.set_ylim(limits)
     _crossings(axes, table, k, span, orders)
     for i, case in enumerate(line):
-        fill = WORDS[shown_word(cases.rows[case])].colour
+        fill = SHOWN[shown_word(cases.rows[case])].colour
         strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
     strip.set_xlim(span)
-    strip.set(yticks=[], xlabel="Ω, rad/s", ylabel="regime")
+    strip.set(yticks=[], xlabel=axis_of("speed"), ylabel="regime")
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
     axes.legend(loc="upper left", fontsize=8)
     regime_legend(figure, cases, line)

@@ -1,4 +1,4 @@
-"""Frozen, validated inputs in SI units; TOML in and out; named scenes."""
+"""Inputs as frozen data in SI units; TOML in and out; quantities; words; presets."""
 
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,

@@ -1,7 +1,6 @@
 """Every input as a reader looks it up: where it stands, default, unit, what is allowed.
 
-All of it is read off the fields of `hpcwhirl.scene.inputs`. A description says what the
-input is, with its unit after the last comma, and after a semicolon what else to know.
+All of it is read off the fields of `hpcwhirl.scene.inputs`.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
 from hpcwhirl.errors import unknown
-from hpcwhirl.scene.files import LEAVES, Value, meaning_of
+from hpcwhirl.scene.files import Value
 from hpcwhirl.scene.inputs import OwnRatio
+from hpcwhirl.scene.quantities import INPUTS, LEAVES
 
-UNITS = ("m", "s", "N", "Pa", "rad/s", "N/m", "kg/m^3", "1/s")
 SIGNS = (("gt", "> "), ("ge", ">= "), ("le", "<= "), ("lt", "< "))
 KINDS = {"int": "whole number", "float": "number", "str": "text"}
 OWN_RATIO = get_args(OwnRatio)[-1]  # the check that such fields share
@@ -81,14 +80,11 @@ def _names_of_table(table: str) -> tuple[str, str, str]:
 
 def _fact(name: str, field: Any) -> InputFact:
     table, _, own = name.rpartition(".")
-    what, rules = meaning_of(field)
-    meaning, _, unit = what.rpartition(", ")
-    if unit not in UNITS:
-        meaning, unit = what, ""
-    default = field.default
-    plain = list(default) if isinstance(default, tuple) else default
+    told = INPUTS[name]
+    default = list(field.default) if isinstance(field.default, tuple) else field.default
+    unit = "" if told.unit == "1" else told.unit
     return InputFact(
-        own, table or "scene", plain, unit, meaning, _allowed(field), rules
+        own, table or "scene", default, unit, told.meaning, _allowed(field), told.rules
     )
 
 

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, get_origin
 
 import tomli_w
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown, unknown
 from hpcwhirl.regular import check_regular, open_regular, read_regular
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.quantities import INPUTS, LEAVES
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
@@ -36,30 +37,9 @@ SETS = {
 }
 
 
-def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, field in model.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            yield from _leaves(kind, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", field
-
-
-LEAVES = tuple(_leaves(Scene))
-
-
 def input_names() -> dict[str, str]:
-    """Return {dotted name: what it is, with unit} of every scene input.
-
-    Of a description the part before the first semicolon; the rest are rules.
-    """
-    return {name: meaning_of(field)[0] for name, field in LEAVES}
-
-
-def meaning_of(field: Any) -> tuple[str, str]:
-    """Return (what an input is, with unit; what else is to be known, or "")."""
-    what, _, rules = (field.description or "").partition("; ")
-    return what, rules
+    """Return {dotted name: what it is, with unit} of every scene input."""
+    return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
 
 
 def takes_list(name: str) -> bool:

@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.quantity import given
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -64,60 +65,60 @@ class Rotor(Inputs):
     for the disk.
     """
 
-    blades: int = Field(
+    blades: int = given(
         22,
+        "number of blades N; of a rotor from file: that of the file",
+        symbol="N",
         ge=1,
         le=1000,
-        description="number of blades N; of a rotor from file: that of the file",
     )
-    elements: int = Field(
-        10, ge=1, le=1000, description="elements a blade; 3 N (elements + 1) <= 15000"
+    elements: int = given(
+        10, "elements a blade; 3 N (elements + 1) <= 15000", ge=1, le=1000
     )
-    radius: Positive = Field(
+    radius: Positive = given(
         0.5,
-        description="tip radius R_bd, m; sets the casing's radius also of a rotor "
-        "from file",
+        "tip radius R_bd; sets the casing's radius also of a rotor from file",
+        "m",
+        symbol="R_bd",
     )
-    disk_radius: Positive = Field(
-        0.035891, description="radius of the rim, m; less than radius"
+    disk_radius: Positive = given(0.035891, "radius of the rim; less than radius", "m")
+    blade_width: Positive = given(0.13275, "blade, out of plane", "m")
+    root_thickness: Positive = given(0.010548, "blade at the root", "m")
+    taper: Positive = given(0.77753, "tip over root thickness")
+    spoke_width: Positive = given(
+        0.0039693, "spoke, centre to blade root, out of plane", "m"
     )
-    blade_width: Positive = Field(0.13275, description="blade, out of plane, m")
-    root_thickness: Positive = Field(0.010548, description="blade at the root, m")
-    taper: Positive = Field(0.77753, description="tip over root thickness")
-    spoke_width: Positive = Field(
-        0.0039693, description="spoke, centre to blade root, out of plane, m"
-    )
-    spoke_thickness: Positive = Field(0.051338, description="spoke, in plane, m")
-    rim_width: Positive = Field(
+    spoke_thickness: Positive = given(0.051338, "spoke, in plane", "m")
+    rim_width: Positive = given(
         0.99966,
-        description="rim beam, root to root, out of plane, m; spoke and rim sections "
-        "are what the disk's beams need to show the paper's frequencies, not a "
-        "picture of a disk",
+        "rim beam, root to root, out of plane; spoke and rim sections are what the "
+        "disk's beams need to show the paper's frequencies, not a picture of a disk",
+        "m",
     )
-    rim_thickness: Positive = Field(0.0080619, description="rim beam, in plane, m")
-    young: Positive = Field(210e9, description="Young's modulus, Pa")
-    density: Positive = Field(7800.0, description="density, kg/m^3")
-    centre: Literal["free", "clamped"] = Field(
-        "free", description="shaft centre; free: held by the shaft's springs k_o"
+    rim_thickness: Positive = given(0.0080619, "rim beam, in plane", "m")
+    young: Positive = given(210e9, "Young's modulus", "Pa", symbol="E")
+    density: Positive = given(7800.0, "density", "kg/m^3", symbol="ρ")
+    centre: Literal["free", "clamped"] = given(
+        "free", "shaft centre; free: held by the shaft's springs k_o"
     )
-    centre_stiffness: Positive = Field(
-        3.4e7, description="stiffness k_o of the shaft at the centre, N/m"
+    centre_stiffness: Positive = given(
+        3.4e7, "stiffness k_o of the shaft at the centre", "N/m", symbol="k_o"
     )
-    damping: NonNegative = Field(
+    damping: NonNegative = given(
         0.01103,
-        description="modal damping ratio xi; of a rotor from file: taken where it has "
-        "none",
+        "modal damping ratio xi; of a rotor from file: taken where it has none",
+        symbol="ξ",
     )
-    suspension_damping: OwnRatio = Field(
+    suspension_damping: OwnRatio = given(
         0.1964,
-        description="damping ratio of the suspension modes; as a squeeze film gives; "
-        "-1: as the other modes",
+        "damping ratio of the suspension modes; as a squeeze film gives; -1: as the"
+        " other modes",
     )
-    mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = Field(
+    mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = given(
         (),
-        description="relative change of each blade's Young's modulus, N numbers; E_j "
-        "= E (1 + delta_j), the disk stays as it is; swept as a list of such lists; "
-        "not of a rotor from file",
+        "relative change of each blade's Young's modulus, N numbers; E_j = E (1 + "
+        "delta_j), the disk stays as it is; swept as a list of such lists; not of a"
+        " rotor from file",
     )
 
     @model_validator(mode="after")
@@ -145,58 +146,63 @@ class Rotor(Inputs):
 class Casing(Inputs):
     """Casing in the static frame: an elastic ring, or rigid and distorted."""
 
-    kind: Literal["ring", "rigid"] = Field(
+    kind: Literal["ring", "rigid"] = given(
         "ring",
-        description="elastic or rigid; rigid: prescribed distortion -A0 exp(sigma t) "
-        "cos(k theta), fixed in the static frame",
+        "elastic or rigid; rigid: prescribed distortion -A0 exp(sigma t) cos(k "
+        "theta), fixed in the static frame",
     )
-    discretization: Literal["fourier", "elements"] = Field(
-        "fourier", description="of the ring: harmonics, or the paper's elements"
+    discretization: Literal["fourier", "elements"] = given(
+        "fourier", "of the ring: harmonics, or the paper's elements"
     )
-    harmonics: int = Field(
+    harmonics: int = given(
         20,
+        "highest harmonic H; two modes a harmonic and phase",
+        symbol="H",
         ge=1,
         le=1000,
-        description="highest harmonic H; two modes a harmonic and phase",
     )
-    families: Literal["all", "bending"] = Field(
+    families: Literal["all", "bending"] = given(
         "all",
-        description="modes of a ring of harmonics: all, or none that stretch it; "
-        "those that stretch it set the limit of the step",
+        "modes of a ring of harmonics: all, or none that stretch it; those that "
+        "stretch it set the limit of the step",
     )
-    elements: int = Field(
+    elements: int = given(
         40,
+        "curved beam elements of the ring; 4 degrees of freedom a node",
         ge=3,
         le=2000,
-        description="curved beam elements of the ring; 4 degrees of freedom a node",
     )
-    thickness: Positive = Field(0.02663, description="radial thickness, m")
-    width: Positive = Field(0.2077, description="axial width, m")
-    young: Positive = Field(210e9, description="Young's modulus, Pa")
-    density: Positive = Field(7800.0, description="density, kg/m^3")
-    support_frequency: NonNegative = Field(
+    thickness: Positive = given(0.02663, "radial thickness", "m")
+    width: Positive = given(0.2077, "axial width", "m")
+    young: Positive = given(210e9, "Young's modulus", "Pa", symbol="E")
+    density: Positive = given(7800.0, "density", "kg/m^3", symbol="ρ")
+    support_frequency: NonNegative = given(
         16.29,
-        description="foundation frequency omega_c1, rad/s; stiffness of the "
-        "foundation k_f = rho A omega_c1^2",
+        "foundation frequency omega_c1; stiffness of the foundation k_f = rho A "
+        "omega_c1^2",
+        "rad/s",
+        symbol="ω_c1",
     )
-    damping: NonNegative = Field(0.1214, description="modal damping ratio xi")
-    support_damping: OwnRatio = Field(
+    damping: NonNegative = given(0.1214, "modal damping ratio xi", symbol="ξ")
+    support_damping: OwnRatio = given(
         0.4303,
-        description="damping ratio of the modes on the support; as an elastic "
-        "mounting gives; -1: as the other modes",
+        "damping ratio of the modes on the support; as an elastic mounting gives; "
+        "-1: as the other modes",
     )
-    amplitude: Finite = Field(
-        0.0, description="rigid: distortion A0, m; begins outside the blades"
+    amplitude: Finite = given(
+        0.0, "rigid: distortion A0; begins outside the blades", "m", symbol="A0"
     )
-    growth: Finite = Field(
+    growth: Finite = given(
         0.0,
-        description="rigid: sigma of A0 exp(sigma t), 1/s; at most 5 % a step where "
-        "it rises into the blades",
+        "rigid: sigma of A0 exp(sigma t); at most 5 % a step where it rises into "
+        "the blades",
+        "1/s",
+        symbol="σ",
     )
-    rise: NonNegative = Field(
+    rise: NonNegative = given(
         1e-3,
-        description="rigid: smooth rise of A0, s; 50 steps at least where it rises "
-        "into the blades",
+        "rigid: smooth rise of A0; 50 steps at least where it rises into the blades",
+        "s",
     )
 
     @model_validator(mode="after")
@@ -213,12 +219,12 @@ class Casing(Inputs):
 class Engine(Inputs):
     """The structures; `salvat2016` is the default."""
 
-    name: str = Field("salvat2016", description="name of the engine")
-    file: Annotated[str, AfterValidator(anchored)] = Field(
+    name: str = given("salvat2016", "name of the engine")
+    file: Annotated[str, AfterValidator(anchored)] = given(
         "",
-        description="HDF5 file of a reduced rotor, used for this one; layout: that of "
-        "`hpcwhirl export-model`; one regular file of at most 2 GiB; a relative path "
-        "starts at the TOML file that names it, from --set at the working directory",
+        "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"
+        " export-model`; one regular file of at most 2 GiB; a relative path starts "
+        "at the TOML file that names it, from --set at the working directory",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
@@ -234,60 +240,59 @@ class Engine(Inputs):
 class Solver(Inputs):
     """Reduction and time integration."""
 
-    scheme: Literal["modal", "exact", "general", "paper"] = Field(
+    scheme: Literal["modal", "exact", "general", "paper"] = given(
         "modal",
-        description="integrator; modal: cyclic amplitudes; exact: exact flow, flights "
-        "and a certificate; general: mode by mode, also takes over where modal cannot "
-        "(rotor from file, mistuned, ring of elements, fewer than 3 blades); paper: "
-        "the dense Algorithm 1, slow and obvious",
+        "integrator; modal: cyclic amplitudes; exact: exact flow, flights and a "
+        "certificate; general: mode by mode, also takes over where modal cannot "
+        "(rotor from file, mistuned, ring of elements, fewer than 3 blades); paper:"
+        " the dense Algorithm 1, slow and obvious",
     )
-    time_step: Positive = Field(
-        1e-6, description="step, s; refused, with the limit, where it is not stable"
+    time_step: Positive = given(
+        1e-6, "time step; refused, with the limit, where it is not stable", "s"
     )
-    accuracy: NonNegative = Field(
+    accuracy: NonNegative = given(
         0.0,
-        description="if > 0: relative error of rotor frequencies that sets the step; "
-        "no damped frequency of the rotor is wrong by more; at most 0.9 of what "
-        "stability, pulse and turn allow",
+        "if > 0: relative error of rotor frequencies that sets the step; no damped "
+        "frequency of the rotor is wrong by more; at most 0.9 of what stability, "
+        "pulse and turn allow",
     )
-    truncation: NonNegative = Field(
+    truncation: NonNegative = given(
         0.0,
-        description="if > 0: relative error of motions by modes left out; sets modes, "
-        "and of a ring of harmonics its harmonics and families; an estimate; of "
-        "rotors from file, mistuned ones and rings of elements it changes nothing",
+        "if > 0: relative error of motions by modes left out; sets modes, and of a "
+        "ring of harmonics its harmonics and families; an estimate; of rotors from "
+        "file, mistuned ones and rings of elements it changes nothing",
     )
-    modes: int = Field(
+    modes: int = given(
         110,
+        "fixed-interface modes eta; of the Craig-Bampton reduction; not used with a"
+        " rotor from file",
+        symbol="η",
         ge=0,
-        description="fixed-interface modes eta; of the Craig-Bampton reduction; not "
-        "used with a rotor from file",
     )
-    plan: Literal["lean", "everything"] = Field(
+    plan: Literal["lean", "everything"] = given(
         "lean",
-        description="what is modelled: what the scene requires, or all of it; "
-        "`--explain` says what is left out, and why",
+        "what is modelled: what the scene requires, or all of it; `--explain` says "
+        "what is left out, and why",
     )
-    until: Literal["end", "certain"] = Field(
-        "end", description="run to the end, or (modal) until the word is proved"
+    until: Literal["end", "certain"] = given(
+        "end", "run to the end, or (modal) until the word is proved"
     )
-    amplitude_limit: Positive = Field(
-        0.1, description="tip displacement over R_bd at which a run ends"
+    amplitude_limit: Positive = given(
+        0.1, "tip displacement over R_bd at which a run ends"
     )
 
 
 class Output(Inputs):
     """What is kept of a run."""
 
-    traces: Literal["summary", "orbit", "full"] = Field(
+    traces: Literal["summary", "orbit", "full"] = given(
         "orbit",
-        description="detail; summary: numbers only; orbit: centre, energy, what feeds "
-        "and what is lost; full: also all tips, each blade's impulse, the casing. "
-        "Words do not depend on it",
+        "detail; summary: numbers only; orbit: centre, energy, what feeds and what "
+        "is lost; full: also all tips, each blade's impulse, the casing. Words do "
+        "not depend on it",
     )
-    interval: Positive = Field(
-        2e-4,
-        description="time between samples, s; of the traces kept; words do not depend "
-        "on it",
+    interval: Positive = given(
+        2e-4, "time between samples; of the traces kept; words do not depend on it", "s"
     )
 
 
@@ -295,36 +300,39 @@ class Scene(Inputs):
     """One case: engine, operating point, loading, solver and output."""
 
     engine: Engine = Engine()
-    speed: Finite = Field(
+    speed: Finite = given(
         410.0,
-        description="rotational speed Omega, rad/s; negative turns clockwise; less "
-        "than half the casing's shortest wave a step",
+        "rotational speed Omega; negative turns clockwise; less than half the "
+        "casing's shortest wave a step",
+        "rad/s",
+        symbol="Ω",
     )
-    nodal_diameter: int = Field(
+    nodal_diameter: int = given(
         1,
+        "lobes k of the loading; the pulse squeezes the casing on k lobes; at most "
+        "the ring's harmonics, or half its elements",
+        symbol="k",
         ge=0,
-        description="lobes k of the loading; the pulse squeezes the casing on k "
-        "lobes; at most the ring's harmonics, or half its elements",
     )
-    gap: NonNegative = Field(
-        1.28e-4, description="blade-tip clearance, m; at most 10 tip radii"
-    )
-    friction: NonNegative = Field(0.1, description="Coulomb coefficient mu")
-    force: NonNegative = Field(
+    gap: NonNegative = given(1.28e-4, "blade-tip clearance; at most 10 tip radii", "m")
+    friction: NonNegative = given(0.1, "Coulomb coefficient mu", symbol="μ")
+    force: NonNegative = given(
         75e3,
-        description="peak modal force, N; F(t) = F sin(pi t / tau) for 0 < t < tau",
+        "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau",
+        "N",
+        symbol="F",
     )
-    pulse: Positive = Field(
-        0.7802e-3, description="pulse duration tau, s; 10 time steps at least"
+    pulse: Positive = given(
+        0.7802e-3, "pulse duration tau; 10 time steps at least", "s", symbol="τ"
     )
-    direction: Literal["squeeze", "stretch"] = Field(
-        "squeeze", description="of the casing at theta = 0"
+    direction: Literal["squeeze", "stretch"] = given(
+        "squeeze", "of the casing at theta = 0"
     )
-    duration: Positive = Field(
-        2.5, description="engine time, s; or revolutions > 0; words: on its last 40 %"
+    duration: Positive = given(
+        2.5, "engine time; or revolutions > 0; words: on its last 40 %", "s"
     )
-    revolutions: NonNegative = Field(
-        0.0, description="if > 0: the engine time in revolutions, not s"
+    revolutions: NonNegative = given(
+        0.0, "if > 0: the engine time in revolutions, not s"
     )
     solver: Solver = Solver()
     output: Output = Output()

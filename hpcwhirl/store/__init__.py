@@ -35,9 +35,12 @@ bit, a copy cut short. It is no signature: who may write in the directory can ad
 that were never computed, and they are gathered; rights of the file system keep others
 out, nothing else does.
 
-`results.h5` is netCDF-4 (HDF5), CF-1.8: dimension `case`, units and long names on every
-variable (`schema`), words as integers with `flag_values` and `flag_meanings`; swept
-inputs under their own name or with their table's (`casing_thickness`); version, scene,
+`results.h5` is netCDF-4 (HDF5), CF-1.11 (from 1.9 CF knows integers of 64 bits), as
+`compliance-checker` finds it (`pytest tests/test_cf.py`): dimension `case`, units and
+long names on every variable (`scene.quantities`), words as integers with `flag_values`
+and `flag_meanings` (`scene.words`), by which files are read, so that one of a version
+with other words is read rightly; swept inputs under their own name or with their
+table's (`casing_thickness`); version, scene,
 command, preset and what it loses, hosts and libraries as attributes. Traces over
 (`case`, `time`, ...). The group `performance` has seconds, rank and host of each case
 and, over `worker`, what each rank did with its time (`busy_fraction`, `worker_*`). All

@@ -9,19 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.inputs import end_time
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
+from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
-from hpcwhirl.store.layout import stored, swept_extra, variable_name
+from hpcwhirl.store.layout import stored, swept_extra
 from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.schema import (
-    PERFORMANCE,
-    ROW,
-    STATUS,
-    Variable,
-    dtype,
-    encode,
-    missing,
-)
+from hpcwhirl.store.schema import dtype, encode, missing
 
 MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
 MOST_CASES = 1024
@@ -85,14 +79,14 @@ def row_of(plan: Manifest, case: int, record: Record | None) -> dict[str, Any]:
     return {name: short[name] for name in ROW if name in short}
 
 
-def _table(table: dict[str, Variable], rows: list[dict[str, Any]]) -> Block:
+def _table(table: dict[str, Quantity], rows: list[dict[str, Any]]) -> Block:
     out: Block = {}
     for name, variable in table.items():
         values = [
             encode(name, variable, row[name]) if name in row else missing(variable)
             for row in rows
         ]
-        out[name] = np.array(values, dtype=dtype(name, variable))
+        out[name] = np.array(values, dtype=dtype(variable))
     return out
 
 

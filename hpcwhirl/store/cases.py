@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.quantities import ROW, STATUS, TRACES, variable_name
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.layout import variable_name
 from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.reader import check_file
-from hpcwhirl.store.schema import ENUMS, ROW, STATUS, TRACES
+from hpcwhirl.store.reader import check_file, words_in
 
 WHOLE = 1e-6  # of an interval: a sample so near the end is there
 Traces = dict[str, NDArray[np.float64]]
@@ -81,10 +81,10 @@ class Cases:
             if lacking:
                 msg = f"{self.path} is damaged: it has no {lacking[0]}"
                 raise StoreError(msg)
-            columns = {n: file[n][:] for n in table}
+            columns = {
+                n: words_in(file, n) if n in ENUMS else file[n][:] for n in table
+            }
             self.kept = tuple(n for n in TRACES if n in file)
-            for name in columns.keys() & ENUMS.keys():
-                columns[name] = np.array(ENUMS[name])[columns[name]]
         count = len(self._plan.digests)
         if any(len(column) != count for column in columns.values()):
             msg = f"{self.path} and its campaign.json differ: gather the campaign again"

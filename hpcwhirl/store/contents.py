@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.runs import Share, read_runs
-from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS, TRACES, dtype
+from hpcwhirl.store.schema import dtype
 
 
 @dataclass
@@ -67,7 +68,7 @@ class Contents:
         """Return {trace: shape of one case, padded to the longest}."""
         longest = int(self.samples.max(initial=0))
         shapes = {
-            name: (longest, *(self.sizes[axis] for axis in TRACES[name][0]))
+            name: (longest, *(self.sizes[axis] for axis in TRACES[name].axes))
             for name in self.kept
         }
         if self.kept and self.common_interval is None:
@@ -77,8 +78,8 @@ class Contents:
     @property
     def size(self) -> int:
         """Bytes of rows and traces, the least that the file will have."""
-        tables = (ROW | STATUS | PERFORMANCE).items()
-        row = sum(dtype(name, variable).itemsize for name, variable in tables)
+        tables = (ROW | STATUS | PERFORMANCE).values()
+        row = sum(dtype(quantity).itemsize for quantity in tables)
         return self.cases * (row + self.bytes_of_traces())
 
     def bytes_of_traces(self) -> int:
@@ -91,7 +92,7 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
     sizes: dict[str, int] = {}
     for kind in kinds:
         for name in kind.keys() & TRACES.keys():
-            for axis, size in zip(TRACES[name][0], kind[name], strict=True):
+            for axis, size in zip(TRACES[name].axes, kind[name], strict=True):
                 sizes[axis] = max(sizes.get(axis, 0), size)
     return sizes
 

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.cases import WHOLE
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.reader import check_file
-from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.store.reader import check_file, words_in
 
 Traces = dict[str, NDArray[np.float64]]
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
@@ -119,7 +120,7 @@ def _columns(file: h5py.File) -> dict[str, NDArray[Any]]:
     columns |= {n: file["performance"][n][:] for n in PERFORMANCE}
     for name, column in columns.items():
         if name in ENUMS:
-            columns[name] = np.array(ENUMS[name])[column]
+            columns[name] = words_in(file, name)
         elif column.dtype.kind == "S":
             columns[name] = np.char.decode(column, errors="replace")
     return columns

@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError, unwritable
 from hpcwhirl.regular import open_regular
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
-from hpcwhirl.store.schema import ENUMS
 
 ENDS = frozenset(ENUMS["status"]) - {"missing"}  # how a case may have ended
 Record = dict[str, Any]

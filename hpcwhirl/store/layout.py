@@ -6,40 +6,40 @@ The file is netCDF-4: every axis is a dimension scale.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
-from hpcwhirl.store.contents import Contents
-from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.runs import Share
-from hpcwhirl.store.schema import (
-    ENUMS,
-    FORMAT,
+from hpcwhirl.errors import StoreError
+from hpcwhirl.scene.quantities import (
+    AXES,
+    INPUTS,
     PERFORMANCE,
     ROW,
     SHARES,
     STATUS,
     TRACES,
-    Variable,
-    dtype,
-    encode,
-    missing,
+    variable_name,
 )
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.contents import Contents
+from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.runs import Share
+from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
 LIBVER = ("earliest", "v110")
 CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
+CONVENTIONS = "CF-1.11"  # from 1.9 it knows integers of 64 bits
+# The same on every day, after every kill: who ran when stands in other attributes.
+HISTORY = (
+    "cases integrated and gathered by hpcwhirl, see version and command; "
+    "words named by the thresholds in threshold_*"
+)
 WORKER = "worker"  # dimension: the ranks of all runs
-
-
-def variable_name(dotted: str) -> str:
-    """Return the variable of a swept input: its own name, or with its table's."""
-    leaf = dotted.rsplit(".", 1)[-1]
-    if leaf in ROW:
-        return leaf
-    return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})
 
 
 def swept_extra(plan: Manifest) -> dict[str, str]:
@@ -55,10 +55,19 @@ def stored(value: float | str | list[float]) -> float | bytes:
     return value.encode() if isinstance(value, str) else value
 
 
-def _axis(group: h5py.Group, name: str, values: Iterable[Any], meaning: str) -> None:
-    data = group.create_dataset(name, data=np.asarray(values))
-    data.attrs["long_name"] = np.bytes_(meaning)
-    data.make_scale(name)
+def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write the unit and the meaning of a variable."""
+    data.attrs["units"] = np.bytes_(quantity.unit)
+    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+
+
+def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
+    """Define an axis: of values, or of so many numbers from 0."""
+    if isinstance(values, int):
+        values = np.arange(values, dtype="i8")
+    axis = group.create_dataset(name, data=values)
+    _tell(axis, AXES[name])
+    axis.make_scale(name)
 
 
 def _attach(data: h5py.Dataset, root: h5py.Group, axes: tuple[str, ...]) -> None:
@@ -67,19 +76,40 @@ def _attach(data: h5py.Dataset, root: h5py.Group, axes: tuple[str, ...]) -> None
 
 
 def _define_table(
-    group: h5py.Group, axis: h5py.Dataset, table: dict[str, Variable]
+    group: h5py.Group, axis: h5py.Dataset, table: dict[str, Quantity]
 ) -> None:
     for name, variable in table.items():
-        kind = dtype(name, variable)
+        kind = dtype(variable)
         # No fill value for text: netCDF-C overruns its buffer where one is set.
-        fill = None if variable.kind == "text" else missing(variable)
+        fill = None if kind.kind == "S" else missing(variable)
         data = group.create_dataset(name, axis.shape, kind, fillvalue=fill)
-        data.attrs["units"] = np.bytes_(variable.unit)
-        data.attrs["long_name"] = np.bytes_(variable.meaning)
+        _tell(data, variable)
         if variable.kind == "enum":
-            data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
-            data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+            mark_words(data, name)
         data.dims[0].attach_scale(axis)
+
+
+def mark_words(data: h5py.Dataset, name: str) -> None:
+    """Say in the file what the codes of a variable of words mean."""
+    data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
+    data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+
+
+def write_words(data: h5py.Dataset, words: list[str]) -> None:
+    """Write the words of all cases with what their codes mean, which may have changed.
+
+    Raises
+    ------
+    StoreError
+        where this version has no such word
+    """
+    name = data.name.lstrip("/")
+    alien = set(words) - {*ENUMS[name]}
+    if alien:
+        msg = f"{name} has the word {min(alien)}, which this version does not know"
+        raise StoreError(msg)
+    data[:] = [ENUMS[name].index(word) for word in words]
+    mark_words(data, name)
 
 
 def define(
@@ -99,14 +129,14 @@ def define(
     """
     plan = contents.plan
     _define_head(file, plan, facts)
-    _axis(file, "case", np.arange(contents.cases, dtype="i8"), "case of the campaign")
+    _axis(file, "case", contents.cases)
     _define_table(file, file["case"], ROW | STATUS)
     for name, dotted in swept_extra(plan).items():
         values = [stored(row.get(dotted, plan.base[dotted])) for row in plan.settings]
         texts = [len(value) for value in values if isinstance(value, bytes)]
         kind = f"S{max(64, *texts)}" if texts else "f8"
         data = file.create_dataset(name, (contents.cases,), kind)
-        data.attrs["long_name"] = np.bytes_(f"swept input {dotted}")
+        _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
     performance = file.create_group("performance")
     _define_table(performance, file["case"], PERFORMANCE)
@@ -119,7 +149,11 @@ def define(
 def _define_head(
     file: h5py.File, plan: Manifest, facts: Mapping[str, str | float]
 ) -> None:
-    head = {"Conventions": "CF-1.8", "title": f"hpcwhirl campaign, {plan.engine}"}
+    head = {
+        "Conventions": CONVENTIONS,
+        "title": f"hpcwhirl campaign, {plan.engine}",
+        "history": HISTORY,
+    }
     for name, value in {**head, **facts}.items():
         plain = value.encode() if isinstance(value, str) else value
         file.attrs[name] = np.asarray(plain)[()]
@@ -132,7 +166,7 @@ def _define_head(
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
     """Define and fill what the ranks of all runs did: few, and known now."""
-    _axis(group, WORKER, np.arange(len(shares), dtype="i8"), "rank of a run")
+    _axis(group, WORKER, len(shares))
     _define_table(group, group[WORKER], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]
               for name in SHARES if name != "busy_fraction"}  # fmt: skip
@@ -140,7 +174,7 @@ def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
         s["busy"] / s["span"] if s["span"] else 0.0 for s in shares
     ]
     for name, column in values.items():
-        kind = dtype(name, SHARES[name])
+        kind = dtype(SHARES[name])
         group[name][:] = np.array([encode(name, SHARES[name], v) for v in column], kind)
 
 
@@ -149,29 +183,21 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
     samples = int(contents.samples.max())
     interval = contents.common_interval
     if interval is not None:
-        _axis(file, "time", (1 + np.arange(samples)) * interval, "time of the sample")
-        file["time"].attrs["units"] = np.bytes_("s")
+        _axis(file, "time", (1 + np.arange(samples)) * interval)
     else:
-        _axis(file, "sample", np.arange(samples, dtype="i8"), "number of the sample")
-    _axis(file, "xy", np.arange(2, dtype="i8"), "0: X_o, 1: Y_o")
-    if "tips" in shapes:
-        _axis(file, "blade", np.arange(contents.sizes["blade"], dtype="i8"), "blade")
-        _axis(file, "component", np.arange(2, dtype="i8"), "0: radial, 1: tangential")
-    if "casing" in shapes:
-        orders = np.arange(contents.sizes["harmonic"], dtype="i8")
-        _axis(file, "harmonic", orders, "waves around the casing")
-        _axis(file, "phase", np.arange(2, dtype="i8"), "0: cos, 1: sin")
-    known = {**TRACES, "time": ((), "s", "time of the sample")}
+        _axis(file, "sample", samples)
+    sizes = {"xy": 2, "component": 2, "phase": 2} | contents.sizes
+    for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
+        _axis(file, name, sizes[name])
+    known = TRACES | {"time": AXES["time"]}
     for name, shape in shapes.items():
-        further, unit, meaning = known[name]
         whole = (contents.cases, *shape)
         # every value is written, so none is filled in first
         options = {"fillvalue": np.nan, "fill_time": "never"} | _chunks(shape, compress)
         data = file.create_dataset(name, whole, "f8", **options)
-        data.attrs["units"] = np.bytes_(unit)
-        data.attrs["long_name"] = np.bytes_(meaning)
+        _tell(data, known[name])
         data.attrs["_FillValue"] = np.float64(np.nan)
-        _attach(data, file, ("case", axis, *further))
+        _attach(data, file, ("case", axis, *known[name].axes))
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +10,9 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import MissingFileError, StoreError, shown
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import DAMAGE, reading
-from hpcwhirl.store.schema import ENUMS, FORMAT
+from hpcwhirl.store.schema import FORMAT
 
 if TYPE_CHECKING:
     import xarray
@@ -40,13 +42,28 @@ def results_of(place: Path) -> Path:
     return place if place.is_file() else place / "results.h5"
 
 
+def words_in(file: h5py.File, name: str) -> np.ndarray[Any, np.dtype[np.str_]]:
+    """Return the words of a variable by the file's own `flag_meanings`, (cases,).
+
+    Raises
+    ------
+    StoreError
+        where a value stands for no word
+    """
+    codes, meanings = file[name][:], file[name].attrs["flag_meanings"]
+    known = np.array(np.bytes_(meanings).decode().split())
+    if len(codes) and not 0 <= codes.min() <= codes.max() < len(known):
+        msg = f"{name} is damaged: it has a value that stands for no word"
+        raise StoreError(msg)
+    return np.asarray(known[codes])
+
+
 def count_statuses(path: Path) -> dict[str, int]:
     """Return {status: cases}, `missing` among them, of a results file."""
     check_file(path)
     with reading(path), h5py.File(path, "r") as file:
-        found = np.bincount(file["status"][:], minlength=len(ENUMS["status"]))
-        names = zip(ENUMS["status"], found, strict=True)
-        return {name: int(n) for name, n in names if n}
+        found = Counter(words_in(file, "status").tolist())
+        return {name: found[name] for name in ENUMS["status"] if found[name]}
 
 
 def open_results(path: Path | str) -> xarray.Dataset:

@@ -9,16 +9,19 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.atomic import replacing
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
+from hpcwhirl.store.layout import write_words
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
-from hpcwhirl.store.reader import check_file
-from hpcwhirl.store.schema import ENUMS, ROW
+from hpcwhirl.store.reader import check_file, words_in
 
 WORDS = ("outcome", "regime", "whirl")
-Words = tuple[str, str, str]
+Word = tuple[str, str, str]  # of one case
+Words = tuple[NDArray[np.str_], NDArray[np.str_], NDArray[np.str_]]  # of all
 
 
 def relabel(
@@ -26,13 +29,13 @@ def relabel(
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
-) -> list[tuple[Words, Words]]:
+) -> list[tuple[Word, Word]]:
     """Name every finished case anew; return (old, new) words of each.
 
     Parameters
     ----------
     path : `results.h5`
-    name : words of a row of numbers
+    name : words of numbers, each (cases,)
     thresholds : kept as root attributes
     asking : who is told what is waited for: what another process writes
     """
@@ -59,19 +62,19 @@ def relabel(
 
 def _rename(
     file: h5py.File, name: Callable[[dict[str, Any]], Words]
-) -> list[tuple[Words, Words]]:
+) -> list[tuple[Word, Word]]:
+    """Write new words of finished cases, and the table that says what codes mean."""
+    given = words_in(file, "status") == "ok"
     numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"}]
-    columns: dict[str, Any] = {n: file[n][:] for n in numeric}
-    for word in (*WORDS, "stop"):
-        columns[word] = np.array(ENUMS[word])[file[word][:]]
-    given = np.flatnonzero(file["status"][:] == ENUMS["status"].index("ok"))
-    changes = []
-    for case in given.tolist():
-        row = {n: values[case].item() for n, values in columns.items()}
-        old: Words = (row["outcome"], row["regime"], row["whirl"])
-        changes.append((old, name(row)))
-    for place, word in enumerate(WORDS):
-        codes = file[word][:]
-        codes[given] = [ENUMS[word].index(new[place]) for _, new in changes]
-        file[word][:] = codes
-    return changes
+    numbers = {n: file[n][:][given] for n in numeric}
+    new = name(numbers | {"stop": words_in(file, "stop")[given]})
+    old = [words_in(file, variable) for variable in WORDS]
+    for variable, was, now in zip(WORDS, old, new, strict=True):
+        shown = was.astype(object)
+        shown[given] = now
+        write_words(file[variable], shown.tolist())
+    before, after = (
+        zip(*(column.tolist() for column in columns), strict=True)
+        for columns in ([was[given] for was in old], new)
+    )
+    return list(zip(before, after, strict=True))

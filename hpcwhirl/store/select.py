@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene import input_names
-from hpcwhirl.store.layout import variable_name
+from hpcwhirl.scene.quantities import variable_name
 
 if TYPE_CHECKING:
     import xarray

@@ -11,17 +11,18 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.quantities import ROW, TRACES
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
-from hpcwhirl.store.schema import ENUMS, ROW, TRACES
 
 DETAIL = "output.traces"
 MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`
-TYPICAL = {"f8": 1 / 7, "i8": 1000, "text": "modal"}  # in the usual number of digits
+TYPICAL = {"f8": 1 / 7, "i8": 1000, "S16": "modal"}  # in the usual number of digits
 
 ONE_RANK: Share = {
     "run": 1,
@@ -75,8 +76,10 @@ def bytes_of(
     details = {plan.base[DETAIL], *(row.get(DETAIL) for row in plan.settings)}
     if samples.any():
         wanted = [n for n in TRACES if "full" in details or n not in MORE]
-        contents.kept = tuple(n for n in wanted if {*TRACES[n][0]} <= sizes.keys())
-    widths = {n: int(np.prod([sizes[a] for a in TRACES[n][0]])) for n in contents.kept}
+        contents.kept = tuple(n for n in wanted if {*TRACES[n].axes} <= sizes.keys())
+    widths = {
+        n: int(np.prod([sizes[a] for a in TRACES[n].axes])) for n in contents.kept
+    }
     full = np.array(
         [row.get(DETAIL, plan.base[DETAIL]) == "full" for row in plan.settings]
     )

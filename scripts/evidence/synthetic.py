@@ -14,10 +14,12 @@ import numpy as np
 
 from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.contents import Contents
-from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra, variable_name
+from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra
 from hpcwhirl.store.manifest import Manifest, write_manifest
-from hpcwhirl.store.schema import ENUMS, PERFORMANCE, ROW, STATUS, dtype, missing
+from hpcwhirl.store.schema import dtype, missing
 
 INTERVAL = 5e-3  # s between samples of made-up orbits
 KEPT = ("centre", "energy", "impulse", "fed", "rubbed", "lost")
@@ -72,7 +74,7 @@ def _rows(plan: Manifest, status: Sequence[str]) -> Columns:
     out: Columns = {}
     for name, variable in (ROW | STATUS | PERFORMANCE).items():
         place = f"performance/{name}" if name in PERFORMANCE else name
-        values = np.full(count, missing(variable), dtype=dtype(name, variable))
+        values = np.full(count, missing(variable), dtype=dtype(variable))
         if name in plain and name in ROW:
             values = np.array([stored(v) for v in given[plain[name]]], values.dtype)
         out[place] = values

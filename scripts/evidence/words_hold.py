@@ -27,8 +27,8 @@ import numpy as np
 import tomli_w
 
 import hpcwhirl
+from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reader import words
-from hpcwhirl.store.schema import PERFORMANCE
 
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 PAGE = Path(__file__).with_suffix(".md")

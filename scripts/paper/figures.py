@@ -22,8 +22,8 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
-from hpcwhirl.report.palette import WORDS
 from hpcwhirl.report.saving import save
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -194,7 +194,7 @@ def draw_convergence(found: Found) -> Any:
 def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
     """Draw regime and whirl of each row beside one another, as the map has them."""
     for x, row in enumerate(rows):
-        look = WORDS[sweeps.shown_word(row)]
+        look = SHOWN[sweeps.shown_word(row)]
         whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
         axes.text(x, level, f"{look.letter} {whirl}", ha="center", va="center",
                   color=look.ink, bbox={"fc": look.colour, "ec": "none"})  # fmt: skip

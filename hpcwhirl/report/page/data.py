@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.report import palette
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
+from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
+from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.excerpt import Excerpt
-from hpcwhirl.store.layout import variable_name
-from hpcwhirl.store.schema import PERFORMANCE, ROW, STATUS
 
-UNITS = ("m", "s", "N", "Pa", "rad/s", "N/m", "kg/m^3", "1/s")
 FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
@@ -65,8 +63,8 @@ def told_of(excerpt: Excerpt) -> Told:
         "messages": {i: m for i, m in enumerate(excerpt.columns["message"]) if m},
         "rules": rules.as_data(),
         "thresholds": _thresholds(excerpt),
-        "looks": {n: asdict(look) for n, look in palette.WORDS.items()},
-        "whirls": {n: asdict(look) for n, look in palette.WHIRL_LOOKS.items()},
+        "looks": {n: asdict(look) for n, look in SHOWN.items()},
+        "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
         **_commands(excerpt),
     }  # fmt: skip
@@ -81,14 +79,6 @@ def _inputs(excerpt: Excerpt) -> list[dict[str, Any]]:
         for name, meaning in input_names().items()
         if name in base and name not in swept
     ]
-
-
-def _unit(name: str) -> str:
-    row = ROW.get(variable_name(name))
-    if row is not None:
-        return row.unit
-    last = input_names().get(name, "").rpartition(", ")[2]
-    return last if last in UNITS else "1"
 
 
 def _given(excerpt: Excerpt, name: str) -> list[Any]:
@@ -111,7 +101,7 @@ def _swept(excerpt: Excerpt, name: str) -> dict[str, Any]:
     return {
         "name": name,
         "variable": variable_name(name),
-        "unit": _unit(name),
+        "unit": INPUTS[name].unit,
         "levels": levels,
         "set": [setting(name, value) for value in levels],
     }
@@ -134,30 +124,15 @@ def _commands(excerpt: Excerpt) -> dict[str, Any]:
 
 def _thresholds(excerpt: Excerpt) -> list[dict[str, Any]]:
     """Return each threshold as stored beside the words, and as it is by default."""
-    meanings = _meanings()
     return [
         {
             "name": field.name,
             "value": excerpt.facts.get(f"threshold_{field.name}", field.default),
             "default": field.default,
-            "meaning": meanings[field.name],
+            "meaning": field.metadata["meaning"],
         }
         for field in fields(Thresholds)
     ]
-
-
-def _meanings() -> dict[str, str]:
-    """Return {threshold: meaning} as the docstring of `Thresholds` tells it."""
-    found: dict[str, str] = {}
-    last = ""
-    known = {field.name for field in fields(Thresholds)}
-    for line in (Thresholds.__doc__ or "").splitlines():
-        name, sign, text = line.strip().partition(" : ")
-        if sign and name in known:
-            last, found[name] = name, text
-        elif last and line.strip():
-            found[last] += f" {line.strip()}"
-    return found
 
 
 def _columns(

@@ -1,4 +1,4 @@
-// Words of all cases by the tables of hpcwhirl.analysis.rules, and why.
+// Words of all cases by the tables of hpcwhirl.scene.words, and why.
 
 const limits = Object.fromEntries(told.thresholds.map((t) => [t.name, t.value]));
 const given = { ...limits };
@@ -39,7 +39,7 @@ function wordsByRule(i) {
   return [outcome, ruleOf("regime", i).word, ruleOf("whirl", i).word];
 }
 
-// As `palette.word_of`: what a case is shown by.
+// As `palette.words_of`: what a case is shown by.
 function shownWord(status, outcome, regime) {
   if (status !== "ok") return status === "missing" ? "missing" : "failed";
   return outcome === "unstable" || regime === "none" ? "unstable" : regime;

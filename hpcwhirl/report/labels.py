@@ -1,0 +1,48 @@
+"""What pictures call a quantity: axes, titles, values; all by `scene.quantities`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES, variable_name
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.store.select import told
+
+KNOWN = AXES | TRACES | ROW
+NAMED = {variable_name(name): told for name, told in INPUTS.items()} | KNOWN
+
+
+def name_of(name: str) -> str:
+    """Return a name with blanks and, if it has one, the symbol."""
+    symbol = NAMED[name].symbol if name in NAMED else ""
+    return f"{name.replace('_', ' ')} {symbol}".strip()
+
+
+def axis_of(name: str) -> str:
+    """Return a symbol, or else a name, with the unit."""
+    return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
+
+
+def value_of(name: str, value: Any, unit: str = "") -> str:
+    """Return ``symbol = value unit``.
+
+    Parameters
+    ----------
+    name : of a variable
+    value : number or text; a long text is cut
+    unit : of the value where it is not that of the table
+    """
+    known = KNOWN.get(name)
+    symbol = (known and known.symbol) or name.replace("_", " ")
+    text = told(value)
+    text = text if len(text) <= 40 else text[:39] + "…"
+    shown = with_unit(text, unit or (known.unit if known else ""), " ")
+    return f"{symbol} = {shown}"
+
+
+def title_of(row: Any) -> str:
+    """Return speed, lobes and words of a row."""
+    words = f"{row['regime']}, {row['whirl']}"
+    words = "unstable integration" if row["outcome"] == "unstable" else words
+    at = ", ".join(value_of(name, row[name]) for name in ("speed", "nodal_diameter"))
+    return f"{at}: {words}"

@@ -1,0 +1,150 @@
+"""Every quantity: inputs as their fields tell them, and all that results hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from pydantic import BaseModel
+
+from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.quantity import Quantity, quantity_of
+
+
+def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, field in model.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            yield from _leaves(kind, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", field
+
+
+LEAVES = tuple(_leaves(Scene))
+INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
+
+
+def _as_given(*names: str) -> dict[str, Quantity]:
+    """Return {own name: quantity} of inputs that every row has."""
+    kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
+    return {
+        name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])
+        for name in names
+    }
+
+
+def _table(kind: str, unit: str, **names: str) -> dict[str, Quantity]:
+    return {name: Quantity(unit, told, kind=kind) for name, told in names.items()}
+
+
+ROW: dict[str, Quantity] = {
+    **_table("enum", "1", outcome="how the integration ended"),
+    **_table("enum", "1", regime="kind of motion"),
+    **_table("enum", "1", whirl="direction of the shaft's precession, static frame"),
+    **_table("enum", "1", stop="why the integration ended"),
+    **_as_given("speed", "nodal_diameter", "gap", "friction", "force", "pulse"),
+    **_table("f8", "s", duration="engine time asked for"),
+    **_as_given("solver.time_step"),
+    **_table("f8", "s", sample_interval="time between samples"),
+    **_table("i8", "1", modes="fixed-interface modes eta asked for"),
+    **_table("S16", "1", scheme="time-integration scheme asked for"),
+    **_table("i8", "1", folds="sectors that move alike, of which one is marched"),
+    **_table("i8", "1", steps="steps taken"),
+    **_table("i8", "1", contacts="touchdowns of blades on the casing"),
+    **_table("f8", "N s", contact_impulse="normal impulse of all contacts"),
+    **_table("f8", "m", orbit_radius="rms distance of the centre from its mean"),
+    **_table("f8", "m", centre_peak="largest centre displacement of the evidence"),
+    **_table("f8", "s", last_contact="last instant with contact, -1 for none"),
+    **_table("f8", "s", end_time="last step", window="length of the window"),
+    **_table("f8", "1/s", growth_rate="growth of ln sqrt(energy) over the window"),
+    **_table("f8", "1/s", growth_error="standard error of growth_rate"),
+    **_table("f8", "1/s", growth_rotor="as growth_rate, of the rotor's energy"),
+    **_table("f8", "1/s", growth_casing="as growth_rate, of the casing's energy"),
+    **_table("f8", "1/s", growth_centre="growth of ln rms displacement of the centre"),
+    **_table("f8", "1/s", growth_last="as growth_rate, last quarter of the window"),
+    **_table("f8", "1", summit="ln amplitude of the rotor, end over highest before"),
+    **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-), forward positive"),
+    **_table("f8", "m2/s", orbit_area="signed area swept a second, forward positive"),
+    **_table("f8", "rad/s", line_frequency="strongest line, forward positive"),
+    **_table("f8", "J", late_fed="work of rotation and friction in the window"),
+    **_table("f8", "J", late_friction="work of friction in the window"),
+    **_table("f8", "J", late_rotation="its rest: transport over the ring"),
+    **_table("f8", "J", late_lost="damping and impact loss in the window"),
+    **_table("f8", "J", late_energy="mean energy in the window"),
+    **_table("f8", "s", load_end="end of the loading, 0 for none"),
+    **_table("i8", "1", late_contacts="1 if the window has contact"),
+    **_table("f8", "s", certificate="from when no contact can recur, -1 for none"),
+    **_table("f8", "m", certificate_reach="bound of all later displacements, or 0"),
+    **_table("f8", "1", ledger_error="worst break of the ledger, over throughput"),
+    **_table("f8", "1", step_share="time step over the stability limit"),
+    **_table("f8", "1", gap_error="gaps solved less those of the bodies, relative"),
+    **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
+    **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
+    **_table("f8", "J", ledger_damping="lost in modal damping"),
+    **_table("f8", "J", ledger_pulse="work of the loading"),
+    **_table("f8", "J", ledger_impact="lost in impacts"),
+    **_table("f8", "J", ledger_friction="work of friction on both bodies"),
+    **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
+    **_table("f8", "J", ledger_residual="what the ledger leaves open"),
+}
+PERFORMANCE: dict[str, Quantity] = {
+    **_table("f8", "s", seconds="wall time in the kernel"),
+    **_table("f8", "us", microseconds_per_step="wall time a step"),
+    **_table("i8", "1", rank="rank that computed the case"),
+    **_table("S64", "1", host="host that computed the case"),
+}
+# what each rank of each run did with its time, over `worker`
+SHARES: dict[str, Quantity] = {
+    **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
+    **_table("f8", "s", worker_busy="computing and keeping cases"),
+    **_table("f8", "s", worker_span="from the first hand-out to the end of all ranks"),
+    **_table("i8", "1", worker_run="run of the campaign", worker_rank="rank in it"),
+    **_table("i8", "1", worker_cases="cases finished by it"),
+    **_table("S64", "1", worker_host="its host"),
+}
+STATUS: dict[str, Quantity] = {
+    **_table("enum", "1", status="whether the case gave a result"),
+    **_table("S240", "1", message="why it did not"),
+}
+# detail of a case over time: (case, time, *axes), or (case, sample, *axes)
+TRACES: dict[str, Quantity] = {
+    "centre": Quantity("m", "shaft centre, static frame", axes=("xy",)),
+    "energy": Quantity("J", "kinetic and strain energy of both bodies"),
+    "impulse": Quantity("N s", "cumulative normal contact impulse"),
+    "fed": Quantity("J", "cumulative work of rotation and friction"),
+    "rubbed": Quantity("J", "cumulative work of friction"),
+    "lost": Quantity("J", "cumulative damping and impact loss"),
+    "tips": Quantity(
+        "m",
+        "tips, rotating frame: radial, tangential",
+        axes=("blade", "component"),
+    ),
+    "blade_impulse": Quantity(
+        "N s", "cumulative contact impulse of each blade", axes=("blade",)
+    ),
+    "casing": Quantity(
+        "m",
+        "casing's radial displacement, static frame: of cos, sin of harmonic x angle",
+        axes=("harmonic", "phase"),
+    ),
+}
+AXES = {
+    "case": Quantity("1", "case of the campaign"),
+    "worker": Quantity("1", "rank of a run"),
+    "time": Quantity("s", "time of the sample"),
+    "sample": Quantity("1", "number of the sample"),
+    "xy": Quantity("1", "0: X_o, 1: Y_o"),
+    "blade": Quantity("1", "blade"),
+    "component": Quantity("1", "0: radial, 1: tangential"),
+    "harmonic": Quantity("1", "waves around the casing"),
+    "phase": Quantity("1", "0: cos, 1: sin"),
+}
+
+
+def variable_name(dotted: str) -> str:
+    """Return the variable of a swept input: its own name, or with its table's."""
+    leaf = dotted.rsplit(".", 1)[-1]
+    if leaf in ROW:
+        return leaf
+    return "_".join(p for p in dotted.split(".") if p not in {"engine", "solver"})

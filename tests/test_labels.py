@@ -1,0 +1,52 @@
+"""What pictures call quantities is what the table calls them."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import hpcwhirl
+from hpcwhirl.report import labels
+from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
+from hpcwhirl.scene.quantity import with_unit
+
+REPORT = Path(hpcwhirl.__file__).parent / "report"
+
+
+@pytest.mark.parametrize(
+    ("name", "axis", "told"),
+    [("speed", "Ω, rad/s", "Ω = 410 rad/s"), ("friction", "μ", "μ = 410"),
+     ("gap", "gap, m", "gap = 410 m"), ("time", "time, s", "time = 410 s"),
+     ("growth_rate", "growth rate, 1/s", "growth rate = 410 1/s")],
+)  # fmt: skip
+def test_a_quantity_is_shown_by_symbol_and_unit(name, axis, told):
+    assert labels.axis_of(name) == axis
+    assert labels.value_of(name, 410.0) == told
+
+
+def test_an_axis_of_an_input_has_its_name_and_symbol():
+    names = ("speed", "casing_damping", "gap", "casing_thickness")
+    told = ["speed Ω", "casing damping ξ", "gap", "casing thickness"]
+    assert [labels.name_of(name) for name in names] == told
+
+
+def test_a_value_may_have_another_unit_and_a_long_text_is_cut():
+    assert labels.value_of("speed", 3915.2, "rpm") == "Ω = 3915.2 rpm"
+    assert labels.value_of("rotor_mistuning", "x" * 80)[-3:] == "xx…"
+    assert with_unit("steps", "1") == with_unit("steps", "") == "steps"
+
+
+def test_rows_that_are_inputs_have_their_unit():
+    own = {name.rpartition(".")[2]: told for name, told in INPUTS.items()}
+    for name in ROW.keys() & own.keys():
+        assert ROW[name].unit == own[name].unit, name
+
+
+def test_no_axis_is_named_by_hand_where_the_table_knows_it():
+    known = AXES | TRACES | ROW
+    by_hand = {told.labelled(told.symbol or name) for name, told in known.items()}
+    by_hand = {text for text in by_hand if ", " in text}
+    assert "Ω, rad/s" in by_hand
+    for path in REPORT.glob("*.py"):
+        texts = set(re.findall(r'"([^"\n]*)"', path.read_text(encoding="utf-8")))
+        assert not texts & by_hand, path.name
