@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels import flight, passes
+from hpcwhirl.dynamics.kernels.named import Flight
 from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.scene import Scene
 
@@ -17,7 +16,7 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 def flight_arrays(
     scene: Scene, beat: int, rotor: Floats, ring: Floats
-) -> tuple[Any, ...]:
+) -> Flight | tuple[()]:
     """Return `flight` of `kernels.flight.fly`; empty for another scheme.
 
     Parameters
@@ -38,7 +37,7 @@ def flight_arrays(
     ]
     longest = counts[-2] * step
     bounds = [_bound(b, longest).ravel() for b in bodies]
-    return total, _certifiable(scene, bodies), counts, *jumps, *bounds
+    return Flight(total, _certifiable(scene, bodies), counts, *jumps, *bounds)
 
 
 def can_fly(scene: Scene) -> bool:

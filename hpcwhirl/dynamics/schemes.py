@@ -1,13 +1,12 @@
 """Schemes: which kernel marches a scene, with which arrays, from which state.
 
-A state is a tuple of arrays, all that a resume needs; for every scheme it ends with
-the steps of last contacts (N,), counter, ledger and impulse (N,).
+A state is all that a resume needs, see `kernels.named`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from hpcwhirl.dynamics.casing_trace import (
     waves_of_rigid,
 )
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.named import Arrays, BodiesState, CyclicState
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -26,7 +26,8 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
-State = tuple[Any, ...]
+Integers = NDArray[np.int64]
+Ended = tuple[Floats, Floats, Floats, Floats]
 
 
 class Balance(NamedTuple):
@@ -45,9 +46,9 @@ class Scheme:
 
     Attributes
     ----------
-    kernel : march `steps` steps; see `general.march_general` for its arguments
-    arrays : (load, rotor, casing, contact) of the kernel
-    state : at rest
+    kernel : march `steps` steps; see `bodies.march_bodies` for its arguments
+    arrays : of the kernel
+    state : at rest, a `named.BodiesState` or `CyclicState`
     balance : state -> what the ledger needs beside its own entries
     displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
         the model's matrices, m
@@ -58,16 +59,16 @@ class Scheme:
     """
 
     kernel: Callable[..., Any]
-    arrays: tuple[Any, ...]
-    state: State
-    balance: Callable[[State], Balance]
-    displacements: Callable[[State, int], tuple[Floats, Floats]]
+    arrays: Arrays
+    state: Any
+    balance: Callable[[Any], Balance]
+    displacements: Callable[[Any, int], tuple[Floats, Floats]]
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
-    ended: Callable[[State], State] | None = None
+    ended: Callable[[CyclicState], Ended] | None = None
 
 
-def _common(blades: int) -> State:
+def _common(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
     """Return last contacts, counter, ledger, impulse at rest."""
     counter = np.zeros(contact.COUNTERS, dtype=np.int64)
     counter[[contact.LAST, contact.ENDED, contact.CERTIFIED]] = -1
@@ -75,12 +76,15 @@ def _common(blades: int) -> State:
     return never, counter, np.zeros(contact.ENTRIES), np.zeros(blades)
 
 
-def _two_bodies(model: Model, scene: Scene, rotor: int, casing: int) -> State:
-    """Return a state at rest of the general and the dense kernel."""
+def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
+    """Return a state at rest of two bodies."""
+    rotor, casing = len(arrays.rotor.keep), len(arrays.casing.keep)
     gaps = np.full(model.blades, scene.gap)
-    bodies = (np.zeros(n) for n in (rotor, rotor, casing, casing))
-    losses = np.zeros(rotor), np.zeros(max(casing, 1))
-    return (*bodies, *losses, gaps, gaps.copy(), *_common(model.blades))
+    return BodiesState(
+        np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
+        np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
+        *_common(model.blades),
+    )  # fmt: skip
 
 
 def _unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
@@ -102,57 +106,46 @@ def _reader(
     return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)
 
 
-def _general(model: Model, scene: Scene) -> Scheme:
-    from hpcwhirl.dynamics.kernels.general import march_general, modal_energy
-    from hpcwhirl.dynamics.operators import contact_operators, modal_arrays
+def _two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Scheme:
+    """Return the march of two bodies as modes; a scheme changes what differs."""
+    from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
 
-    rotor, casing, load = modal_arrays(model, scene)
     step = scene.solver.time_step
 
-    def balance(state: State) -> Balance:
-        energy = modal_energy(state[0], state[1], rotor[4], step)
-        energy += modal_energy(state[2], state[3], casing[4], step)
-        return Balance(energy, float(state[4].sum() + state[5].sum()))
+    def balance(state: BodiesState) -> Balance:
+        energy = sum(energies_of(arrays.rotor, arrays.casing, state, step))
+        return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
 
-    state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
-    arrays = (load, rotor, casing, contact_operators(model, scene))
     return Scheme(
-        kernel=march_general,
+        kernel=march_bodies,
         arrays=arrays,
-        state=state,
+        state=_bodies(model, scene, arrays),
         balance=balance,
-        displacements=lambda s, _: _unfold(model, s[0], s[2]),
-        casing_width=len(casing[0]),
+        displacements=lambda s, _: _unfold(model, s.q_b, s.q_c),
+        casing_width=len(arrays.casing.keep),
         casing_waves=_reader(model, scene, lambda q, _: waves_of_modes(model, q)),
     )
 
 
+def _general(model: Model, scene: Scene) -> Scheme:
+    import hpcwhirl.dynamics.kernels.general  # noqa: F401 - what modes do
+    from hpcwhirl.dynamics.operators import modal_arrays
+
+    return _two_bodies(model, scene, modal_arrays(model, scene))
+
+
 def _paper(model: Model, scene: Scene) -> Scheme:
-    from hpcwhirl.dynamics.kernels.dense import dense_energy, march_paper
-    from hpcwhirl.dynamics.operators import contact_operators, dense_arrays
+    import hpcwhirl.dynamics.kernels.dense  # noqa: F401 - what matrices do
+    from hpcwhirl.dynamics.operators import dense_arrays
 
-    rotor, casing, load = dense_arrays(model, scene)
-    step = scene.solver.time_step
-
-    def balance(state: State) -> Balance:
-        energy = dense_energy(state[0], state[1], rotor[3], rotor[4], step)
-        energy += dense_energy(state[2], state[3], casing[3], casing[4], step)
-        return Balance(energy, float(state[4].sum() + state[5].sum()))
-
-    state = _two_bodies(model, scene, len(rotor[0]), len(casing[0]))
-    arrays = (load, rotor, casing, contact_operators(model, scene))
-    return Scheme(
-        kernel=march_paper,
-        arrays=arrays,
-        state=state,
-        balance=balance,
-        displacements=lambda s, _: (s[0].copy(), s[2].copy()),
-        casing_width=len(casing[0]),
+    return replace(
+        _two_bodies(model, scene, dense_arrays(model, scene)),
+        displacements=lambda s, _: (s.q_b.copy(), s.q_c.copy()),
         casing_waves=_reader(model, scene, lambda x, _: waves_of_coordinates(model, x)),
     )
 
 
-def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
+def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> CyclicState:
     """Return a state at rest of the cyclic kernel."""
     from hpcwhirl.dynamics.flights import can_fly
     from hpcwhirl.dynamics.kernels import cyclic, passes
@@ -161,12 +154,13 @@ def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> State:
     rotor = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
     ring = np.zeros(passes.RING_STATE * ring_rows * k)
     gaps, lam = np.full(3 * 2 * wide, scene.gap), np.zeros(4 * k)
-    sums = np.zeros(3 * 2 * k), np.zeros(4 * k)
-    known = np.zeros(model.blades + 2, dtype=np.int64)
-    common = _common(model.blades)
+    state = CyclicState(
+        rotor, ring, lam, gaps, np.zeros(3 * 2 * k), np.zeros(4 * k),
+        np.zeros(model.blades + 2, dtype=np.int64), *_common(model.blades),
+    )  # fmt: skip
     if not can_fly(scene):
-        common[1][contact.NEXT_TRY] = np.iinfo(np.int64).max
-    return rotor, ring, lam, gaps, *sums, known, *common
+        state.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
+    return state
 
 
 def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
@@ -177,30 +171,31 @@ def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
         ring_amplitudes,
     )
 
-    load, rotor, casing, touch, rows, ring_rows = cyclic_arrays(model, scene, beat)
+    arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
+    c_b, c_c = arrays.rotor.items, arrays.casing.items
     step = scene.solver.time_step
     exact = scene.solver.scheme == "exact"
     kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
     sizes = rows, ring_rows, 2 * cyclic.widths(model.blades)[0], exact
 
-    def ended(state: State) -> State:
-        out = tuple(np.zeros_like(state[i]) for i in (0, 1, 4, 5))
-        samples.settle(rotor[0], casing[0], state, out, *sizes)
-        return out
+    def ended(state: CyclicState) -> Ended:
+        parts = state.rotor, state.ring, state.sums_b, state.sums_c
+        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
+        samples.settle(c_b, c_c, state, (s_b, s_c, sums_b, sums_c), *sizes)
+        return s_b, s_c, sums_b, sums_c
 
-    def balance(state: State) -> Balance:
+    def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
-        odd = int(state[-3][contact.STEP] & 1)
-        energy = sum(
-            samples.energies_of(s_b, rotor[0], s_c, casing[0], odd, step, exact)
-        )
+        odd = int(state.counter[contact.STEP] & 1)
+        energy = sum(samples.energies_of(s_b, c_b, s_c, c_c, odd, step, exact))
         works = samples.column_sums(sums_b, sums_c, step, exact)
         rotation, impact, drag, loss = works
         friction = friction_with_sign(scene) * drag
         return Balance(energy, loss, rotation, friction, impact)
 
-    def displacements(state: State, steps: int) -> tuple[Floats, Floats]:
-        q_b, q_c = modal_amplitudes(model, scene, ended(state)[:2], steps)
+    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        s_b, s_c, _, _ = ended(state)
+        q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
         return _unfold(model, q_b, q_c)
 
     def casing_waves(copies: Floats, stride: int) -> Floats:
@@ -210,7 +205,7 @@ def _cyclic(model: Model, scene: Scene, beat: int) -> Scheme:
 
     return Scheme(
         kernel=kernel,
-        arrays=(load, rotor, casing, touch),
+        arrays=arrays,
         state=_at_rest(model, scene, rows, ring_rows),
         balance=balance,
         displacements=displacements,

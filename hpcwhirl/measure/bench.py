@@ -11,6 +11,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
+from hpcwhirl.dynamics.kernels.named import CyclicState
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.lanes import Lanes, can_ride
@@ -25,7 +26,6 @@ SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
 LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
 APART = 0.5  # rad/s between the speeds of the cases in the lanes
-CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
 
 
@@ -39,14 +39,14 @@ class Timing:
     lanes : cases marched together
     contact : share of the timed steps with at least one contact
     microseconds_per_step : median over the repeats, us a case-step
-    broadcast : (largest - smallest) over median of the repeats
+    spread : (largest - smallest) over median of the repeats
     """
 
     scheme: str
     lanes: int
     contact: float
     microseconds_per_step: float
-    broadcast: float
+    spread: float
 
 
 def _settled(scene: Scene, scheme: str, *, contact: bool) -> March:
@@ -67,8 +67,8 @@ def _restore(march: March, saved: list[object]) -> None:
 
 def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
     middle = statistics.median(spent)
-    broadcast = (max(spent) - min(spent)) / middle
-    return Timing(scheme, lanes, contact, middle, broadcast)
+    spread = (max(spent) - min(spent)) / middle
+    return Timing(scheme, lanes, contact, middle, spread)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -126,9 +126,9 @@ def time_lanes(
     saved = [[array.copy() for array in march.state] for march in marches]
     for march in marches:
         march.total = march.stride = march.beat = 10**9  # no end, no samples
+    before = sum(march.counter[TOUCHED] for march in marches)
     groups = [Lanes(march) for march in marches[::FOUR]]
     _advance_all(groups, marches, 1)  # compiled before the clock runs
-    before = sum(state[-3][TOUCHED] for state in saved)
     spent = []
     for _ in range(repeats):
         for march, state in zip(marches, saved, strict=True):
@@ -188,10 +188,10 @@ def flight_operations(scene: Scene) -> int:
     """
     march = March(apply_settings(scene, {"scheme": "modal"}))
     k, wide = cyclic.widths(march.lean.model.blades)
-    rotor, ring = march.state[0], march.state[1]
-    if len(march.state) != CYCLIC_STATE:
+    if not isinstance(march.state, CyclicState):
         msg = "the operations are counted for the cyclic kernel only"
         raise InputError(msg)
+    rotor, ring = march.state.rotor, march.state.ring
     step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
     return step + 2 * (2 * k * wide) + 4 * wide + 2 * k
 
