@@ -21,10 +21,10 @@ from hpcwhirl.case.model import model_of
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.store.journal import Record, scan
 
 Floats = NDArray[np.float64]
-NOMINAL = {"paper": 14e-6, "general": 6e-6, "modal": 0.2e-6, "exact": 0.25e-6}  # s
 NEAREST = 4  # finished cases that a prediction is taken from
 MOST_KNOWN = 4096  # finished cases that are looked at
 APART = 10.0  # between two words, where the whole range of a number is 1
@@ -109,7 +109,8 @@ def _to_unit(values: Sequence[Any]) -> Floats:
 def costs_of(design: Design) -> Costs:
     """Return the costs of a design of which nothing is known yet."""
     nominal = [
-        predicted_steps(scene) * NOMINAL[scene.solver.scheme] for scene in design.cases
+        predicted_steps(scene) * SCHEMES[scene.solver.scheme].nominal
+        for scene in design.cases
     ]
     return Costs(np.array(nominal, dtype=np.float64), places_of(design))
 

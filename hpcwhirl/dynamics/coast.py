@@ -14,7 +14,7 @@ from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.bodies import TINY
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.named import CyclicState, Strides, Tracks
-from hpcwhirl.dynamics.schemes import Scheme
+from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError
 
 Floats = NDArray[np.float64]
@@ -110,7 +110,7 @@ class Coast:
     step : s
     """
 
-    def __init__(self, scheme: Scheme, blades: int, step: float) -> None:
+    def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
         if scheme.ended is None:
             msg = "only the cyclic kernel's steps can be ended"
             raise ModelError(msg)

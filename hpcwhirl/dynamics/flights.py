@@ -9,6 +9,7 @@ from hpcwhirl.dynamics.kernels import flight, passes
 from hpcwhirl.dynamics.kernels.named import Flight
 from hpcwhirl.dynamics.timestep import step_counts
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
@@ -25,7 +26,7 @@ def flight_arrays(
     beat : steps between rows of evidence, at which jumps end
     rotor, ring : items of both bodies, (ITEMS size,) and (ITEMS ring_size,)
     """
-    if scene.solver.scheme != "exact":
+    if not SCHEMES[scene.solver.scheme].flies:
         return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)

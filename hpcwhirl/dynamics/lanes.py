@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.timestep import with_step
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -42,7 +43,7 @@ def can_ride(scene: Scene, model: Model) -> bool:
     fourier = scene.engine.casing.discretization == "fourier"
     plan = plan_of(scene, model)
     cyclic = model.rotor.cyclic and model.blades > 2
-    modal = scene.solver.scheme == "modal"
+    modal = SCHEMES[scene.solver.scheme].rides
     ring = fourier and model.casing is not None
     return modal and cyclic and ring and not plan.settles and plan.folds == 1
 

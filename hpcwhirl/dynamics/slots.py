@@ -23,6 +23,7 @@ from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flo
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -125,7 +126,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
 
 
 def _flow(scene: Scene) -> Callable[[float, float, float], Recursion]:
-    return exact_flow if scene.solver.scheme == "exact" else central_differences
+    return exact_flow if SCHEMES[scene.solver.scheme].flies else central_differences
 
 
 def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:

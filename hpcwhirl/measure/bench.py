@@ -18,11 +18,11 @@ from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import NAMES, RIDING
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
-SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
 LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
 APART = 0.5  # rad/s between the speeds of the cases in the lanes
@@ -95,20 +95,20 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
-    """Return what a step of `modal` costs in a damped tail, over one that is alive.
+    """Return what a step in a damped tail costs, over one that is alive.
 
     The tail's amplitudes have decayed to where their products would be denormal.
     """
-    alive = time_step(scene, "modal", repeats, contact=False)
+    alive = time_step(scene, RIDING, repeats, contact=False)
     faint = apply_settings(scene, {"force": FAINT})
-    tail = time_step(faint, "modal", repeats, contact=False)
+    tail = time_step(faint, RIDING, repeats, contact=False)
     return tail.microseconds_per_step / alive.microseconds_per_step
 
 
 def time_lanes(
     scene: Scene, lanes: int, repeats: int, *, contact: bool
 ) -> Timing | None:
-    """Return what a step of a case in a batch costs, as `time_step` of `modal`.
+    """Return what a step of a case in a batch costs, as `time_step` of one.
 
     The cases differ in their speeds, `APART` from lane to lane; None where the scene
     cannot ride.
@@ -116,7 +116,7 @@ def time_lanes(
     marches = [
         _settled(
             apply_settings(scene, {"speed": scene.speed + i * APART, "revolutions": 0}),
-            "modal",
+            RIDING,
             contact=contact,
         )
         for i in range(lanes)
@@ -137,7 +137,7 @@ def time_lanes(
         _advance_all(groups, marches, STEPS)
         spent.append(1e6 * sum(m.seconds for m in marches) / (STEPS * lanes))
     touched = sum(march.counter[TOUCHED] for march in marches) - before
-    return _timing("modal", float(touched) / (STEPS * lanes), spent, lanes)
+    return _timing(RIDING, float(touched) / (STEPS * lanes), spent, lanes)
 
 
 def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
@@ -153,7 +153,7 @@ def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
 
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
     """Yield the cost of every scheme and of batches, in flight and in contact."""
-    for scheme in SCHEMES:
+    for scheme in NAMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
     for lanes in LANES:
@@ -186,7 +186,7 @@ def flight_operations(scene: Scene) -> int:
     InputError
         where the cyclic kernel does not march the scene
     """
-    march = March(apply_settings(scene, {"scheme": "modal"}))
+    march = March(apply_settings(scene, {"scheme": RIDING}))
     k, wide = cyclic.widths(march.lean.model.blades)
     if not isinstance(march.state, CyclicState):
         msg = "the operations are counted for the cyclic kernel only"

@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -234,13 +235,7 @@ class Engine(Inputs):
 class Solver(Inputs):
     """Reduction and time integration."""
 
-    scheme: Literal["modal", "exact", "general", "paper"] = Field(
-        "modal",
-        description="integrator; modal: cyclic amplitudes; exact: exact flow, flights "
-        "and a certificate; general: mode by mode, also takes over where modal cannot "
-        "(rotor from file, mistuned, ring of elements, fewer than 3 blades); paper: "
-        "the dense Algorithm 1, slow and obvious",
-    )
+    scheme: SchemeName = Field(DEFAULT, description=f"integrator; {MEANINGS}")
     time_step: Positive = Field(
         1e-6, description="step, s; refused, with the limit, where it is not stable"
     )
