@@ -129,7 +129,7 @@ def test_a_case_that_grows_beyond_the_limit_ends_alone():
 def test_a_nonfinite_case_ends_alone():
     marches = [March(resolve(scene())) for _ in range(2)]
     lanes = Lanes(marches[0])
-    marches[0].state[0][30] = np.inf
+    marches[0].state.rotor[30] = np.inf
     for lane in (0, 1):
         lanes.load(lane, marches[lane])
     while not lanes.ended():

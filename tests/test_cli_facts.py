@@ -17,6 +17,7 @@ from hpcwhirl.cli.options import print_json
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.documents import scene_of_document
+from hpcwhirl.scene.schemes import NAMES
 from hpcwhirl.store.reader import words
 
 SHORT = ("--set", "duration=2e-3", "--set", "time_step=2e-6", "--set", "interval=5e-5")
@@ -260,7 +261,7 @@ def test_classify_without_json_says_what_there_is(copy, capsys):
 def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     found = facts("bench", "--json", "--repeats", "1")
     rows = [(r["scheme"], r["lanes"], r["contact"] > 0) for r in found["rows"]]
-    single = [(scheme, 1) for scheme in ("paper", "general", "modal", "exact")]
+    single = [(scheme, 1) for scheme in NAMES]
     kinds = single + [("modal", lanes) for lanes in (2, 4, 8, 16)]
     assert rows == [(*kind, c) for kind in kinds for c in (False, True)]
     for row in found["rows"]:

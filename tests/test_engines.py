@@ -11,7 +11,7 @@ from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.kernels.general import march_general
+from hpcwhirl.dynamics.kernels.bodies import march_bodies
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError
@@ -148,9 +148,9 @@ def test_coordinates_may_come_in_any_order(exported, changed):
 def test_only_a_tuned_rotor_of_the_scene_takes_the_cyclic_kernel(exported):
     tuned = small(scheme="modal")
     others = small(exported, scheme="modal"), small(mistuning=[0.0] * 6, scheme="modal")
-    assert scheme_of(resolve(tuned).model, tuned, 1).kernel is not march_general
+    assert scheme_of(resolve(tuned).model, tuned, 1).kernel is not march_bodies
     for other in others:
-        assert scheme_of(resolve(other).model, other, 1).kernel is march_general
+        assert scheme_of(resolve(other).model, other, 1).kernel is march_bodies
 
 
 @pytest.fixture

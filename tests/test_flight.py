@@ -61,10 +61,16 @@ def test_the_flow_is_central_differences_as_the_step_goes_to_zero():
         assert gaps[0] / gaps[2] == pytest.approx(16.0, rel=0.1)
 
 
+def items_of(march):
+    """Return the items of rotor and ring, (ITEMS, size) each."""
+    bodies = march.scheme.arrays.rotor, march.scheme.arrays.casing
+    return [body.items.reshape(passes.ITEMS, -1) for body in bodies]
+
+
 def random_state(march, rng, share=1.0):
     """Put a random free motion of a share of all modes into a march."""
-    rotor, ring = march.state[0], march.state[1]
-    items = [a[0].reshape(passes.ITEMS, -1) for a in march.scheme.arrays[1:3]]
+    rotor, ring = march.state.rotor, march.state.ring
+    items = items_of(march)
     for state, item, parts in ((rotor, items[0], 1), (ring, items[1], 2)):
         state[:] = 0.0
         size = item.shape[1]
@@ -86,20 +92,19 @@ def folded(march, q_rotor, q_ring):
     """Return the N gaps of amplitudes (ring in the rotating frame), m."""
     blades = march.model.blades
     k, _ = widths(blades)
-    items = [a[0].reshape(passes.ITEMS, -1) for a in march.scheme.arrays[1:3]]
+    items = items_of(march)
     spectrum = (items[0][passes.RADIAL] * q_rotor).reshape(-1, 2, k).sum(axis=0)
     ring = items[1][passes.RADIAL] * q_ring.reshape(2, -1)
     ring = ring.reshape(2, -1, k).sum(axis=1)
-    turns = march.scheme.arrays[3][1].reshape(blades, 2 * k)
+    turns = march.scheme.arrays.contact.turns.reshape(blades, 2 * k)
     return march.scene.gap + turns @ (spectrum + ring).ravel()
 
 
 def flown(march, steps):
     """Return the gaps `steps` (any real number) after the state of a march, m."""
     step, out = march.scene.solver.time_step, []
-    arrays = zip(march.state[:2], march.scheme.arrays[1:3], (1, 2), strict=True)
-    for state, array, parts in arrays:
-        item = array[0].reshape(passes.ITEMS, -1)
+    states = march.state.rotor, march.state.ring
+    for state, item, parts in zip(states, items_of(march), (1, 2), strict=True):
         table = flights._jump(item, steps, step)
         size = item.shape[1]
         q = state[: parts * size].reshape(parts, size)
@@ -161,11 +166,11 @@ def test_no_blade_touches_within_a_jump(speed):
     march = March(resolve(scene(speed=speed, gap=5e-4)))
     blades, rng = march.model.blades, np.random.default_rng(int(speed))
     k, wide = widths(blades)
-    rows = len(march.state[0]) // passes.ROTOR_STATE // (2 * k)
-    ring_rows = len(march.state[1]) // passes.RING_STATE // k
+    rows = len(march.state.rotor) // passes.ROTOR_STATE // (2 * k)
+    ring_rows = len(march.state.ring) // passes.RING_STATE // k
     fold = [j if j < wide else (blades - (j - wide)) % blades for j in range(2 * wide)]
-    c_b, c_c = (a[0] for a in march.scheme.arrays[1:3])
-    wave, arrays = march.scheme.arrays[3][2:]
+    c_b, c_c = march.scheme.arrays.rotor.items, march.scheme.arrays.casing.items
+    _, _, wave, arrays = march.scheme.arrays.contact
     closed, jumps = 0, []
     for _ in range(500):
         random_state(march, rng, share=0.02)
@@ -174,12 +179,12 @@ def test_no_blade_touches_within_a_jump(speed):
         if nearest <= 0.0:
             continue
         used = rng.uniform(0.1, 0.95) * gap / nearest
-        march.state[0][:] *= used  # the nearest blade uses up part of the gap
-        march.state[1][:] *= used
+        march.state.rotor[:] *= used  # the nearest blade uses up part of the gap
+        march.state.ring[:] *= used
         now = flown(march, 0.0)
         march.counter[:] = 0
         march.counter[[contact.LAST, contact.CERTIFIED]] = -1
-        march.state[3][: 2 * wide] = now[fold]
+        march.state.gaps[: 2 * wide] = now[fold]
         steps = 1 + flight.look_ahead(
             march.scene.solver.time_step, march.scene.gap, c_b, c_c, wave, arrays,
             march.state, np.zeros(2 * k), np.zeros(2 * wide), rows, ring_rows, k, wide,
@@ -210,7 +215,7 @@ def test_after_a_certificate_no_blade_ever_touches():
     again.counter[contact.CERTIFIED] = -1
     while again.steps < 10 * certified:
         again.advance(97)
-        lowest = min(lowest, again.state[3].min())
+        lowest = min(lowest, again.state.gaps.min())
     assert again.counter[contact.LAST] == last
     assert lowest >= again.scene.gap - history.certificate_reach
     assert result_of(march.case, history).row["regime"] == "damped"
@@ -268,12 +273,12 @@ def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny):
     # NaN and let a jump pass over a contact
     march, _ = ended(duration=2e-4)
     _, rotor, casing, touching = march.scheme.arrays
-    bounds, k = touching[3][5:7], widths(march.model.blades)[0]
+    bounds, k = touching.flight, widths(march.model.blades)[0]
     chance = np.random.default_rng(1)
     for _ in range(50):
         for body, items, bound, read, per in (
-            (march.state[0], rotor[0], bounds[0], flight.bound_rotor, 3),
-            (march.state[1], casing[0], bounds[1], flight.bound_ring, 6),
+            (march.state.rotor, rotor.items, bounds.bounds_b, flight.bound_rotor, 3),
+            (march.state.ring, casing.items, bounds.bounds_c, flight.bound_ring, 6),
         ):
             body[:] = tiny * chance.normal(size=len(body))
             body[len(body) // 3 :] *= 0.01  # increments

@@ -135,9 +135,9 @@ def test_contact_forces_cancel_between_the_bodies(scheme):
     march = March(resolve(scene(scheme=scheme)))
     model, step = march.model, march.scene.solver.time_step
     while march.counter[contact.LAST] < 0:
-        impulse = march.state[-1].copy()
+        impulse = march.state.impulse.copy()
         march.advance(1)
-    lam = (march.state[-1] - impulse) / step
+    lam = (march.state.impulse - impulse) / step
     assert np.count_nonzero(lam) >= 1
     angle = march.scene.speed * march.steps * step + 2 * np.pi * np.arange(22) / 22
     radial, tangential = model.ring.rows(angle)
@@ -158,13 +158,14 @@ def test_multipliers_and_friction_are_what_moves_the_modes():
     march = March(resolve(scene(scheme="general")))
     model, step = march.model, march.scene.solver.time_step
     while march.counter[contact.LAST] < 0:
-        q, d = march.state[0].copy(), march.state[1].copy()
-        impulse = march.state[-1].copy()
+        q, d = march.state.q_b.copy(), march.state.d_b.copy()
+        impulse = march.state.impulse.copy()
         march.advance(1)
-    lam = (march.state[-1] - impulse) / step
-    keep, pull, give = march.scheme.arrays[1][:3]
+    lam = (march.state.impulse - impulse) / step
+    body = march.scheme.arrays.rotor
     size = len(model.rotor.omega)
-    pushed = (march.state[1] - (keep * d - pull * q))[:size] / give[:size]
+    pushed = march.state.d_b - (body.keep * d - body.pull * q)
+    pushed = pushed[:size] / body.give[:size]
     radial, tangential = model.rotor.shapes[0:44:2], model.rotor.shapes[1:44:2]
     mu = march.scene.friction
     want = -(lam @ radial) - mu * (lam @ tangential)
@@ -177,9 +178,9 @@ def test_rotation_work_is_the_transport_over_the_deformed_ring(scheme):
     march = March(resolve(scene(scheme=scheme, friction=0.0, duration=3e-3)))
     work, step = 0.0, march.scene.solver.time_step
     while not march.done:
-        older = march.state[-1].copy()
+        older = march.state.impulse.copy()
         march.advance(1)
-        impulse = march.state[-1] - older
+        impulse = march.state.impulse - older
         if not impulse.any():
             continue
         _, casing = march.displacements()
@@ -345,8 +346,8 @@ def test_no_contact_is_the_matrix_exponential():
     v = v * 300.0
     drag, stiff = 2 * model.damping * model.omega, model.omega**2
     back = q - step * v - 0.5 * step**2 * (stiff * q + drag * v)
-    march.state[0][:size] = q
-    march.state[1][:size] = q - back
+    march.state.q_b[:size] = q
+    march.state.d_b[:size] = q - back
     march.run()
     time = march.steps * step
     for m in np.flatnonzero(slow)[:40]:
@@ -354,7 +355,7 @@ def test_no_contact_is_the_matrix_exponential():
         want = flow[0] @ [q[m], v[m]]
         error = (model.omega[m] * step) ** 2 * model.omega[m] * time
         size_q = abs(q[m]) + abs(v[m]) / model.omega[m]
-        assert abs(march.state[0][m] - want) < (error + 1e-5) * size_q
+        assert abs(march.state.q_b[m] - want) < (error + 1e-5) * size_q
 
 
 @pytest.mark.order
@@ -386,7 +387,7 @@ def test_slices_and_resume_give_the_same_bits(scheme):
     for other in (cut, resumed):
         for a, b in zip(whole.state, other.state, strict=True):
             assert np.array_equal(a, b)
-    assert np.array_equal(whole.tracks[0], cut.tracks[0])
+    assert np.array_equal(whole.tracks.centre, cut.tracks.centre)
 
 
 @pytest.mark.parametrize("scheme", CENTRAL)
@@ -394,7 +395,8 @@ def test_a_damped_tail_flushes_to_zero_instead_of_denormals(scheme):
     damped = {"gap": 0.05, "time_step": 4e-6, "duration": 0.02, "force": 10.0}
     march = March(resolve(scene(scheme=scheme, discretization="elements", **damped)))
     march.run()
-    values = np.abs(np.concatenate([np.ravel(a) for a in march.state[:4]]))
+    state = march.state
+    values = np.abs(np.concatenate([state.q_b, state.d_b, state.q_c, state.d_c]))
     tiny = (values > 0) & (values < 1e-290)
     assert not tiny.any()
 
@@ -410,7 +412,8 @@ def test_a_step_above_the_limit_is_refused_with_the_limit(scheme):
 
 def random_contacts(friction, trials=200):
     """Yield a Delassus matrix, its first column, and gaps of which some are closed."""
-    column = March(resolve(scene(friction=friction))).scheme.arrays[3][0]
+    march = March(resolve(scene(friction=friction)))
+    column = march.scheme.arrays.contact.column
     places = np.subtract.outer(np.arange(22), np.arange(22)) % 22
     rng = np.random.default_rng(5)
     for trial in range(trials):
@@ -467,7 +470,7 @@ def test_delassus_rows_of_the_ring_of_elements():
     march = March(
         resolve(scene(scheme="general", discretization="elements", friction=0.3))
     )
-    w_rotor, compliance = march.scheme.arrays[3]
+    w_rotor, compliance, _ = march.scheme.arrays.contact
     model, step = march.model, march.scene.solver.time_step
     turned = 0.37
     index, shape = np.zeros((22, 4), np.int64), np.zeros((22, 4))

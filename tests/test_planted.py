@@ -30,7 +30,7 @@ def words(march):
 
 def items(march, body):
     """Return the items of a body of the cyclic kernel, (ITEMS, size), to write in."""
-    return march.scheme.arrays[1 + body][0].reshape(passes.ITEMS, -1)
+    return getattr(march.scheme.arrays, body).items.reshape(passes.ITEMS, -1)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -69,7 +69,7 @@ def test_damped_blow_up_has_an_energy_below_zero(monkeypatch, scheme):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("body", [0, 1])
+@pytest.mark.parametrize("body", ["rotor", "casing"])
 def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
     if scheme == "paper":
         pytest.skip("its friction is in the kernel: scripts/evidence/planted.py")
@@ -77,7 +77,7 @@ def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
     if scheme in CYCLIC:
         items(march, body)[passes.ALONG] *= -1.0
     else:
-        march.scheme.arrays[1 + body][7][:] *= -1.0
+        getattr(march.scheme.arrays, body).tangential[:] *= -1.0
     assert words(march) == LOST
 
 
@@ -85,7 +85,8 @@ def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
 @pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
 def test_a_broken_row_of_the_delassus_matrix(scheme, factor):
     march = March(resolve(scene(scheme=scheme)))
-    w = march.scheme.arrays[3][0]
+    touch = march.scheme.arrays.contact
+    w = touch.column if scheme in CYCLIC else touch.w_rotor
     w[0] *= factor  # to blade 0 where W is circulant, of blade 0 where it is not
     assert words(march) == LOST
 
@@ -94,12 +95,14 @@ def test_a_broken_row_of_the_delassus_matrix(scheme, factor):
 def test_a_term_of_the_ledger_dropped(scheme):
     march = March(resolve(scene(scheme=scheme)))
     if scheme in CYCLIC:
-        items(march, 1)[passes.RATE] = 0.0
-        items(march, 1)[passes.LOSS_DD : passes.LOSS_QQ + 1] = 0.0
+        items(march, "casing")[passes.RATE] = 0.0
+        items(march, "casing")[passes.LOSS_DD : passes.LOSS_QQ + 1] = 0.0
     elif scheme == "general":
-        march.scheme.arrays[2][3][:] = 0.0
+        march.scheme.arrays.casing.rate[:] = 0.0
     else:
-        march.scheme.arrays[2][5][:] *= 0.5  # D is in the matrices of the step already
+        march.scheme.arrays.casing.damping[:] *= (
+            0.5  # D is in the matrices of the step already
+        )
     assert words(march) == LOST
 
 

@@ -11,10 +11,9 @@ import numpy as np
 from hpcwhirl.case.sectors import folded_model, folded_scene
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
-FOLDING = ("modal", "exact")  # `general` and `paper` are what others are held against
-NOMINAL = {"paper": 14e-6, "general": 6e-6, "modal": 0.2e-6, "exact": 0.25e-6}  # s
 SOON = 0.7  # of the run: a certificate expected later is not looked for
 
 
@@ -45,7 +44,7 @@ class Plan:
 def folds_of(scene: Scene) -> int:
     """Return g, the sectors that move alike: gcd(k, N), or 1 where all are marched."""
     solver = scene.solver
-    if solver.plan == "everything" or solver.scheme not in FOLDING:
+    if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
     if not scene.has_families:
         return 1
@@ -84,7 +83,7 @@ def settling_time(scene: Scene, model: Model) -> float:
 def plan_of(scene: Scene, model: Model) -> Plan:
     """Return what is marched for a scene and its whole model."""
     folds, settling = folds_of(scene), settling_time(scene, model)
-    lean = scene.solver.plan == "lean" and scene.solver.scheme == "modal"
+    lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 

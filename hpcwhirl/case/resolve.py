@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from hpcwhirl.case.limits import check_limits, step_asked
-from hpcwhirl.case.plan import NOMINAL, Marched, Plan, lean_of, plan_of
+from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import SCHEMES
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Case:
     @property
     def cost(self) -> float:
         """Predicted seconds of one core, if the run goes to its end."""
-        return self.steps * NOMINAL[self.given.solver.scheme]
+        return self.steps * SCHEMES[self.given.solver.scheme].nominal
 
     def check(self) -> None:
         """Raise InputError, naming the limit, where the step is beyond one."""

@@ -15,6 +15,7 @@ from typing import Any
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import NAMES, RIDING, SCHEMES
 
 # damped, sustained and divergent on Table 2, and two lobes in a wide gap
 CASES: tuple[dict[str, float | int], ...] = (
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     if args.cases:
         facts["cases"] = whole_cases(scene)
     if args.compile:
-        facts["starts"] = [start_of(scheme) for scheme in ("modal", "exact", "paper")]
+        facts["starts"] = [start_of(scheme) for scheme in NAMES]
     facts["peak_memory_mb"] = _peak_memory()
     if args.json:
         print_json(facts)
@@ -73,7 +74,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     facts["modal_bytes"] = bench.bytes_of(scene)
     operations = bench.flight_operations(scene)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
-    own = [r for r in rows if r["scheme"] == "modal" and r["lanes"] == 1]
+    own = [r for r in rows if r["scheme"] == RIDING and r["lanes"] == 1]
     flight = own[0]["microseconds_per_step"]
     facts["modal_operations_in_flight"] = operations
     facts["lanes_apart"] = bench.APART
@@ -82,12 +83,12 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Return regime and seconds of whole cases, one after the other, both schemes."""
+    """Return regime and seconds of whole cases, by the schemes of large campaigns."""
     from hpcwhirl.campaign.simulate import simulate
 
     out = []
     for settings in CASES:
-        for scheme in ("modal", "exact"):
+        for scheme in [name for name, known in SCHEMES.items() if known.folds]:
             chosen = apply_settings(scene, {"revolutions": 0.0, "scheme": scheme})
             result = simulate(apply_settings(chosen, settings))
             row, spent = result.row, result.performance
@@ -105,7 +106,7 @@ def batched_case(scene: Scene) -> list[dict[str, Any]]:
     from hpcwhirl.dynamics.lanes import can_ride
     from hpcwhirl.measure.bench import APART
 
-    base = apply_settings(scene, {"revolutions": 0.0, "scheme": "modal"})
+    base = apply_settings(scene, {"revolutions": 0.0, "scheme": RIDING})
     if not can_ride(resolve(base)):
         return []
     speed = CASES[1]["speed"]
@@ -116,7 +117,9 @@ def batched_case(scene: Scene) -> list[dict[str, Any]]:
     names = ("speed", "gap", "regime", "whirl", "end_time", "steps")
     seconds = sum(history.seconds for history in runs.values()) / len(runs)
     facts = {name: row[name] for name in names}
-    return [facts | {"scheme": "modal, mean of four in a batch", "seconds": seconds}]
+    return [
+        facts | {"scheme": f"{RIDING}, mean of four in a batch", "seconds": seconds}
+    ]
 
 
 def start_of(scheme: str) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.contact import rigid_amplitude
+from hpcwhirl.dynamics.operators import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -48,12 +49,11 @@ def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
 
     H as of a ring of this discretization, and at least the distortion's lobes k.
     """
-    casing, k = scene.engine.casing, scene.nodal_diameter
+    wall = wall_of(scene)
     out = np.zeros((count, _highest(scene) + 1, 2))
-    shape = (scene.gap, k, casing.amplitude, casing.growth, casing.rise)
     for n in range(count):
         time = (n + 1) * stride * scene.solver.time_step
-        out[n, k, 0] = -rigid_amplitude(shape, time)
+        out[n, wall.lobes, 0] = -rigid_amplitude(wall, time)
     return out
 
 

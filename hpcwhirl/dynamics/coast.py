@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.certificate import LESS, roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels.bodies import TINY
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.general import TINY
-from hpcwhirl.dynamics.schemes import Scheme
+from hpcwhirl.dynamics.kernels.named import CyclicState, Strides, Tracks
+from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError
 
 Floats = NDArray[np.float64]
@@ -109,12 +110,12 @@ class Coast:
     step : s
     """
 
-    def __init__(self, scheme: Scheme, blades: int, step: float) -> None:
+    def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
         if scheme.ended is None:
             msg = "only the cyclic kernel's steps can be ended"
             raise ModelError(msg)
         self.ended = scheme.ended
-        _, (rotor, hub), (ring, *_), (_, turns, *_) = scheme.arrays
+        (rotor, hub), ring = scheme.arrays.rotor, scheme.arrays.casing.items
         self.step = step
         self.slots, _ = widths(blades)
         parts = rotor.reshape(passes.ITEMS, -1, 2, self.slots)
@@ -123,7 +124,7 @@ class Coast:
         self.rotor, self.ring = roots_of(self.rotor_items), roots_of(self.ring_items)
         axes = hub.reshape(2, -1, 2, self.slots)
         self.hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)
-        columns = turns.reshape(blades, 2 * self.slots)
+        columns = scheme.arrays.contact.turns.reshape(blades, 2 * self.slots)
         self.waves = columns[:, : self.slots] - 1j * columns[:, self.slots :]
 
     @property
@@ -131,17 +132,18 @@ class Coast:
         """Whether all motion must die out."""
         return self.rotor.decays and self.ring.decays
 
-    def _bodies(self, state: Any) -> tuple[Complexes, ...]:
+    def _bodies(self, state: CyclicState) -> tuple[Complexes, ...]:
         """Return (q, d) of the rotor and of the ring, all places, of an ended state."""
-        odd = int(state[-3][contact.STEP]) & 1
-        s_b, s_c = self.ended(state)[:2]
-        rotor = s_b.reshape(passes.ROTOR_STATE, -1, 2, self.slots)
-        rotor = (rotor[:, :, 0] + 1j * rotor[:, :, 1]).reshape(passes.ROTOR_STATE, -1)
-        ring = s_c.reshape(3, 2, -1)
-        ring = ring[:, 0] + 1j * ring[:, 1]
+        odd = int(state.counter[contact.STEP]) & 1
+        s_b, s_c, _, _ = self.ended(state)
+        phases = s_b.reshape(passes.ROTOR_STATE, -1, 2, self.slots)
+        rotor = phases[:, :, 0] + 1j * phases[:, :, 1]
+        rotor = rotor.reshape(passes.ROTOR_STATE, -1)
+        parts = s_c.reshape(3, 2, -1)
+        ring = parts[:, 0] + 1j * parts[:, 1]
         return rotor[0], rotor[1 + odd], ring[0], ring[1 + odd]
 
-    def bound(self, state: Any) -> tuple[Floats, Floats]:
+    def bound(self, state: CyclicState) -> tuple[Floats, Floats]:
         """Return (weighed amplitudes (modes,), m; decay of each a step, r).
 
         Their sum bounds every later radial displacement of a tip against the ring.
@@ -154,7 +156,7 @@ class Coast:
         decays = np.concatenate([self.rotor.radius, self.ring.radius])
         return np.concatenate(sizes), decays
 
-    def motion(self, state: Any) -> _Motion:
+    def motion(self, state: CyclicState) -> _Motion:
         """Return the free motion from an ended state on."""
         q_b, d_b, q_c, d_c = self._bodies(state)
         bodies = ((self.rotor, q_b, d_b), (self.ring, q_c, d_c))
@@ -174,7 +176,7 @@ class Coast:
         )
 
     def finish(
-        self, state: Any, tracks: tuple[Any, ...], total: int, strides: tuple[int, int]
+        self, state: CyclicState, tracks: Tracks, total: int, strides: Strides
     ) -> None:
         """Take a march from a judged step to its end: samples, ledger and state.
 
@@ -185,17 +187,17 @@ class Coast:
         total, strides : steps of the whole run; between samples of the traces and
             between rows of the evidence
         """
-        motion, counter = self.motion(state), state[-3]
+        motion, counter = self.motion(state), state.counter
         settled = self.ended(state)
         start = _Start(
             int(counter[contact.STEP]),
-            tracks[9][counter[contact.JUDGED] - 1].copy(),
-            float(state[-2][contact.IMPULSE]),
-            state[-1].copy(),
+            tracks.evidence[counter[contact.JUDGED] - 1].copy(),
+            float(state.ledger[contact.IMPULSE]),
+            state.impulse.copy(),
         )
         for slot, stride, write in (
-            (contact.SAMPLE, strides[0], self._keep),
-            (contact.JUDGED, strides[1], self._judge),
+            (contact.SAMPLE, strides.traces, self._keep),
+            (contact.JUDGED, strides.evidence, self._judge),
         ):
             first, ahead = int(counter[slot]), start.ahead(total, stride)
             inside = np.exp(np.outer(ahead[:BLOCK], motion.log))
@@ -203,7 +205,8 @@ class Coast:
                 steps = ahead[begun : begun + BLOCK]
                 z = inside[: len(steps)] * np.exp(stride * begun * motion.log)
                 where = slice(first + begun, first + begun + len(steps))
-                write(motion, z, steps, start, [track[where] for track in tracks[:10]])
+                here = Tracks._make(track[where] for track in tracks)
+                write(motion, z, steps, start, here)
             counter[slot] += len(ahead)
         self._leave(motion, state, settled, total - start.step)
 
@@ -221,10 +224,10 @@ class Coast:
 
     def _judge(
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
-        tracks: list[Floats],
+        tracks: Tracks,
     ) -> None:  # fmt: skip
         """Write rows of evidence."""
-        rows, begun = tracks[9], start.row
+        rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
         rotor, ring = self._energies(motion, z)
         rows[:, contact.OF_ROTOR], rows[:, contact.OF_CASING] = rotor, ring
@@ -234,24 +237,22 @@ class Coast:
 
     def _keep(
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
-        tracks: list[Floats],
+        tracks: Tracks,
     ) -> None:  # fmt: skip
         """Write samples of the traces, so many steps on."""
-        (
-            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
-        ) = tracks  # fmt: skip
-        centre[:] = self._centre(motion, z)
+        tracks.centre[:] = self._centre(motion, z)
         rotor, ring = self._energies(motion, z)
-        energy[:] = rotor + ring
-        lost[:] = start.to_lose - energy
-        impulse[:] = start.impulse
-        fed[:], rubbed[:] = start.row[contact.WAS_FED], start.row[contact.WAS_RUBBED]
-        if len(tips) > 0:
+        tracks.energy[:] = rotor + ring
+        tracks.lost[:] = start.to_lose - tracks.energy
+        tracks.impulse[:] = start.impulse
+        tracks.fed[:] = start.row[contact.WAS_FED]
+        tracks.rubbed[:] = start.row[contact.WAS_RUBBED]
+        if len(tracks.tips) > 0:
             own = len(self.rotor.own)
             q = motion.alpha[:own] * z[:, :own] + motion.beta[:own] * z[:, :own].conj()
-            tips[:] = self._tips(q)
-            blade_impulse[:] = start.blades
-            casing[:] = self._ring(motion, z, steps)
+            tracks.tips[:] = self._tips(q)
+            tracks.blade_impulse[:] = start.blades
+            tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
         """Return copies (samples, 2 ring_size) as the kernel's, so many steps on."""
@@ -271,9 +272,11 @@ class Coast:
         shapes = -items[passes.RADIAL][own] * waves, -sigma[own] * waves
         return np.stack([(q @ shape.T).real for shape in shapes], axis=-1)
 
-    def _leave(self, motion: _Motion, state: Any, settled: Any, steps: int) -> None:
+    def _leave(
+        self, motion: _Motion, state: CyclicState, settled: Any, steps: int
+    ) -> None:
         """Set the state as the kernel leaves it: its last step waits to be booked."""
-        counter, own = state[-3], self.rotor.own
+        counter, own = state.counter, self.rotor.own
         counter[contact.STEP] += steps
         odd = int(counter[contact.STEP]) & 1
         (q, d), (_, old) = motion.at(steps), motion.at(steps - 1)
@@ -283,9 +286,9 @@ class Coast:
             self.ring_items[passes.RATE][self.ring.own],
         ])  # fmt: skip
         waits = float(rate @ np.abs(d + old) ** 2)
-        state[4][:], state[5][:] = settled[2], settled[3]
+        _, _, state.sums_b[:], state.sums_c[:] = settled
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
-        state[4][4 * self.slots] += float(lost) - waits
+        state.sums_b[4 * self.slots] += float(lost) - waits
         spin = self.ring_items[passes.SPIN][self.ring.own] * self.step
         now, then = np.exp(1j * spin * steps), np.exp(1j * spin * (steps - 1))
         for place, values, turn in (
@@ -295,15 +298,17 @@ class Coast:
         ):
             self._put(state, place, values[: len(own)], values[len(own) :] * turn)
 
-    def _put(self, state: Any, place: int, rotor: Complexes, ring: Complexes) -> None:
+    def _put(
+        self, state: CyclicState, place: int, rotor: Complexes, ring: Complexes
+    ) -> None:
         """Write amplitudes or increments, (modes,) of each body, in the state."""
-        parts = state[0].reshape(passes.ROTOR_STATE, -1, 2, self.slots)[place]
+        parts = state.rotor.reshape(passes.ROTOR_STATE, -1, 2, self.slots)[place]
         for part, values in enumerate((rotor.real, rotor.imag)):
             flat = np.zeros(parts[:, 0].size)
             flat[self.rotor.own] = np.where(np.abs(values) < TINY, 0.0, values)
             parts[:, part] = flat.reshape(-1, self.slots)
         for part, values in enumerate((ring.real, ring.imag)):
-            row = state[1].reshape(3, 2, -1)[place, part]
+            row = state.ring.reshape(3, 2, -1)[place, part]
             row[:] = 0.0
             row[self.ring.own] = np.where(np.abs(values) < TINY, 0.0, values)
 

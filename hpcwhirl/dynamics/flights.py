@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes
+from hpcwhirl.dynamics.kernels.named import Flight
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
@@ -17,7 +17,7 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 def flight_arrays(
     scene: Scene, beat: int, rotor: Floats, ring: Floats
-) -> tuple[Any, ...]:
+) -> Flight | tuple[()]:
     """Return `flight` of `kernels.flight.fly`; empty for another scheme.
 
     Parameters
@@ -26,7 +26,7 @@ def flight_arrays(
     beat : steps between rows of evidence, at which jumps end
     rotor, ring : items of both bodies, (ITEMS size,) and (ITEMS ring_size,)
     """
-    if scene.solver.scheme != "exact":
+    if not SCHEMES[scene.solver.scheme].flies:
         return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
@@ -38,7 +38,7 @@ def flight_arrays(
     ]
     longest = counts[-2] * step
     bounds = [_bound(b, longest).ravel() for b in bodies]
-    return total, _certifiable(scene, bodies), counts, *jumps, *bounds
+    return Flight(total, _certifiable(scene, bodies), counts, *jumps, *bounds)
 
 
 def can_fly(scene: Scene) -> bool:

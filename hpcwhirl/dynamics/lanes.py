@@ -11,11 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.dynamics.kernels import contact, lane_passes, lane_state, lanes, passes
+from hpcwhirl.dynamics.kernels import (
+    contact,
+    lane_passes,
+    lane_state,
+    lanes,
+    named,
+    passes,
+)
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.vectors import FOUR
-from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.march import March, empty_tracks
 from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,7 +39,7 @@ def can_ride(case: Case) -> bool:
     given, model = case.given, case.model
     cyclic = model.rotor.cyclic and model.blades > 2
     ring = given.engine.casing.discretization == "fourier" and model.casing is not None
-    if not (given.solver.scheme == "modal" and cyclic and ring):
+    if not (SCHEMES[given.solver.scheme].rides and cyclic and ring):
         return False
     return not case.plan.settles and case.plan.folds == 1
 
@@ -100,6 +108,12 @@ def layouts(
     return b, _layout(of_ring, ring_rows * k, ring=True), rows, ring_rows
 
 
+def _of_lane(state: Any) -> named.LaneState:
+    """Return what of a march's state lies lane by lane."""
+    fields = named.LaneState._fields
+    return named.LaneState._make(getattr(state, name) for name in fields)
+
+
 class Lanes:
     """Up to four marches with the same model and step.
 
@@ -111,7 +125,7 @@ class Lanes:
     def __init__(self, first: March) -> None:
         _, rotor, casing, touch = first.scheme.arrays
         blades, scene = first.lean.model.blades, first.lean.scene
-        rotor_items, casing_items = rotor[0], casing[0]
+        rotor_items, casing_items = rotor.items, casing.items
         self.rotor, self.ring, rows, ring_rows = layouts(
             rotor_items, casing_items, blades
         )
@@ -124,15 +138,21 @@ class Lanes:
             for items, body in ((rotor_items, self.rotor), (casing_items, self.ring))
         ]
         flat = [np.ascontiguousarray(item.T).ravel() for item in shared]
-        self.shared = (flat[0], self.rotor.slots, flat[1], self.ring.slots, *touch[1:3])
-        self.fixed = (self.rotor.places, self.ring.places, rotor[1], *touch[1:3])
+        waves = touch.turns, touch.wave
+        of_rotor, of_ring = flat
+        self.shared = named.LaneShared(
+            of_rotor, self.rotor.slots, of_ring, self.ring.slots, *waves
+        )
+        self.fixed = named.LaneFixed(
+            self.rotor.places, self.ring.places, rotor.hub, *waves
+        )
         self._allocate(first, len(rotor_items), len(casing_items))
 
     def _allocate(self, first: March, rotor: int, ring: int) -> None:
         """Make the arrays of four idle lanes."""
         state = first.state
-        self.items = np.zeros((FOUR, rotor)), np.zeros((FOUR, ring))
-        self.own = (
+        self.items = named.LaneItems(np.zeros((FOUR, rotor)), np.zeros((FOUR, ring)))
+        self.own = named.LaneItems(
             np.zeros((len(self.rotor.order), 2, FOUR)),
             np.zeros((len(self.ring.order), 4, FOUR)),
         )
@@ -140,14 +160,15 @@ class Lanes:
         self.wholes = np.zeros((FOUR, lanes.WHOLES), dtype=np.int64)
         self.column = np.zeros((FOUR, first.lean.model.blades))
         self.lobes = np.zeros((FOUR, ring // passes.ITEMS))
-        self.bodies = (
+        self.bodies = named.LaneBodies(
             np.zeros(self.rotor.size),
             np.zeros(self.ring.size),
-            np.zeros(FOUR * len(state[4])),
-            np.zeros(FOUR * len(state[5])),
+            np.zeros(FOUR * len(state.sums_b)),
+            np.zeros(FOUR * len(state.sums_c)),
         )
-        rest = (state[3], state[2], *state[6:])
-        self.state = tuple(np.zeros((FOUR, len(a)), dtype=a.dtype) for a in rest)
+        self.state = named.LaneState._make(
+            np.zeros((FOUR, len(a)), dtype=a.dtype) for a in _of_lane(state)
+        )
         self._work_space(first)
 
     def _work_space(self, first: March) -> None:
@@ -155,10 +176,11 @@ class Lanes:
         blades = first.lean.model.blades
         k, wide = widths(blades)
         n, padded = 2 * wide, -(-blades // FOUR) * FOUR
-        self.work = (*(np.zeros(2 * k * FOUR) for _ in range(4)), np.zeros(n))
+        spectra = np.zeros((4, 2 * k * FOUR))
+        self.work = named.LaneWork._make([*spectra, np.zeros(n)])
         self.touching = np.zeros(FOUR, dtype=np.int64)
         lanes_padded = FOUR * padded
-        self.kept = (
+        self.kept = named.LaneKept(
             np.zeros(FOUR, dtype=np.int64),
             np.zeros(lanes_padded),
             np.zeros(lanes_padded * padded),
@@ -166,32 +188,23 @@ class Lanes:
             np.zeros(lanes_padded * n),
             np.zeros(lanes_padded, dtype=np.int64),
             np.zeros(FOUR * blades * n),
-            self.shared[4],
+            self.shared.turns,
         )
-        self.nothing = (
-            np.zeros((0, 2)),
-            *(np.zeros(0) for _ in range(4)),
-            np.zeros((0, blades, 2)),
-            np.zeros((0, blades)),
-            np.zeros(0),
-            np.zeros((0, 0)),
-            np.zeros((0, contact.COLUMNS)),
-            np.zeros(contact.CLOSED),
-        )
+        self.nothing = empty_tracks(0, 0, 0, blades, 0)
 
     def load(self, lane: int, march: March) -> None:
         """Put a march, begun or not, in a lane."""
         self.marches[lane] = march
         scene, (load, rotor, casing, touch) = march.lean.scene, march.scheme.arrays
-        self._coefficients(lane, rotor[0], casing[0])
-        self.column[lane], self.lobes[lane] = touch[0], load[2]
+        self._coefficients(lane, rotor.items, casing.items)
+        self.column[lane], self.lobes[lane] = touch.column, load.modal
         limit = scene.solver.amplitude_limit * scene.engine.rotor.radius
         self.numbers[lane] = (
             scene.speed,
             scene.nodal_diameter,
-            load[0],
-            load[1],
-            casing[2],
+            load.force,
+            load.pulse,
+            casing.sign,
             friction_with_sign(scene),
             limit,
         )
@@ -201,7 +214,7 @@ class Lanes:
 
     def _coefficients(self, lane: int, rotor: Floats, ring: Floats) -> None:
         """Set a lane's items, all and those that the passes read."""
-        self.items[0][lane], self.items[1][lane] = rotor, ring
+        self.items.rotor[lane], self.items.ring[lane] = rotor, ring
         wanted = [passes.NORMAL, passes.ALONG, passes.TURN_RE, passes.TURN_IM]
         for own, items, body in zip(
             self.own, (rotor, ring), (self.rotor, self.ring), strict=True
@@ -213,26 +226,26 @@ class Lanes:
         """Copy bodies and sums between a march and its lane."""
         other = (int(self.turn[0]) - march.steps) & 1
         state = march.state
-        bodies = (state[0], state[1], state[4], state[5])
+        bodies = (state.rotor, state.ring, state.sums_b, state.sums_c)
         places = (
             self.rotor.places[other],
             self.ring.places[other],
-            FOUR * np.arange(len(state[4])),
-            FOUR * np.arange(len(state[5])),
+            FOUR * np.arange(len(state.sums_b)),
+            FOUR * np.arange(len(state.sums_c)),
         )
         for mine, place, its in zip(self.bodies, places, bodies, strict=True):
             move(mine, place, lane, its)
 
     def _rows(self, lane: int, march: March, *, into_lane: bool) -> None:
         """Copy the other arrays of the state; the rows of gaps turn with the step."""
-        state = march.state
-        its = (state[3], state[2], *state[6:])
+        its = _of_lane(march.state)
         shift = (int(self.turn[0]) - march.steps) % 3
-        gaps, own = self.state[0][lane].reshape(3, -1), state[3].reshape(3, -1)
-        for i, (mine, other) in enumerate(zip(self.state, its, strict=True)):
-            if i > 0 and into_lane:
+        gaps, own = self.state.gaps[lane].reshape(3, -1), its.gaps.reshape(3, -1)
+        for name in its._fields[1:]:
+            mine, other = getattr(self.state, name), getattr(its, name)
+            if into_lane:
                 mine[lane] = other
-            elif i > 0:
+            else:
                 other[:] = mine[lane]
         if into_lane:
             gaps[:] = np.roll(own, shift, axis=0)
@@ -245,7 +258,7 @@ class Lanes:
         if march is None:
             msg = f"lane {lane} is idle"
             raise ValueError(msg)
-        march.counter[:] = self.state[4][lane]  # its steps tell where things lie
+        march.counter[:] = self.state.counter[lane]  # its steps tell where things lie
         self._exchange(lane, march, lane_state.take_lane)
         self._rows(lane, march, into_lane=False)
         self._clear(lane)
@@ -261,12 +274,12 @@ class Lanes:
             own[:, :, lane] = 0.0
         for array in self.state:
             array[lane] = 0
-        self.state[4][lane, contact.LAST] = -1
+        self.state.counter[lane, contact.LAST] = -1
 
     def steps_left(self) -> int:
         """Return the steps until the first of the marches has made all of its."""
         left = [
-            march.total - int(self.state[4][lane, contact.STEP])
+            march.total - int(self.state.counter[lane, contact.STEP])
             for lane, march in enumerate(self.marches)
             if march is not None
         ]
@@ -274,7 +287,7 @@ class Lanes:
 
     def ended(self) -> list[int]:
         """Return the lanes whose march is at its end or has stopped."""
-        counter = self.state[4]
+        counter = self.state.counter
         return [
             lane
             for lane, march in enumerate(self.marches)
@@ -290,8 +303,8 @@ class Lanes:
         steps = min(steps, self.steps_left())
         tracks = tuple(m.tracks if m else self.nothing for m in self.marches)
         riding = [lane for lane, m in enumerate(self.marches) if m is not None]
-        before = self.state[4][:, contact.STEP].copy()
-        own = self.own[0].reshape(-1), self.own[1].reshape(-1)
+        before = self.state.counter[:, contact.STEP].copy()
+        own = named.LaneItems._make(part.reshape(-1) for part in self.own)
         start = time.perf_counter()
         self.kernel(
             steps, self.step, self.gap, self.shared, self.fixed, self.items, own,
@@ -303,4 +316,4 @@ class Lanes:
             march = self.marches[lane]
             if march is not None:
                 march.seconds += spent
-        return int((self.state[4][:, contact.STEP] - before).max())
+        return int((self.state.counter[:, contact.STEP] - before).max())

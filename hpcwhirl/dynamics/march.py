@@ -18,7 +18,8 @@ from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.coast import Coast, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.kernels.named import Strides, Tracks
+from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
@@ -137,11 +138,11 @@ class March:
             self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))
             return
         self.counter[contact.CERTIFIED] = self.steps
-        self.state[-2][contact.CERTIFICATE] = reach
+        self.state.ledger[contact.CERTIFICATE] = reach
         if self.scene.solver.until == "certain":
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
-            strides = self.stride, self.beat
+            strides = Strides(self.stride, self.beat)
             self.coast.finish(self.state, self.tracks, self.total, strides)
 
     def _timed_look(self) -> None:
@@ -154,7 +155,7 @@ class March:
         """Tip displacement that ends a run, m."""
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
-    def _empty_tracks(self) -> tuple[Any, ...]:
+    def _empty_tracks(self) -> Tracks:
         blades, kept = self.lean.model.blades, self.scene.output.traces
         samples = self.total // self.stride
         full, width = kept == "full", self.scheme.casing_width
@@ -172,22 +173,12 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        tips = samples if full else 0
-        return (
-            np.zeros((samples, 2)),
-            *(np.zeros(samples) for _ in range(4)),
-            np.zeros((tips, blades, 2)),
-            np.zeros((tips, blades)),
-            np.zeros(samples),
-            np.zeros((tips, width)),
-            np.zeros((rows, contact.COLUMNS)),
-            np.zeros(contact.CLOSED),
-        )
+        return empty_tracks(samples, samples if full else 0, rows, blades, width)
 
     @property
     def counter(self) -> Any:
         """The kernel's counters: see `contact`."""
-        return self.state[-3]
+        return self.state.counter
 
     @property
     def steps(self) -> int:
@@ -214,23 +205,15 @@ class March:
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any cut into slices gives the same bits."""
         scene = self.lean.scene
-        casing = scene.engine.casing
-        shape = (
-            scene.gap,
-            scene.nodal_diameter,
-            casing.amplitude,
-            casing.growth,
-            casing.rise,
-        )
         start = time.perf_counter()
         self.scheme.kernel(
             min(steps, self.total - self.steps),
-            (self.stride, self.beat),
+            Strides(self.stride, self.beat),
             self._limit,
             scene.solver.time_step,
             scene.speed,
             friction_with_sign(scene),
-            shape,
+            wall_of(scene),
             *self.scheme.arrays,
             self.state,
             self.tracks,
@@ -257,11 +240,8 @@ class March:
         The samples end with the last whole output interval.
         """
         count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
-        (
-            centre, energy, impulse, fed, lost, tips, blade_impulse, rubbed, casing, _,
-            _,
-        ) = self.tracks  # fmt: skip
-        waves = self.scheme.casing_waves(casing[:count], self.stride)
+        kept = Tracks._make(track[:count] for track in self.tracks)
+        waves = self.scheme.casing_waves(kept.casing, self.stride)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -269,27 +249,27 @@ class March:
         radius = np.hypot(*judged.centre.T)
         return History(
             time=np.arange(1.0, count + 1) * (self.stride * step),
-            centre=centre[:count],
-            energy=folds * energy[:count],
-            impulse=folds * impulse[:count],
-            fed=folds * fed[:count],
-            friction=folds * rubbed[:count],
-            lost=folds * lost[:count],
-            tips=np.tile(tips[:count], (1, folds, 1)),
-            blade_impulse=np.tile(blade_impulse[:count], (1, folds)),
+            centre=kept.centre,
+            energy=folds * kept.energy,
+            impulse=folds * kept.impulse,
+            fed=folds * kept.fed,
+            friction=folds * kept.rubbed,
+            lost=folds * kept.lost,
+            tips=np.tile(kept.tips, (1, folds, 1)),
+            blade_impulse=np.tile(kept.blade_impulse, (1, folds)),
             casing=unfolded(waves, folds, self.scene) if folds > 1 else waves,
             ledger=self._closing(),
-            gap_error=float(self.state[-2][contact.MISS]),
+            gap_error=float(self.state.ledger[contact.MISS]),
             step_share=step / min(self.model.limits().values()),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
             contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
             last_contact=last * step if last >= 0 else -1.0,
             certificate=certified * step if certified >= 0 else -1.0,
-            certificate_reach=float(self.state[-2][contact.CERTIFICATE]),
+            certificate_reach=float(self.state.ledger[contact.CERTIFICATE]),
             centre_peak=float(radius.max(initial=0.0)),
             judged=judged,
-            contact_impulse=folds * float(self.state[-2][contact.IMPULSE]),
+            contact_impulse=folds * float(self.state.ledger[contact.IMPULSE]),
             end=self.steps * step,
             seconds=self.seconds,
             interval=self.interval,
@@ -298,7 +278,7 @@ class March:
 
     def _judged(self) -> Evidence:
         """Return the evidence taken so far, of all sectors."""
-        rows = self.tracks[-2][: int(self.counter[contact.JUDGED])]
+        rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
         steps = np.arange(1.0, len(rows) + 1) * self.beat
         whole = self.lean.model.folds * rows[:, contact.OF_ROTOR :].T
         centre = rows[:, : contact.OF_ROTOR]
@@ -310,7 +290,7 @@ class March:
         Where that is not finite any more: that of the last row of evidence, which is.
         """
         with np.errstate(all="ignore"):
-            now, entries = self.scheme.balance(self.state), self.state[-2]
+            now, entries = self.scheme.balance(self.state), self.state.ledger
             impact = entries[contact.IMPACT] + now.impact
             friction = entries[contact.FRICTION] + now.friction
             rotation = entries[contact.ROTATION] + now.rotation
@@ -319,8 +299,22 @@ class March:
                 [now.energy, now.damping, pulse, impact, friction, rotation]
             )
         if not np.isfinite(ledger["residual"]):
-            ledger = _ledger(self.tracks[-1])
+            ledger = _ledger(self.tracks.closed)
         return {term: self.lean.model.folds * value for term, value in ledger.items()}
+
+
+def empty_tracks(
+    samples: int, whole: int, rows: int, blades: int, width: int
+) -> Tracks:
+    """Return tracks of so many samples, whole ones, and rows of evidence."""
+    numbers = [np.zeros(samples) for _ in range(5)]
+    energy, impulse, fed, lost, rubbed = numbers
+    return Tracks(
+        np.zeros((samples, 2)), energy, impulse, fed, lost,
+        np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
+        np.zeros((whole, width)), np.zeros((rows, contact.COLUMNS)),
+        np.zeros(contact.CLOSED),
+    )  # fmt: skip
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:

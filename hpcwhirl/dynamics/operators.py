@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
+from hpcwhirl.dynamics.kernels.named import (
+    Arrays,
+    Contact,
+    DenseBody,
+    Load,
+    ModalBody,
+    Ring,
+    Wall,
+)
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -17,7 +24,7 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
-Arrays = tuple[Any, ...]
+Integers = NDArray[np.int64]
 LANES = 4  # the kernel sums modes four at a time: pad with modes that stay at rest
 EMPTY = np.zeros((0, 0))
 
@@ -38,30 +45,31 @@ def _rows(rows: Floats) -> Floats:
     return _padded(rows, 1)
 
 
-def _modal_body(body: ModalModel | None, step: float) -> Arrays:
-    """Return (keep, pull, give, rate, omega), each (m padded,)."""
+def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
+    """Return a body as modes, padded; rows : read, radial, tangential."""
     omega = body.omega if body else np.zeros(0)
     damping = body.ratios if body else np.zeros(0)
     keep, pull, give = recursion(omega, damping, step)
     rate = 2 * damping * omega / (4 * step)
-    return tuple(_padded(a, 0) for a in (keep, pull, give, rate, omega))
+    numbers = (_padded(a, 0) for a in (keep, pull, give, rate, omega))
+    return ModalBody._make([*numbers, *rows])
 
 
-def _dense_body(body: ModalModel | None, step: float) -> Arrays:
-    """Return (keep, pull, inverse, mass, stiffness, damping), transposed."""
+def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
+    """Return a body as matrices; places : radial, tangential, centre."""
     if body is None:
-        return (EMPTY,) * 6
+        return DenseBody._make([*(EMPTY,) * 6, *places])
     damping = body.damping_matrix()
     left = body.mass / step**2 + damping / (2 * step)
     right = body.mass / step**2 - damping / (2 * step)
     inverse = np.linalg.solve(left, np.eye(len(left)))
     dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
     matrices = (*dense, body.mass, body.stiffness, damping)
-    return tuple(np.ascontiguousarray(m.T) for m in matrices)
+    return DenseBody._make([*(np.ascontiguousarray(m.T) for m in matrices), *places])
 
 
-def contact_operators(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (W of the rotor (N, N), ring compliance (R, R)), m/N.
+def contact_operators(model: Model, scene: Scene) -> Contact:
+    """Return W of the rotor and the ring's compliance, m/N, and the ring.
 
     Both are what a unit multiplier with its friction does to radial displacements of
     the same step (the corrections of Algorithm 1), from (M/dt^2 + D/2dt)^-1 =
@@ -72,11 +80,19 @@ def contact_operators(model: Model, scene: Scene) -> tuple[Floats, Floats]:
     _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
     w_rotor = np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
     if model.casing is None or model.ring is None:
-        return w_rotor, EMPTY
+        return Contact(w_rotor, EMPTY, ring_kind(model))
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     outward = model.casing.shapes[model.ring.radial]
     along = model.casing.shapes[model.ring.tangential]
-    return w_rotor, ((outward + mu * along) * give) @ outward.T
+    compliance = ((outward + mu * along) * give) @ outward.T
+    return Contact(w_rotor, compliance, ring_kind(model))
+
+
+def wall_of(scene: Scene) -> Wall:
+    """Return the casing's place and lobes, as the kernels take them."""
+    casing = scene.engine.casing
+    lobes, growth = scene.nodal_diameter, casing.growth
+    return Wall(scene.gap, lobes, casing.amplitude, growth, casing.rise)
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
@@ -87,40 +103,36 @@ def pulse_load(model: Model, scene: Scene) -> Floats:
     return sign * model.ring.lobes(scene.nodal_diameter)
 
 
-def ring_kind(model: Model) -> tuple[int, int, float]:
-    """Return (kind, size, element length) of the casing, as the kernels take it."""
+def ring_kind(model: Model) -> Ring:
+    """Return what blades read of the casing."""
     if model.ring is None:
-        return RIGID, 0, 1.0
+        return Ring(RIGID, 0, 1.0)
     if isinstance(model.ring, FourierOperator):
-        return WAVES, model.ring.harmonics, 1.0
-    return ELEMENTS, model.ring.elements, model.ring.length
+        return Ring(WAVES, model.ring.harmonics, 1.0)
+    return Ring(ELEMENTS, model.ring.elements, model.ring.length)
 
 
-def modal_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
-    """Return (rotor, casing, load) of `general.march_general`."""
+def modal_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return the arrays of `bodies.march_bodies` for bodies as modes."""
     step = scene.solver.time_step
     radial, tangential = tip_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
     outputs = np.ascontiguousarray(_rows(np.vstack([radial, hub])).T)
-    rotor = (
-        *_modal_body(model.rotor, step),
-        outputs,
-        _rows(radial),
-        _rows(tangential),
-    )
+    tips = _rows(radial), _rows(tangential)
+    rotor = _modal_body(model.rotor, step, outputs, *tips)
     outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
     if model.casing is not None and model.ring is not None:
         shapes = _rows(model.casing.shapes)
         outward, along = shapes[model.ring.radial], shapes[model.ring.tangential]
         lobes = pulse_load(model, scene) @ shapes
     read = np.ascontiguousarray(outward.T)
-    body = _modal_body(model.casing, step)
-    casing = (*body, read, outward, along, ring_kind(model))
-    return rotor, casing, (scene.force, scene.pulse, lobes)
+    casing = _modal_body(model.casing, step, read, outward, along)
+    load = Load(scene.force, scene.pulse, lobes)
+    return Arrays(load, rotor, casing, contact_operators(model, scene))
 
 
-def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
-    """Return (rotor, casing, load) of `dense.march_paper`."""
+def dense_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return the arrays of `bodies.march_bodies` for bodies as matrices."""
     if not model.rotor.has_matrices:
         msg = (
             "scheme paper needs M and K, which engine.file lacks: scheme must be "
@@ -134,9 +146,12 @@ def dense_arrays(model: Model, scene: Scene) -> tuple[Arrays, Arrays, Arrays]:
         )
         raise InputError(msg)
     step = scene.solver.time_step
-    free = int(len(model.rotor.shapes) > 2 * model.blades + model.rotor.kept)
-    none = np.zeros(0, np.int64)
+    tips, none = np.arange(2 * model.blades), np.zeros(0, np.int64)
+    free = len(model.rotor.shapes) > len(tips) + model.rotor.kept
+    hub = len(tips) + np.arange(2 * free)
     places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
-    rotor = (*_dense_body(model.rotor, step), free)
-    casing = (*_dense_body(model.casing, step), *places, ring_kind(model))
-    return rotor, casing, (scene.force, scene.pulse, pulse_load(model, scene))
+    own = tips[::2].copy(), tips[1::2].copy(), hub
+    rotor = _dense_body(model.rotor, step, *own)
+    casing = _dense_body(model.casing, step, *places, none)
+    load = Load(scene.force, scene.pulse, pulse_load(model, scene))
+    return Arrays(load, rotor, casing, contact_operators(model, scene))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +11,23 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.flights import flight_arrays
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.named import (
+    Arrays,
+    CyclicCasing,
+    CyclicContact,
+    CyclicRotor,
+    Load,
+)
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-Arrays = tuple[Any, ...]
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
@@ -120,7 +126,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
 
 
 def _flow(scene: Scene) -> Callable[[float, float, float], Recursion]:
-    return exact_flow if scene.solver.scheme == "exact" else central_differences
+    return exact_flow if SCHEMES[scene.solver.scheme].flies else central_differences
 
 
 def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
@@ -236,8 +242,8 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     return q
 
 
-def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
-    """Return (load, rotor, casing, contact, rows of rotor, rows of ring).
+def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, int]:
+    """Return (arrays of the cyclic kernel, rows of rotor, rows of ring).
 
     beat : steps between rows of evidence
     """
@@ -251,9 +257,14 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
         symbol = symbol + _symbol(ring.reshape(passes.ITEMS, casing_rows, -1))
     half = blades // 2 + 1
     column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
-    load = (scene.force, scene.pulse, lobe)
-    contact = (column, turns, wave, flight_arrays(scene, beat, rotor, ring))
-    return load, (rotor, hub), (ring, slot, sign), contact, rows, casing_rows
+    flight = flight_arrays(scene, beat, rotor, ring)
+    arrays = Arrays(
+        Load(scene.force, scene.pulse, lobe),
+        CyclicRotor(rotor, hub),
+        CyclicCasing(ring, slot, sign),
+        CyclicContact(column, turns, wave, flight),
+    )
+    return arrays, rows, casing_rows
 
 
 def _symbol(items: Floats) -> Complexes:

@@ -43,40 +43,43 @@ def _feed(found: Any, part: Any) -> None:
 
 
 def snapshot(march: March) -> Arrays:
-    """Return {name: array}: `state0` ..., `track0` ... as far as sampled, `seconds`.
-
-    The last two tracks are the evidence and the ledger at its last row.
-    """
-    arrays: Arrays = {f"state{i}": a.copy() for i, a in enumerate(march.state)}
-    for i, count in enumerate(_lengths(march, march.counter)):
-        arrays[f"track{i}"] = march.tracks[i][:count].copy()
+    """Return {name: array}: `state.NAME`, `tracks.NAME` as written, `seconds`."""
+    arrays = {name: array.copy() for name, array in _state(march).items()}
+    for name, track in _tracks(march, march.counter).items():
+        arrays[name] = track.copy()
     return arrays | {"seconds": np.array([march.seconds])}
 
 
-def _lengths(march: March, counter: NDArray[np.int64]) -> list[int]:
-    """Return the rows of each track that have been written."""
-    *sampled, judged, closed = march.tracks
-    # those that are not kept have no rows
-    counts = [min(int(counter[contact.SAMPLE]), len(own)) for own in sampled]
-    return [*counts, min(int(counter[contact.JUDGED]), len(judged)), len(closed)]
+def _state(march: March) -> Arrays:
+    return {f"state.{name}": a for name, a in march.state._asdict().items()}
+
+
+def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
+    """Return of each track what has been written, by a march with that counter."""
+    counts = {"evidence": counter[contact.JUDGED], "closed": contact.CLOSED}
+    return {  # those that are not kept have no rows
+        f"tracks.{name}": own[: max(int(counts.get(name, counter[contact.SAMPLE])), 0)]
+        for name, own in march.tracks._asdict().items()
+    }
 
 
 def restore(march: March, arrays: Arrays) -> bool:
     """Set a march that has not begun to a snapshot; return whether the arrays fit."""
-    fresh = snapshot(march)
-    if arrays.keys() != fresh.keys():
+    if arrays.keys() != snapshot(march).keys():
         return False
-    states = [(arrays[f"state{i}"], own) for i, own in enumerate(march.state)]
-    if any((a.dtype, a.shape) != (own.dtype, own.shape) for a, own in states):
+    own = _state(march)
+    if not _fit(arrays, own):
         return False
-    lengths = _lengths(march, arrays[f"state{len(march.state) - 3}"])
-    tracks = [(arrays[f"track{i}"], own) for i, own in enumerate(march.tracks)]
-    for (a, own), length in zip(tracks, lengths, strict=True):
-        if (a.dtype, a.shape) != (own.dtype, (length, *own.shape[1:])):
-            return False
-    for a, own in states:
-        own[:] = a
-    for a, own in tracks:
-        own[: len(a)] = a
+    own |= _tracks(march, arrays["state.counter"])
+    if not _fit(arrays, own):
+        return False
+    for name, array in own.items():
+        array[:] = arrays[name]
     march.seconds = float(arrays["seconds"][0])
     return True
+
+
+def _fit(arrays: Arrays, own: Arrays) -> bool:
+    """Return whether arrays have the types and shapes of one's own."""
+    pairs = [(arrays[name], mine) for name, mine in own.items()]
+    return all((a.dtype, a.shape) == (mine.dtype, mine.shape) for a, mine in pairs)

@@ -12,21 +12,21 @@ import numpy as np
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
+from hpcwhirl.dynamics.kernels.named import CyclicState
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import NAMES, RIDING
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
-SCHEMES = ("paper", "general", "modal", "exact")
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
 LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
 APART = 0.5  # rad/s between the speeds of the cases in the lanes
-CYCLIC_STATE = 11  # arrays in the state of the cyclic kernel
 ROUNDS = 200_000  # of the peak; some 10 ms
 
 
@@ -98,20 +98,20 @@ def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timi
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
-    """Return what a step of `modal` costs in a damped tail, over one that is alive.
+    """Return what a step in a damped tail costs, over one that is alive.
 
     The tail's amplitudes have decayed to where their products would be denormal.
     """
-    alive = time_step(scene, "modal", repeats, contact=False)
+    alive = time_step(scene, RIDING, repeats, contact=False)
     faint = apply_settings(scene, {"force": FAINT})
-    tail = time_step(faint, "modal", repeats, contact=False)
+    tail = time_step(faint, RIDING, repeats, contact=False)
     return tail.microseconds_per_step / alive.microseconds_per_step
 
 
 def time_lanes(
     scene: Scene, lanes: int, repeats: int, *, contact: bool
 ) -> Timing | None:
-    """Return what a step of a case in a batch costs, as `time_step` of `modal`.
+    """Return what a step of a case in a batch costs, as `time_step` of one.
 
     The cases differ in their speeds, `APART` from lane to lane; None where the scene
     cannot ride.
@@ -119,7 +119,7 @@ def time_lanes(
     marches = [
         _settled(
             apply_settings(scene, {"speed": scene.speed + i * APART, "revolutions": 0}),
-            "modal",
+            RIDING,
             contact=contact,
         )
         for i in range(lanes)
@@ -129,9 +129,9 @@ def time_lanes(
     saved = [[array.copy() for array in march.state] for march in marches]
     for march in marches:
         march.total = march.stride = march.beat = 10**9  # no end, no samples
+    before = sum(march.counter[TOUCHED] for march in marches)
     groups = [Lanes(march) for march in marches[::FOUR]]
     _advance_all(groups, marches, 1)  # compiled before the clock runs
-    before = sum(state[-3][TOUCHED] for state in saved)
     spent = []
     for _ in range(repeats):
         for march, state in zip(marches, saved, strict=True):
@@ -140,7 +140,7 @@ def time_lanes(
         _advance_all(groups, marches, STEPS)
         spent.append(1e6 * sum(m.seconds for m in marches) / (STEPS * lanes))
     touched = sum(march.counter[TOUCHED] for march in marches) - before
-    return _timing("modal", float(touched) / (STEPS * lanes), spent, lanes)
+    return _timing(RIDING, float(touched) / (STEPS * lanes), spent, lanes)
 
 
 def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
@@ -156,7 +156,7 @@ def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
 
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
     """Yield the cost of every scheme and of batches, in flight and in contact."""
-    for scheme in SCHEMES:
+    for scheme in NAMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
     for lanes in LANES:
@@ -189,12 +189,12 @@ def flight_operations(scene: Scene) -> int:
     InputError
         where the cyclic kernel does not march the scene
     """
-    march = March(resolve(apply_settings(scene, {"scheme": "modal"})))
+    march = March(resolve(apply_settings(scene, {"scheme": RIDING})))
     k, wide = cyclic.widths(march.lean.model.blades)
-    rotor, ring = march.state[0], march.state[1]
-    if len(march.state) != CYCLIC_STATE:
+    if not isinstance(march.state, CyclicState):
         msg = "the operations are counted for the cyclic kernel only"
         raise InputError(msg)
+    rotor, ring = march.state.rotor, march.state.ring
     step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
     return step + 2 * (2 * k * wide) + 4 * wide + 2 * k
 

@@ -21,6 +21,7 @@ from hpcwhirl.measure.trials import (
     trials,
 )
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import DEFAULT
 
 NUDGE = 1e-7  # of the force, from one twin of a case to the next
 CONFIDENCE = 0.95
@@ -121,11 +122,11 @@ def _warm(scene: Scene) -> None:
 
 
 def _possible(finest: Scene) -> Scene:
-    """Return the reference, warm: in scheme modal where a scene cannot have exact."""
+    """Return the reference, warm: by the default scheme where it refuses a scene."""
     try:
         _warm(finest)
     except InputError:
-        finest = apply_settings(finest, {"scheme": "modal"})
+        finest = apply_settings(finest, {"scheme": DEFAULT})
         _warm(finest)
     return finest
 

@@ -16,6 +16,7 @@ from pydantic import (
 
 from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.quantity import given
+from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -240,13 +241,7 @@ class Engine(Inputs):
 class Solver(Inputs):
     """Reduction and time integration."""
 
-    scheme: Literal["modal", "exact", "general", "paper"] = given(
-        "modal",
-        "integrator; modal: cyclic amplitudes; exact: exact flow, flights and a "
-        "certificate; general: mode by mode, also takes over where modal cannot "
-        "(rotor from file, mistuned, ring of elements, fewer than 3 blades); paper:"
-        " the dense Algorithm 1, slow and obvious",
-    )
+    scheme: SchemeName = given(DEFAULT, f"integrator; {MEANINGS}")
     time_step: Positive = given(
         1e-6, "time step; refused, with the limit, where it is not stable", "s"
     )

@@ -212,7 +212,7 @@ def modal(case: Case) -> float:
     """March with scheme `modal`; return the contact impulse, N s."""
     march = March(resolve(case.scene))
     march.advance(case.steps)
-    return float(march.state[-1].sum())
+    return float(march.state.impulse.sum())
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""All compiled code.
+"""All compiled code, but for what a scheme has in a file of its own.
 
 Numba's cache knows a function by the file it stands in and does not see edits in what
 it calls: the cache therefore lies in a directory named by a digest of these files,
@@ -21,7 +21,9 @@ from hpcwhirl.dynamics.kernels.keeping import keep_apart
 
 
 def _digest() -> str:
-    text = b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))
+    here = Path(__file__).parent
+    found = [*here.glob("*.py"), *here.parent.glob("schemes/*.py")]
+    text = b"".join(path.read_bytes() for path in sorted(found))
     return hashlib.sha256(text).hexdigest()[:16]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.contact import complementarity, contact_space
+from hpcwhirl.dynamics.kernels.named import CirculantSpace
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -64,16 +65,7 @@ def remember(where, size, blades, known, inverse, column, stride):
 
 @njit(error_model="numpy", cache=True)
 def circulant_space(blades, wide, column, known):
-    """Return (push, known, inverse, rows, where, column, fallback).
-
-    known : (N + 2,), in the state: the blades of the last solution, their number and
-    whether their inverse is sound
-
-    push : (padded,), multipliers of the active blades, N
-    rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
-    where : (N + 1,), the active blades
-    column : (N,), W to blade 0, m/N
-    """
+    """Return the work space of `guess` and `solve_any`."""
     padded = -(-blades // FOUR) * FOUR
     rows = np.zeros(blades * 2 * wide)
     for j in range(blades):
@@ -85,12 +77,12 @@ def circulant_space(blades, wide, column, known):
     fallback = contact_space(blades, 0)
     for j in range(blades):
         for i in range(blades):
-            fallback[1][j, i] = column[(i - j) % blades]
-        fallback[2][j] = 1
+            fallback.w[j, i] = column[(i - j) % blades]
+        fallback.have[j] = 1
     push, inverse = np.zeros(padded), np.zeros(padded * padded)
     if known[blades] > 0:
         remember(known, known[blades], blades, known, inverse, column, padded)
-    return push, known, inverse, rows, fallback[6], column, fallback
+    return CirculantSpace(push, known, inverse, rows, fallback.where, column, fallback)
 
 
 @njit(error_model="numpy", cache=True, inline="always")

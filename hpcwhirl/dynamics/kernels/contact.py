@@ -17,6 +17,8 @@ import math
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.named import ContactSpace
+
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6  # m, the bound of all displacements; see `opening`
@@ -87,27 +89,27 @@ def read_ring(radial, index, shape, j):
 
 
 @njit(error_model="numpy", cache=True)
-def rigid_radial(scene, time, angle):
+def rigid_radial(wall, time, angle):
     """Return the radial place of a rigid casing distorted on k lobes, m."""
-    return -rigid_amplitude(scene, time) * math.cos(scene[1] * angle)
+    return -rigid_amplitude(wall, time) * math.cos(wall.lobes * angle)
 
 
 @njit(error_model="numpy", cache=True)
-def rigid_amplitude(scene, time):
-    """Return A0 e^{sigma t} with its smooth rise; scene: gap, k, A0, sigma, rise.
+def rigid_amplitude(wall, time):
+    """Return A0 e^{sigma t} with its smooth rise, m.
 
     Without a rise the wall has always stood there, before t = 0, too.
     """
-    if scene[2] == 0.0:  # e^{sigma t} may be infinite
+    if wall.amplitude == 0.0:  # e^{sigma t} may be infinite
         return 0.0
     ramp = 1.0
-    if scene[4] > 0.0 and time < scene[4]:
-        ramp = 0.5 * (1.0 - math.cos(math.pi * time / scene[4]))
-    return scene[2] * math.exp(scene[3] * time) * ramp
+    if wall.rise > 0.0 and time < wall.rise:
+        ramp = 0.5 * (1.0 - math.cos(math.pi * time / wall.rise))
+    return wall.amplitude * math.exp(wall.growth * time) * ramp
 
 
 @njit(error_model="numpy", cache=True)
-def carried_by_wall(push, where, active, blades, scene, speed, time, step):
+def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
 
     The multipliers are those of the step that ends at `time`; they act at its start,
@@ -117,9 +119,9 @@ def carried_by_wall(push, where, active, blades, scene, speed, time, step):
     total = 0.0
     for s in range(active):
         place = 2.0 * math.pi * where[s] / blades
-        ahead = rigid_radial(scene, time, speed * time + place)
+        ahead = rigid_radial(wall, time, speed * time + place)
         since = time - 2.0 * step
-        back = rigid_radial(scene, since, speed * since + place)
+        back = rigid_radial(wall, since, speed * since + place)
         total -= 0.5 * push[s] * (ahead - back)
     return total
 
@@ -273,11 +275,8 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
 
 @njit(error_model="numpy", cache=True)
 def contact_space(blades, coordinates):
-    """Return the work space of `complementarity`.
-
-    response, W transposed (N, N), have, small, right, active, where (N + 1,)
-    """
-    return (
+    """Return the work space of `complementarity`."""
+    return ContactSpace(
         np.zeros(coordinates),
         np.zeros((blades, blades)),
         np.zeros(blades, np.int64),
@@ -343,28 +342,24 @@ def write_sample(
 @njit(error_model="numpy", cache=True)
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     """Write one sample of the traces."""
-    (
-        centre, energies, impulses, fed, losses, all_tips, blade_impulse, rubbed,
-        casings, _, _,
-    ) = tracks  # fmt: skip
     s, blades = counter[SAMPLE], len(impulse)
-    centre[s, 0], centre[s, 1] = tips[blades, 0], tips[blades, 1]
-    energies[s] = energy
-    impulses[s] = ledger[IMPULSE]
-    fed[s] = ledger[ROTATION] + ledger[FRICTION]
-    rubbed[s] = ledger[FRICTION]
-    losses[s] = lost + ledger[IMPACT]
-    if len(all_tips) > 0:
-        all_tips[s] = tips[:blades]
-        blade_impulse[s, :] = impulse
-        casings[s, :] = casing
+    tracks.centre[s, 0], tracks.centre[s, 1] = tips[blades, 0], tips[blades, 1]
+    tracks.energy[s] = energy
+    tracks.impulse[s] = ledger[IMPULSE]
+    tracks.fed[s] = ledger[ROTATION] + ledger[FRICTION]
+    tracks.rubbed[s] = ledger[FRICTION]
+    tracks.lost[s] = lost + ledger[IMPACT]
+    if len(tracks.tips) > 0:
+        tracks.tips[s] = tips[:blades]
+        tracks.blade_impulse[s, :] = impulse
+        tracks.casing[s, :] = casing
     counter[SAMPLE] += 1
 
 
 @njit(error_model="numpy", cache=True)
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
     """Write one row of evidence, and the ledger as it stands."""
-    row, closed = tracks[9][counter[JUDGED]], tracks[10]
+    row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
     row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]
     row[WAS_FED] = ledger[ROTATION] + ledger[FRICTION]

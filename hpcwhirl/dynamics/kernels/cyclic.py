@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import (
     circulant_space,
     guess,
@@ -49,7 +50,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
 )
 from hpcwhirl.dynamics.kernels.flight import LESS, fly
-from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.passes import (
     pass_ring,
     pass_rotor,
@@ -125,21 +125,12 @@ def cyclic_kernel(
 
     @njit(error_model="numpy", cache=True)
     def march_cyclic(
-        steps, strides, limit, step, speed, mu, scene, loading, rotor, casing, contact,
+        steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks,
     ):  # fmt: skip
-        """March `steps` steps; scalars, scene and tracks as in `march_general`.
-
-        loading : (F, tau, modal load (ring_size,))
-        rotor : (items (ITEMS size,), see `passes`; hub (2, size)); size = rows * width
-        casing : (items (ITEMS ring_size,); slot and sign of the loading)
-        contact : (W to blade 0 (N,), turns (N, width) flat, wave, flight)
-        state : rotor, ring, spectrum of the multipliers of the last step, gaps of
-            three steps, sums by column (3 width,) and (4 k,), blades of the last
-            solution (N + 2,), steps of last contacts, counter, ledger, impulse
-        """
+        """March `steps` steps; see `bodies.march_bodies` and `named`."""
         force, pulse, lobe = loading
-        c_b = rotor[0]
+        c_b = rotor.items
         c_c, slot, sign = casing
         column, turns, wave, flight = contact
         s_b, s_c, lam, gaps, sums_b, sums_c, known, last, counter, ledger, impulse = (
@@ -148,8 +139,8 @@ def cyclic_kernel(
         spectrum, out_b, out_c = np.zeros(width), np.zeros(width), np.zeros(width)
         before, sample = np.zeros(blades), sample_space(state, blades, width)
         space = circulant_space(blades, wide, column, known)
-        push, known, inverse, opening, where, _, _ = space
-        between = exact and strides[0] % strides[1] != 0  # traces end no jump
+        push, known, inverse, opening, where, column, _ = space
+        between = exact and strides.traces % strides.evidence != 0  # traces end no jump
         aside = aside_space(state)
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
@@ -163,13 +154,13 @@ def cyclic_kernel(
                 if between:
                     put_aside(state, aside)
                 jumped = fly(
-                    strides[1], step, scene, force, pulse, c_b, c_c, wave, flight,
+                    strides.evidence, step, wall, loading, c_b, c_c, wave, flight,
                     state, (out_b, out_c, spectrum), rows, ring_rows, k, wide,
                 )  # fmt: skip
                 if jumped and between:
                     keep_between(
-                        begun, strides[0], step, mu, scene[0], rotor, c_c, turns, wave,
-                        flight, state, aside, sample, tracks, rows, ring_rows, k,
+                        begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns,
+                        wave, flight, state, aside, sample, tracks, rows, ring_rows, k,
                     )  # fmt: skip
             if not jumped:
                 odd = counter[STEP] & 1
@@ -189,7 +180,7 @@ def cyclic_kernel(
                 counter[STEP] += 1
                 time, angle = counter[STEP] * step, 0.0
                 if thrust != 0.0:
-                    angle = scene[1] * ((speed * time) % (2.0 * math.pi))
+                    angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
                 if thrust != 0.0:
                     push_pulse(
                         s_c, c_c, ring_size, thrust, lobe, sign, angle, ring_then,
@@ -198,10 +189,10 @@ def cyclic_kernel(
                 for c in range(0, width, FOUR):
                     store(spectrum, c, load(out_b, c) + load(out_c, c))
                 far = size_of(out_b, width)
-                if ring_size == 0 and scene[2] != 0.0:
-                    write_wall(scene, time, speed, slot, sign, spectrum)
+                if ring_size == 0 and wall.amplitude != 0.0:
+                    write_wall(wall, time, speed, slot, sign, spectrum)
                 row = counter[STEP] % 3 * 2 * wide
-                lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
+                lowest = to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
                 if lowest < 0.0:
                     active = guess(
                         gaps, row, lowest, blades, wide, padded, push, known, inverse,
@@ -217,9 +208,9 @@ def cyclic_kernel(
                         for s in range(active):
                             j = where[s]
                             before[j] = gaps[older + place_of(j, blades, wide)]
-                    elif ring_size == 0 and scene[2] != 0.0:
+                    elif ring_size == 0 and wall.amplitude != 0.0:
                         carried = carried_by_wall(
-                            push, where, active, blades, scene, speed, time, step
+                            push, where, active, blades, wall, speed, time, step
                         )  # what the columns take for impact
                         ledger[ROTATION] += carried
                         ledger[IMPACT] += carried
@@ -240,16 +231,16 @@ def cyclic_kernel(
                 far = size_of(out_b, width)
             if far > LESS * limit and farthest(out_b, turns, blades, width) > limit:
                 counter[STOP] = AMPLITUDE
-            keep = counter[STEP] % strides[0] == 0
-            judge = counter[STEP] % strides[1] == 0
+            keep = counter[STEP] % strides.traces == 0
+            judge = counter[STEP] % strides.evidence == 0
             if keep or judge:
-                sample[-1][:] = 0.0
-                if ring_size == 0 and scene[2] != 0.0:
+                sample.wall[:] = 0.0
+                if ring_size == 0 and wall.amplitude != 0.0:
                     write_wall(
-                        scene, counter[STEP] * step, speed, slot, sign, sample[-1]
+                        wall, counter[STEP] * step, speed, slot, sign, sample.wall
                     )
                 sample_cyclic(
-                    step, mu, scene[0], counter[STEP] % 3 * 2 * wide, rotor, c_c, turns,
+                    step, mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns,
                     wave, state, sample, keep, judge, tracks, rows, ring_rows, width,
                     exact,
                 )  # fmt: skip

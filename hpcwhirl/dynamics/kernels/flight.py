@@ -213,7 +213,6 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring_rows,
                k, wide):  # fmt: skip
     """End the step; return the steps free of contact from here; certify if possible."""
-    _, certifiable, counts, _, _, bound_b, bound_c = flight
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     width, odd = 2 * k, counter[STEP] & 1
     end_step(
@@ -222,26 +221,26 @@ def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring
     )  # fmt: skip
     counter[ENDED] = counter[STEP]
     bend, reach = bound_rotor(
-        s_b, c_b, bound_b, rows, k, (1 + odd) * rows * width, rate
+        s_b, c_b, flight.bounds_b, rows, k, (1 + odd) * rows * width, rate
     )
     more, further = bound_ring(
-        s_c, c_c, bound_c, ring_rows, k, (2 + 2 * odd) * ring_rows * k, rate
+        s_c, c_c, flight.bounds_c, ring_rows, k, (2 + 2 * odd) * ring_rows * k, rate
     )
-    if certifiable and (reach + further) < LESS * gap:
+    if flight.certifiable and (reach + further) < LESS * gap:
         counter[CERTIFIED] = counter[STEP]
         ledger[CERTIFICATE] = reach + further
     to_gaps(rate, wave, 0.0, k, wide, rates, 0)
     row = counter[STEP] % 3 * 2 * wide
-    longest = counts[-2]
+    longest = flight.counts[-2]
     return free_steps(gaps, row, rates, 2 * wide, bend + more, step, longest) - 1
 
 
 @njit(error_model="numpy", cache=True)
 def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
     """Jump over `count` steps, or the most of them that a few jumps make; return it."""
-    _, _, counts, jumps_b, jumps_c, _, _ = flight
-    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
-    width, left = 2 * k, count
+    counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
+    out_b, out_c, _ = outs
+    counter, width, left = state.counter, 2 * k, count
     for _ in range(PASSES):
         p = len(counts) - 1 if left == counts[-1] else len(counts) - 2
         while p >= 0 and counts[p] > left:
@@ -251,12 +250,12 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
         odd = counter[STEP] & 1
         after = (counter[STEP] + counts[p]) & 1
         jump_rotor(
-            s_b, c_b, jumps_b[p], rows, width, (1 + odd) * rows * width,
-            (1 + after) * rows * width, outs[0], sums_b,
+            state.rotor, c_b, jumps_b[p], rows, width, (1 + odd) * rows * width,
+            (1 + after) * rows * width, out_b, state.sums_b,
         )  # fmt: skip
         jump_ring(
-            s_c, c_c, jumps_c[p], ring_rows, k, (2 + 2 * odd) * ring_rows * k,
-            (2 + 2 * after) * ring_rows * k, outs[1], sums_c,
+            state.ring, c_c, jumps_c[p], ring_rows, k, (2 + 2 * odd) * ring_rows * k,
+            (2 + 2 * after) * ring_rows * k, out_c, state.sums_c,
         )  # fmt: skip
         counter[STEP] += counts[p]
         counter[ENDED] = counter[STEP]
@@ -267,7 +266,7 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
 
 
 @njit(error_model="numpy", cache=True)
-def fly(beat, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, rows,
+def fly(beat, step, wall, load,  c_b, c_c, wave, flight, state, outs, rows,
         ring_rows, k, wide):  # fmt: skip
     """Jump if no blade can touch for a while; return whether it did.
 
@@ -276,23 +275,22 @@ def fly(beat, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, ro
 
     Parameters
     ----------
-    flight : (total steps, whether a certificate is possible, (P,) steps of the jumps,
-        the last those between rows of evidence, (P, 9 size) and (P, 9 ring_size) jumps,
-        bounds of rotor and ring)
-    outs : work space
+    wall, load, flight, state : see `named`
+    outs : spectra of rotor, ring and gaps, (2 k,), work space
     """
-    gaps, counter = state[3], state[-3]
-    if force != 0.0 and counter[STEP] * step < pulse:
-        counter[NEXT_TRY] = int(pulse / step) + 1
+    gaps, counter, ledger = state.gaps, state.counter, state.ledger
+    out_b, out_c, spectrum = outs
+    if load.force != 0.0 and counter[STEP] * step < load.pulse:
+        counter[NEXT_TRY] = int(load.pulse / step) + 1
         return False
-    left = min(beat - counter[STEP] % beat, flight[0] - counter[STEP])
+    left = min(beat - counter[STEP] % beat, flight.total - counter[STEP])
     if left < 1:
         return False
     free = left
     if counter[CERTIFIED] < 0:
         rates = np.empty(2 * wide)
         free = look_ahead(
-            step, scene[0], c_b, c_c, wave, flight, state, outs[2], rates, rows,
+            step, wall.gap, c_b, c_c, wave, flight, state, spectrum, rates, rows,
             ring_rows, k, wide,
         )  # fmt: skip
     if counter[CERTIFIED] >= 0:
@@ -305,12 +303,10 @@ def fly(beat, step, scene, force, pulse, c_b, c_c, wave, flight, state, outs, ro
     counter[PATIENCE] = 0
     done = leap(min(free, left), c_b, c_c, flight, state, outs, rows, ring_rows, k)
     counter[NEXT_TRY] = counter[STEP] + (done == free)
-    spectrum = outs[2]
     for c in range(2 * k):
-        spectrum[c] = outs[0][c] + outs[1][c]
+        spectrum[c] = out_b[c] + out_c[c]
     row = counter[STEP] % 3 * 2 * wide
-    lowest = to_gaps(spectrum, wave, scene[0], k, wide, gaps, row)
-    ledger = state[-2]
-    if lowest < -ledger[MISS] * scene[0]:  # the bounds forbid it
-        ledger[MISS] = -lowest / scene[0]
+    lowest = to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
+    if lowest < -ledger[MISS] * wall.gap:  # the bounds forbid it
+        ledger[MISS] = -lowest / wall.gap
     return True

@@ -48,7 +48,8 @@ def hold(gaps, row, lowest, lane, known, n, padded, kept, opened):
     Returns whether they are the solution; if not, the row is left alone. What pads
     the blades to vectors adds zeros. known : whether their inverse is sound
 
-    kept : addresses of what `fill` sets, all but whole; opened : (n,), work space
+    kept : addresses of what `fill` sets, but of all rows and turns
+    opened : (n,), work space
     """
     size, push, inverse, rows, _, place = kept
     count, p = get(size, lane), lane * padded
@@ -113,20 +114,12 @@ def spectrum_of(lane, n, padded, kept, fresh):
 
 @njit(error_model="numpy", cache=True)
 def fill(blades, wide, column, known, kept):
-    """Set `kept`, what is known of each lane's contact, from the states.
-
-    size : (lanes,), blades of the last solution, padded to vectors
-    push : (lanes padded,), their multipliers, N
-    inverse : (lanes padded padded,), of their W, transposed
-    rows, turns : (lanes padded 2 wide,), what each opens, folded, and its spectrum
-    place : (lanes padded,), of each in a folded row
-    whole : all rows of W (lanes N 2 wide,), all turns (N 2 wide,)
-    """
-    length, whole = blades * 2 * wide, kept[6]
+    """Set `kept` (`named.LaneKept`) from the states."""
+    length, whole = blades * 2 * wide, kept.all_rows
     for i in range(len(column)):
         space = circulant_space(blades, wide, column[i], known[i])
-        whole[i * length : (i + 1) * length] = space[3]
-        learn(i, blades, wide, known[i], space[2], kept)
+        whole[i * length : (i + 1) * length] = space.rows
+        learn(i, blades, wide, known[i], space.inverse, kept)
 
 
 @njit(error_model="numpy", cache=True)
@@ -156,9 +149,9 @@ def search(gaps, row, lowest, blades, wide, lane, known, column, kept):
     Returns whether it could.
     """
     padded, n = -(-blades // FOUR) * FOUR, 2 * wide
-    push, first, length = kept[1], lane * padded, blades * n
+    push, first, length = kept.push, lane * padded, blades * n
     where, inverse = np.zeros(blades + 1, np.int64), np.zeros(padded * padded)
-    rows = kept[6][lane * length : (lane + 1) * length]
+    rows = kept.all_rows[lane * length : (lane + 1) * length]
     mine = push[first : first + padded]
     known[blades + 1] = 0  # `hold` has tried them
     active = guess(
@@ -168,7 +161,7 @@ def search(gaps, row, lowest, blades, wide, lane, known, column, kept):
     if active < 0:
         space = circulant_space(blades, wide, column, known)
         active = solve_any(gaps, row, blades, wide, space)
-        mine[:], inverse[:] = space[0], space[2]
+        mine[:], inverse[:] = space.push, space.inverse
     if active < 0:
         return False
     learn(lane, blades, wide, known, inverse, kept)

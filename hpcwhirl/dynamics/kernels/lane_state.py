@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.general import TINY
+from hpcwhirl.dynamics.kernels.bodies import TINY
 from hpcwhirl.dynamics.kernels.passes import (
     ALONG,
     GIVE,

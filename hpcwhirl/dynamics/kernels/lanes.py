@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.contact import (
     AMPLITUDE,
     COMPLEMENTARITY,
@@ -29,7 +30,6 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.general import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.lane_contact import book, fill, hold, search, spectrum_of
 from hpcwhirl.dynamics.kernels.lane_passes import ring_lanes, rotor_lanes
 from hpcwhirl.dynamics.kernels.lane_state import (
@@ -38,6 +38,7 @@ from hpcwhirl.dynamics.kernels.lane_state import (
     take_lane,
     work_lane,
 )
+from hpcwhirl.dynamics.kernels.named import CyclicRotor, CyclicState
 from hpcwhirl.dynamics.kernels.passes import RING_STATE, ROTOR_STATE
 from hpcwhirl.dynamics.kernels.samples import farthest, sample_cyclic, sample_space
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -148,7 +149,7 @@ def sample(lane, turn, step, gap, bodies, fixed, items, numbers, state, keep, ju
     """Write a sample of one lane from its own ended state, as `cyclic` does."""
     s_b, s_c, sums_b, sums_c = bodies
     places_b, places_c, hub, turns, wave = fixed
-    c_b, c_c = items[0][lane], items[1][lane]
+    c_b, c_c = items.rotor[lane], items.ring[lane]
     gaps, lam, known, last, counter, ledger, impulse = state
     k, blades = lam.shape[1] // 4, last.shape[1]
     size, ring_size, width = 2 * rows * k, ring_rows * k, 2 * k
@@ -157,13 +158,13 @@ def sample(lane, turn, step, gap, bodies, fixed, items, numbers, state, keep, ju
     take_lane(s_b, places_b[other], lane, one_b)
     take_lane(s_c, places_c[other], lane, one_c)
     all_b, all_c = sums_b[lane::FOUR].copy(), sums_c[lane::FOUR].copy()
-    one = (
+    one = CyclicState(
         one_b, one_c, lam[lane], gaps[lane], all_b, all_c, known[lane], last[lane],
         counter[lane], ledger[lane], impulse[lane],
     )  # fmt: skip
     row = turn % 3 * (gaps.shape[1] // 3)
     sample_cyclic(
-        step, numbers[lane, MU], gap, row, (c_b, hub), c_c, turns, wave, one,
+        step, numbers[lane, MU], gap, row, CyclicRotor(c_b, hub), c_c, turns, wave, one,
         sample_space(one, blades, width), keep, judge, tracks[lane], rows, ring_rows,
         width, False,
     )  # fmt: skip
@@ -175,13 +176,13 @@ def events(
     ring_rows,
 ):  # fmt: skip
     """Flush and sample the lanes whose turn it is."""
-    counter = state[4]
+    counter = state.counter
     for i in range(FOUR):
         stop = counter[i, STOP]
         if wholes[i, ACTIVE] == 1 and stop in (RUNNING, AMPLITUDE):
             if counter[i, STEP] % FLUSH_EVERY == 0:
-                flush_lane(bodies[0], i)
-                flush_lane(bodies[1], i)
+                flush_lane(bodies.rotor, i)
+                flush_lane(bodies.ring, i)
             keep = counter[i, STEP] % wholes[i, STRIDE] == 0
             judge = counter[i, STEP] % wholes[i, BEAT] == 0
             if keep or judge:
@@ -234,42 +235,41 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
 
         Parameters
         ----------
-        shared : (rotor's items, slots; ring's items, slots; turns, wave)
-        fixed : (places of rotor (2, 3 size) and ring (2, 6 ring_size); hub, turns,
-            wave)
-        items : (rotor's (lanes, ITEMS size), ring's), of `cyclic`
-        own : (rotor's, ring's), see `lane_passes`
+        shared, fixed, bodies, state, work, kept : see `named`
+        items, own : `LaneItems`, of `cyclic` and of `lane_passes`
         numbers, wholes : (lanes, SCALARS), (lanes, WHOLES)
         column : (lanes, N), W to blade 0; lobes : (lanes, ring_size)
-        bodies : (rotor, ring, sums of rotor and ring), of lanes
-        state : (gaps, lam, known, last, counter, ledger, impulse), a row each lane
         turn : (1,), number of the step modulo 6
         tracks : of each lane
-        work : spectra of rotor, ring, multipliers, by lane last and lane first,
-            (2 k lanes,) each; (2 wide,)
-        touching : (lanes,), work space; kept : of `fill`
+        touching : (lanes,), work space
         """
-        lams, knowns, counter, ledger = state[1], state[2], state[4], state[5]
-        s_b, s_c = address(bodies[0]), address(bodies[1])
-        sums_b, sums_c = address(bodies[2]), address(bodies[3])
-        c_b, slots_b, count_b = address(shared[0]), address(shared[1]), len(shared[1])
-        c_c, slots_c, count_c = address(shared[2]), address(shared[3]), len(shared[3])
-        wave, own_b, own_c = address(shared[5]), address(own[0]), address(own[1])
-        gaps, known = address(state[0]), address(knowns)
+        lams, knowns, counter, ledger = (
+            state.lam, state.known, state.counter, state.ledger
+        )  # fmt: skip
+        s_b, s_c = address(bodies.rotor), address(bodies.ring)
+        sums_b, sums_c = address(bodies.sums_b), address(bodies.sums_c)
+        c_b, slots_b = address(shared.items_b), address(shared.slots_b)
+        c_c, slots_c = address(shared.items_c), address(shared.slots_c)
+        count_b, count_c = len(shared.slots_b), len(shared.slots_c)
+        wave, own_b, own_c = (
+            address(shared.wave), address(own.rotor), address(own.ring)
+        )  # fmt: skip
+        gaps, known = address(state.gaps), address(knowns)
         steps_of, active_of = address(counter), address(wholes)
-        booked = address(state[3]), steps_of, address(ledger), address(state[6])
-        places, fresh_all, touched = fixed[1][0], work[3], touching
-        out_b, out_c, lam = address(work[0]), address(work[1]), address(work[2])
-        fresh, opened = address(work[3]), address(work[4])
+        booked = address(state.last), steps_of, address(ledger), address(state.impulse)
+        places, fresh_all, touched = fixed.places_c[0], work.fresh, touching
+        out_b, out_c, lam = address(work.out_b), address(work.out_c), address(work.lam)
+        fresh, opened = address(work.fresh), address(work.opened)
         thrust, angle, bounds = np.zeros(FOUR), np.zeros(FOUR), np.zeros(FOUR)
         nearest = nearest_limit(numbers, wholes)
         fill(blades, wide, column, knowns, kept)
         held = (
-            address(kept[0]), address(kept[1]), address(kept[2]), address(kept[3]),
-            address(kept[4]), address(kept[5]),
+            address(kept.size), address(kept.push), address(kept.inverse),
+            address(kept.rows), address(kept.turns), address(kept.place),
         )  # fmt: skip
+        push, place = address(kept.push), address(kept.place)
         any_touched = False
-        work[2][:] = 0.0
+        work.lam[:] = 0.0
         fresh_all[:] = 0.0
         for i in range(FOUR):
             touched[i] = 0
@@ -278,7 +278,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 touched[i] = 1
                 for v in range(width):
                     fresh_all[i * width + v] = lams[i, v]
-                    work[2][v * FOUR + i] = lams[i, v]
+                    work.lam[v * FOUR + i] = lams[i, v]
         quiet = until_event(counter, wholes)
         pulse = any_pulse(counter, wholes, numbers, step)
         running = True
@@ -309,8 +309,9 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 for i in range(FOUR):
                     if thrust[i] != 0.0:
                         push_lane(
-                            bodies[1], places, i, items[1][i], ring_size, thrust[i],
-                            lobes[i], numbers[i, SIGN], angle[i], ring_then, work[1], k,
+                            bodies.ring, places, i, items.ring[i], ring_size, thrust[i],
+                            lobes[i], numbers[i, SIGN], angle[i], ring_then, work.out_c,
+                            k,
                         )  # fmt: skip
             row = turn[0] % 3 * n
             least, far = to_gaps_lanes(
@@ -329,7 +330,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                     )  # fmt: skip
                     if not found:
                         found = search(
-                            state[0].reshape(-1), mine + row, lowest, blades, wide, i,
+                            state.gaps.reshape(-1), mine + row, lowest, blades, wide, i,
                             knowns[i], column[i], kept,
                         )  # fmt: skip
                     if not found:
@@ -340,7 +341,7 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                     touched[i] = 1
                     spectrum_of(i, n, padded, held, fresh)
                     book(
-                        held[1], i * padded, known, held[5],
+                        push, i * padded, known, place,
                         get(known, i * (blades + 2) + blades), gaps,
                         mine + row, mine + older, i, blades, booked, step,
                     )  # fmt: skip
@@ -363,16 +364,16 @@ def lanes_kernel(blades: int, rows: int, ring_rows: int) -> Callable[..., Any]:
                 for i in range(FOUR):
                     if thrust[i] != 0.0 and counter[i, STOP] == RUNNING:
                         ledger[i, PULSE] += work_lane(
-                            bodies[1], places, i, items[1][i], fresh_all, ring_size, k,
-                            thrust[i], lobes[i], numbers[i, SIGN], angle[i], ring_then,
-                            ring_now,
+                            bodies.ring, places, i, items.ring[i], fresh_all, ring_size,
+                            k, thrust[i], lobes[i], numbers[i, SIGN], angle[i],
+                            ring_then, ring_now,
                         )  # fmt: skip
             beyond = False
             for i in range(FOUR):
                 bounds[i] = element(far, i)
                 beyond = beyond or bounds[i] > nearest
             if beyond and stop_far(
-                bounds, numbers[:, LIMIT], work[0], fixed[3], blades, k, counter
+                bounds, numbers[:, LIMIT], work.out_b, fixed.turns, blades, k, counter
             ):
                 running = False
             quiet -= 1

@@ -195,12 +195,12 @@ def pass_ring(s, t, c, lam, rows, k, now, then, ended, touched, go, exact, out, 
 
 
 @njit(error_model="numpy", cache=True)
-def write_wall(scene, time, speed, slot, sign, spectrum):
+def write_wall(wall, time, speed, slot, sign, spectrum):
     """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""
-    angle = scene[1] * ((speed * time) % (2.0 * math.pi))
-    wall = rigid_amplitude(scene, time)
-    spectrum[slot] -= wall * math.cos(angle)
-    spectrum[len(spectrum) // 2 + slot] -= sign * wall * math.sin(angle)
+    angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
+    out = rigid_amplitude(wall, time)
+    spectrum[slot] -= out * math.cos(angle)
+    spectrum[len(spectrum) // 2 + slot] -= sign * out * math.sin(angle)
 
 
 @njit(error_model="numpy", cache=True)

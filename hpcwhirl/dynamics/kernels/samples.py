@@ -20,6 +20,7 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.flight import leap
 from hpcwhirl.dynamics.kernels.general import modal_energy
+from hpcwhirl.dynamics.kernels.named import CyclicState, SampleSpace
 from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     OMEGA,
@@ -176,22 +177,18 @@ def sample_cyclic(step, mu, gap, row, rotor, c_c, turns, wave, state, sample, ke
     Tips are read where they are kept. Where there is contact and the motion is judged,
     the gaps are compared with `row` of those that were solved.
     """
-    s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, impulse = state
+    counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, end_b, end_c, columns, tips, whole, again, wall = sample
-    end_b[:] = sums_b
-    end_c[:] = sums_c
-    end_step(
-        s_b, t_b, rotor[0], s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
-        width, exact,
-    )  # fmt: skip
-    energies = energies_of(t_b, rotor[0], t_c, c_c, counter[STEP] & 1, step, exact)
+    c_b, hub = rotor
+    settle(c_b, c_c, state, (t_b, t_c, end_b, end_c), rows, ring_rows, width, exact)
+    energies = energies_of(t_b, c_b, t_c, c_c, counter[STEP] & 1, step, exact)
     if judge and counter[LAST] == counter[STEP]:
-        most = radial_bound(t_b, rotor[0], rows * width, width)
-        note_miss_cyclic(t_b, rotor[0], t_c, c_c, wave, gap, most, gaps, row, wall,
+        most = radial_bound(t_b, c_b, rows * width, width)
+        note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, most, state.gaps, row, wall,
                          again, len(impulse), ledger)  # fmt: skip
-    if keep and len(tracks[5]) > 0:
-        read_tips(t_b, rotor[0], rotor[1], turns, width, columns, tips)
-    read_centre(t_b, rotor[1], tips)
+    if keep and len(tracks.tips) > 0:
+        read_tips(t_b, c_b, hub, turns, width, columns, tips)
+    read_centre(t_b, hub, tips)
     rotation, impact, drag, loss = column_sums(end_b, end_c, step, exact)
     whole[:] = ledger
     whole[ROTATION] += rotation
@@ -206,41 +203,42 @@ def sample_cyclic(step, mu, gap, row, rotor, c_c, turns, wave, state, sample, ke
 @njit(error_model="numpy", cache=True)
 def sample_space(state, blades, width):
     """Return the work space of `sample_cyclic`."""
-    s_b, s_c, _, _, sums_b, sums_c, _, _, _, ledger, _ = state
-    return (
-        np.zeros_like(s_b), np.zeros_like(s_c), np.zeros_like(sums_b),
-        np.zeros_like(sums_c), np.zeros(width), np.zeros((blades + 1, 2)),
-        np.zeros_like(ledger), np.zeros(len(state[3]) // 3), np.zeros(width),
+    return SampleSpace(
+        np.zeros_like(state.rotor), np.zeros_like(state.ring),
+        np.zeros_like(state.sums_b), np.zeros_like(state.sums_c), np.zeros(width),
+        np.zeros((blades + 1, 2)), np.zeros_like(state.ledger),
+        np.zeros(len(state.gaps) // 3), np.zeros(width),
     )  # fmt: skip
 
 
 @njit(error_model="numpy", cache=True)
 def settle(c_b, c_c, state, copies, rows, ring_rows, width, exact):
     """Set copies of bodies and sums (s_b, s_c, sums_b, sums_c), their step ended."""
-    s_b, s_c, lam, _, sums_b, sums_c, _, _, counter, _, _ = state
     t_b, t_c, end_b, end_c = copies
-    end_b[:] = sums_b
-    end_c[:] = sums_c
+    end_b[:] = state.sums_b
+    end_c[:] = state.sums_c
     end_step(
-        s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, end_b, end_c, rows, ring_rows,
-        width, exact,
+        state.rotor, t_b, c_b, state.ring, t_c, c_c, state.lam, state.counter, end_b,
+        end_c, rows, ring_rows, width, exact,
     )  # fmt: skip
 
 
 @njit(error_model="numpy", cache=True)
 def aside_space(state):
-    """Return copies of what a jump changes: both bodies, sums and counter."""
-    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
-    return s_b.copy(), s_c.copy(), sums_b.copy(), sums_c.copy(), counter.copy()
+    """Return a state with copies of what a jump changes: bodies, sums and counter."""
+    return CyclicState(
+        state.rotor.copy(), state.ring.copy(), state.lam, state.gaps,
+        state.sums_b.copy(), state.sums_c.copy(), state.known, state.last,
+        state.counter.copy(), state.ledger, state.impulse,
+    )  # fmt: skip
 
 
 @njit(error_model="numpy", cache=True)
 def put_aside(state, aside):
     """Copy what a jump changes."""
-    s_b, s_c, _, _, sums_b, sums_c, _, _, counter, _, _ = state
-    a_b, a_c, a_sums_b, a_sums_c, a_counter = aside
-    a_b[:], a_c[:], a_sums_b[:], a_sums_c[:] = s_b, s_c, sums_b, sums_c
-    a_counter[:] = counter
+    aside.rotor[:], aside.ring[:] = state.rotor, state.ring
+    aside.sums_b[:], aside.sums_c[:] = state.sums_b, state.sums_c
+    aside.counter[:] = state.counter
 
 
 @njit(error_model="numpy", cache=True)
@@ -251,24 +249,22 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     A jump ends at the evidence, never at a sample of the traces, so that the motion is
     the same whatever is kept of it.
     """
-    _, _, lam, gaps, _, _, known, last, counter, ledger, impulse = state
-    s_b, s_c, sums_b, sums_c, own = aside
+    counter, own = state.counter, aside.counter
     if own[ENDED] != begun:  # the step that waited has been ended by the jump
         end_step(
-            s_b, s_b, rotor[0], s_c, s_c, c_c, lam, own, sums_b, sums_c, rows,
-            ring_rows, 2 * k, True,
+            aside.rotor, aside.rotor, rotor.items, aside.ring, aside.ring, c_c,
+            aside.lam, own, aside.sums_b, aside.sums_c, rows, ring_rows, 2 * k, True,
         )  # fmt: skip
         own[ENDED] = begun
-    outs = np.zeros(2 * k), np.zeros(2 * k)
-    copy = s_b, s_c, lam, gaps, sums_b, sums_c, known, last, own, ledger, impulse
+    outs = np.zeros(2 * k), np.zeros(2 * k), np.zeros(2 * k)
     first = (begun // stride + 1) * stride
     for goal in range(first, counter[STEP], stride):
         while own[STEP] < goal:
-            leap(goal - own[STEP], rotor[0], c_c, flight, copy, outs, rows, ring_rows,
-                 k)  # fmt: skip
+            leap(goal - own[STEP], rotor.items, c_c, flight, aside, outs, rows,
+                 ring_rows, k)  # fmt: skip
         own[SAMPLE] = counter[SAMPLE]
         sample_cyclic(
-            step, mu, gap, 0, rotor, c_c, turns, wave, copy, sample, True, False,
+            step, mu, gap, 0, rotor, c_c, turns, wave, aside, sample, True, False,
             tracks, rows, ring_rows, 2 * k, True,
         )  # fmt: skip
         counter[SAMPLE] = own[SAMPLE]

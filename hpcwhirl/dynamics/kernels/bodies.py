@@ -1,0 +1,206 @@
+"""The march of two bodies of any kind: Algorithm 1, what they do told by `verbs`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
+    COMPLEMENTARITY,
+    ELEMENTS,
+    PULSE,
+    RIGID,
+    RUNNING,
+    STEP,
+    STOP,
+    book_contacts,
+    complementarity,
+    contact_space,
+    place_on_elements,
+    place_on_waves,
+    pulse_of,
+    read_ring,
+    rigid_radial,
+    write_sample,
+)
+from hpcwhirl.dynamics.kernels.opening import note_miss
+from hpcwhirl.dynamics.kernels.verbs import (
+    Motion,
+    accept,
+    collect,
+    energy,
+    load,
+    meet,
+    predict,
+    read,
+    read_tips,
+)
+
+FLUSH_EVERY = 256  # steps; see `flush`
+TINY = 1e-150
+
+
+@njit(cache=True)
+def flush(motion):
+    """Zero amplitudes below 1e-150 before their products become denormal."""
+    q, d = motion.q, motion.d
+    for m in range(len(q)):
+        if abs(q[m]) < TINY and abs(d[m]) < TINY:
+            q[m] = 0.0
+            d[m] = 0.0
+
+
+@njit(cache=True)
+def place_blades(ring, turned, index, shape):
+    """Set what the blades read of the ring."""
+    kind, size, length = ring
+    if kind == ELEMENTS:
+        place_on_elements(turned, size, length, index, shape)
+    elif kind != RIGID:
+        place_on_waves(turned, size, index, shape)
+
+
+@njit(cache=True)
+def read_gaps(u, radial, wall, ring, index, shape, turned, time, gaps):
+    """Set the N gaps from tips and radial coordinates; return the lowest."""
+    n = len(gaps)
+    lowest = 1.0
+    for j in range(n):
+        if ring.kind == RIGID:
+            w = rigid_radial(wall, time, turned + 2.0 * math.pi * j / n)
+        else:
+            w = read_ring(radial, index, shape, j)
+        gaps[j] = wall.gap + w - u[j]
+        lowest = min(lowest, gaps[j])
+    return lowest
+
+
+@njit(cache=True)
+def farthest(u, blades):
+    """Return the largest radial displacement of a tip, m."""
+    most = 0.0
+    for j in range(blades):
+        most = max(most, abs(u[j]))
+    return most
+
+
+@njit(cache=True)
+def pulse_work(push, modal, ahead, increments):
+    """Return the loading's work in a step, J."""
+    total = 0.0
+    for m in range(len(ahead)):
+        total += push * modal[m] * 0.5 * (ahead[m] + increments[m])
+    return total
+
+
+@njit(cache=True)
+def motion_of(q, d, loss):
+    """Return a body's arrays of the state with its work space."""
+    return Motion(
+        q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
+        np.zeros_like(q),
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def energies_of(rotor, casing, state, step):
+    """Return the energies of both bodies, J."""
+    return (
+        energy(rotor, state.q_b, state.d_b, step),
+        energy(casing, state.q_c, state.d_c, step),
+    )
+
+
+@njit(cache=True)
+def march_bodies(
+    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+    state, tracks,
+):  # fmt: skip
+    """March `steps` steps of the central differences, see timestep.recursion.
+
+    Parameters
+    ----------
+    steps : to take
+    strides : steps between samples of the traces, and between rows of the evidence
+    limit : tip displacement that ends the run, at any step, m
+    step, speed : dt, s; Omega, rad/s
+    mu : friction coefficient times the sign of Omega
+    wall, loading : `named.Wall`, `named.Load`
+    rotor, casing : of one kind, `named.ModalBody` or `named.DenseBody`
+    contact, state, tracks : `named.Contact`, `named.BodiesState`, `named.Tracks`
+    """
+    w_rotor, compliance, ring = contact
+    (
+        q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
+        impulse,
+    ) = state  # fmt: skip
+    blades, coordinates = len(last), len(compliance)
+    b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
+    u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
+    gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+    width = 4 if ring.kind == ELEMENTS else coordinates
+    index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
+    own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
+    space = contact_space(blades, coordinates)
+    for _ in range(steps):
+        now = counter[STEP] * step
+        following = (counter[STEP] + 1) * step
+        turned = (speed * following) % (2.0 * math.pi)
+        predict(rotor, b)
+        predict(casing, c)
+        push = pulse_of(now, loading.force, loading.pulse)
+        if push != 0.0:
+            load(casing, c, push, loading.modal)
+        read(rotor, b.following, u)
+        read(casing, c.following, w)
+        place_blades(ring, turned, index, shape)
+        lowest = read_gaps(u, w, wall, ring, index, shape, turned, following, gaps)
+        counter[STEP] += 1
+        if farthest(u, blades) > limit:
+            counter[STOP] = AMPLITUDE
+        if lowest < 0.0:
+            space.have[:] = 0  # W changes as the blades pass
+            active = complementarity(
+                gaps, w_rotor, compliance, index, shape, lam, opened, space
+            )
+            if active < 0:
+                counter[STOP] = COMPLEMENTARITY
+                return
+            collect(rotor, b, lam, own, inward)
+            collect(casing, c, lam, index, shape)
+            meet(rotor, b, mu, ledger)
+            meet(casing, c, mu, ledger)
+            book_contacts(
+                space.right, space.where, active, older, touched, counter, ledger,
+                impulse, step,
+            )  # fmt: skip
+        else:
+            opened[:] = gaps
+        if push != 0.0:
+            ledger[PULSE] += pulse_work(push, loading.modal, c.ahead, d_c)
+        accept(rotor, b, step)
+        accept(casing, c, step)
+        older[:] = last
+        last[:] = opened
+        if counter[STEP] % FLUSH_EVERY == 0:
+            flush(b)
+            flush(c)
+        keep = counter[STEP] % strides.traces == 0
+        judge = counter[STEP] % strides.evidence == 0
+        if keep or judge:
+            read(rotor, q_b, u)
+            read_tips(rotor, q_b, u, tips)
+            if judge and lowest < 0.0:
+                read(casing, q_c, w)
+                read_gaps(u, w, wall, ring, index, shape, turned, following, gaps)
+                note_miss(gaps, last, u, wall.gap, ledger)
+            write_sample(
+                counter, ledger, impulse, tips, q_c,
+                energies_of(rotor, casing, state, step), loss_b.sum() + loss_c.sum(),
+                keep, judge, tracks,
+            )  # fmt: skip
+        if counter[STOP] != RUNNING:
+            return

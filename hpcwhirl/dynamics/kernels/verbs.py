@@ -1,0 +1,90 @@
+"""What a body of any kind does in a step of `bodies.march_bodies`.
+
+A verb is a name; what it means for a kind of body is told with `does` in the file of
+that kind, and chosen by the type of its first argument when the loop is compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import overload
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Function = Callable[..., Any]
+
+
+class Motion(NamedTuple):
+    """A body on its way through a step, every array (n,).
+
+    Attributes
+    ----------
+    q, d, loss : of the state; d = q_n - q_{n-1}
+    ahead, following : d_{n+1} and q_{n+1}
+    normal, drag : forces of the multipliers, drag over mu
+    """
+
+    q: Floats
+    d: Floats
+    loss: Floats
+    ahead: Floats
+    following: Floats
+    normal: Floats
+    drag: Floats
+
+
+def does(verb: Function, kind: type) -> Callable[[Function], Function]:
+    """Let bodies of a kind, a NamedTuple, do a verb as the decorated function does."""
+
+    def register(function: Function) -> Function:
+        @overload(verb, strict=False)
+        def choose(body: Any, *_: Any) -> Function | None:
+            return function if getattr(body, "instance_class", None) is kind else None
+
+        return njit(cache=True)(function)
+
+    return register
+
+
+def predict(body, motion):
+    """Set `ahead` and `following` without forces."""
+    raise NotImplementedError
+
+
+def load(body, motion, push, modal):
+    """Add the increments of the load push * modal (n,)."""
+    raise NotImplementedError
+
+
+def read(body, values, out):
+    """Set out (r,) to the radial coordinates of amplitudes (n,)."""
+    raise NotImplementedError
+
+
+def read_tips(body, values, radial, tips):
+    """Set tips (N + 1, 2): radial, as read, and tangential; then x_o, y_o."""
+    raise NotImplementedError
+
+
+def collect(body, motion, lam, index, shape):
+    """Set `normal` and `drag` of multipliers lam (N,) on what the blades read."""
+    raise NotImplementedError
+
+
+def meet(body, motion, mu, ledger):
+    """Correct `ahead` by the forces of contact and enter their work."""
+    raise NotImplementedError
+
+
+def accept(body, motion, step):
+    """Take the step; add its damping loss, (d' + d)^T D (d' + d) / (4 dt), J."""
+    raise NotImplementedError
+
+
+def energy(body, values, increments, step):
+    """Return 1/2 v^T M v + 1/2 q_n^T K q_{n+1} at n + 1/2, J."""
+    raise NotImplementedError

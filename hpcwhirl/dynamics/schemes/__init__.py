@@ -1,0 +1,23 @@
+"""Schemes: which kernel marches a scene, with which arrays, from which state.
+
+A scheme is a row of `scene.schemes` and a file here of its name with `build(model,
+scene, beat)`, `beat` the steps between rows of evidence. A state is all that a resume
+needs, see `kernels.named`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hpcwhirl.dynamics.schemes.integrator import Integrator
+    from hpcwhirl.reduction.model import Model
+    from hpcwhirl.scene import Scene
+
+
+def scheme_of(model: Model, scene: Scene, beat: int) -> Integrator:
+    """Return what marches a scene by its scheme."""
+    scheme = import_module(f"{__name__}.{scene.solver.scheme}")
+    built: Integrator = scheme.build(model, scene, beat)
+    return built

@@ -1,0 +1,48 @@
+"""Two bodies in the loop of `kernels.bodies`: what schemes of that kind share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hpcwhirl.dynamics.casing_trace import waves_of_modes
+from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
+from hpcwhirl.dynamics.kernels.named import Arrays, BodiesState
+from hpcwhirl.dynamics.schemes.integrator import (
+    Balance,
+    Integrator,
+    nothing_yet,
+    reader,
+    unfold,
+)
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+
+def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
+    """Return a state at rest of two bodies."""
+    rotor, casing = len(arrays.rotor.keep), len(arrays.casing.keep)
+    gaps = np.full(model.blades, scene.gap)
+    return BodiesState(
+        np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
+        np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
+        *nothing_yet(model.blades),
+    )  # fmt: skip
+
+
+def two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
+    """Return the march of two bodies as modes; a scheme changes what differs."""
+    step = scene.solver.time_step
+
+    def balance(state: BodiesState) -> Balance:
+        energy = sum(energies_of(arrays.rotor, arrays.casing, state, step))
+        return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
+
+    return Integrator(
+        kernel=march_bodies,
+        arrays=arrays,
+        state=_bodies(model, scene, arrays),
+        balance=balance,
+        displacements=lambda s, _: unfold(model, s.q_b, s.q_c),
+        casing_width=len(arrays.casing.keep),
+        casing_waves=reader(model, scene, lambda q, _: waves_of_modes(model, q)),
+    )

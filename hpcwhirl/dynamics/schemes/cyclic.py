@@ -1,0 +1,96 @@
+"""The cyclic kernel: what `modal` and `exact` share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hpcwhirl.dynamics.casing_trace import waves_of_modes
+from hpcwhirl.dynamics.flights import can_fly
+from hpcwhirl.dynamics.kernels import contact, cyclic, passes, samples
+from hpcwhirl.dynamics.kernels.named import CyclicState
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes.integrator import (
+    Balance,
+    Ended,
+    Floats,
+    Integrator,
+    nothing_yet,
+    reader,
+    unfold,
+)
+from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes, ring_amplitudes
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.structure import RingOperator
+
+
+def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> CyclicState:
+    """Return a state at rest of the cyclic kernel."""
+    k, wide = cyclic.widths(model.blades)
+    rotor = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
+    ring = np.zeros(passes.RING_STATE * ring_rows * k)
+    gaps, lam = np.full(3 * 2 * wide, scene.gap), np.zeros(4 * k)
+    state = CyclicState(
+        rotor, ring, lam, gaps, np.zeros(3 * 2 * k), np.zeros(4 * k),
+        np.zeros(model.blades + 2, dtype=np.int64), *nothing_yet(model.blades),
+    )  # fmt: skip
+    if not can_fly(scene):
+        state.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
+    return state
+
+
+def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
+    """Return the march of a cyclic model; `beat`: steps between rows of evidence."""
+    arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
+    c_b, c_c = arrays.rotor.items, arrays.casing.items
+    step = scene.solver.time_step
+    exact = SCHEMES[scene.solver.scheme].flies
+    kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
+    sizes = rows, ring_rows, 2 * cyclic.widths(model.blades)[0], exact
+
+    def ended(state: CyclicState) -> Ended:
+        parts = state.rotor, state.ring, state.sums_b, state.sums_c
+        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
+        samples.settle(c_b, c_c, state, (s_b, s_c, sums_b, sums_c), *sizes)
+        return s_b, s_c, sums_b, sums_c
+
+    def balance(state: CyclicState) -> Balance:
+        s_b, s_c, sums_b, sums_c = ended(state)
+        odd = int(state.counter[contact.STEP] & 1)
+        energy = sum(samples.energies_of(s_b, c_b, s_c, c_c, odd, step, exact))
+        works = samples.column_sums(sums_b, sums_c, step, exact)
+        rotation, impact, drag, loss = works
+        friction = friction_with_sign(scene) * drag
+        return Balance(energy, loss, rotation, friction, impact)
+
+    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        s_b, s_c, _, _ = ended(state)
+        q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
+        return unfold(model, q_b, q_c)
+
+    def casing_waves(copies: Floats, stride: int) -> Floats:
+        steps = stride * np.arange(1.0, len(copies) + 1)
+        angles = np.asarray(scene.speed * steps * step)
+        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
+
+    return Integrator(
+        kernel=kernel,
+        arrays=arrays,
+        state=_at_rest(model, scene, rows, ring_rows),
+        balance=balance,
+        displacements=displacements,
+        casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
+        casing_waves=reader(model, scene, casing_waves),
+        ended=ended,
+    )
+
+
+def is_cyclic(model: Model) -> bool:
+    """Return whether the cyclic kernel can march a model.
+
+    With one or two blades k = 1 is a simple harmonic that has both of the centre's
+    coordinates, which the kernel has no place for; one of many sectors has no centre.
+    """
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    return not plain and (model.blades > 2 or model.folds > 1)

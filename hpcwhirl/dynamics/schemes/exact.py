@@ -1,0 +1,31 @@
+"""Scheme `exact`: the flow of cyclic modes itself; flights are jumped over."""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
+from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+
+def build(model: Model, scene: Scene, beat: int) -> Integrator:
+    """Return what marches a scene."""
+    _check(model)
+    return cyclic_modes(model, scene, beat)
+
+
+def _check(model: Model) -> None:
+    """Raise InputError where the exact flow is not that of the cyclic kernel."""
+    if not is_cyclic(model):
+        msg = (
+            "scheme exact needs three or more equal blades and a ring of harmonics or "
+            "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "
+            "'exact'"
+        )
+        raise InputError(msg)
+    bodies = [body for body in (model.rotor, model.casing) if body is not None]
+    worst = max(float(body.ratios.max()) for body in bodies)
+    if not worst < 1.0:
+        msg = f"scheme exact needs damping < 1 in every mode, got {worst:g}"
+        raise InputError(msg)

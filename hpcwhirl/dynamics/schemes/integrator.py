@@ -1,0 +1,85 @@
+"""What a scheme makes of a scene: a kernel and what it is called with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.casing_trace import waves_of_rigid
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Ended = tuple[Floats, Floats, Floats, Floats]
+
+
+class Balance(NamedTuple):
+    """Energy and damping loss of both bodies, and what is not yet entered, J."""
+
+    energy: float
+    damping: float
+    rotation: float = 0.0
+    friction: float = 0.0
+    impact: float = 0.0
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """A kernel and what it is called with.
+
+    Attributes
+    ----------
+    kernel : march `steps` steps; see `bodies.march_bodies` for its arguments
+    arrays : of the kernel
+    state : at rest, a `named.BodiesState` or `CyclicState`
+    balance : state -> what the ledger needs beside its own entries
+    displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
+        the model's matrices, m
+    casing_width : coordinates of the casing that the kernel copies at a sample
+    casing_waves : (copies (n, width), steps between them) -> `History.casing`
+    ended : of the cyclic kernel: state -> copies of bodies and sums, the step that
+        waits ended and booked
+    """
+
+    kernel: Callable[..., Any]
+    arrays: Arrays
+    state: Any
+    balance: Callable[[Any], Balance]
+    displacements: Callable[[Any, int], tuple[Floats, Floats]]
+    casing_width: int
+    casing_waves: Callable[[Floats, int], Floats]
+    ended: Callable[[CyclicState], Ended] | None = None
+
+
+def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
+    """Return last contacts, counter, ledger, impulse at rest."""
+    counter = np.zeros(contact.COUNTERS, dtype=np.int64)
+    counter[[contact.LAST, contact.ENDED, contact.CERTIFIED]] = -1
+    never = np.full(blades, -1, dtype=np.int64)
+    return never, counter, np.zeros(contact.ENTRIES), np.zeros(blades)
+
+
+def unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
+    """Return the displacements of modal amplitudes, lifted to all sectors."""
+    lift = model.lifts[0] if model.lifts else model.rotor.shapes
+    rotor = lift @ q_b[: len(model.rotor.omega)]
+    if model.casing is None:
+        return rotor, np.zeros(0)
+    lift = model.lifts[1] if model.lifts else model.casing.shapes
+    return rotor, lift @ q_c[: len(model.casing.omega)]
+
+
+def reader(
+    model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
+) -> Callable[[Floats, int], Floats]:
+    """Return the reader of a casing's copies: `of_ring`, but of no rigid casing."""
+    if model.casing is not None:
+        return of_ring
+    return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)

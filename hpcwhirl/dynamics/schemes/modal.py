@@ -1,0 +1,20 @@
+"""Scheme `modal`: cyclic amplitudes by central differences."""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.schemes import general
+from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
+from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+
+def build(model: Model, scene: Scene, beat: int) -> Integrator:
+    """Return what marches a scene.
+
+    The cyclic kernel, or the general one where the rotor is not cyclic (from file,
+    mistuned), the ring is the paper's elements or there are fewer than three blades.
+    """
+    if is_cyclic(model):
+        return cyclic_modes(model, scene, beat)
+    return general.build(model, scene, beat)
