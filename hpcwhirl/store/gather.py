@@ -83,8 +83,7 @@ def gather(
             part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
             among = comm if parallel else None
             write = partial(_write_file, part, content, told, compress, among)
-        if parallel:
-            write = partial(_or_all_end, write, part, final, comm)
+            write = partial(_or_all_end, write, part, final, among)
         _agreed(write, final, comm)
         if rank == 0:
             end = partial(_end, begun[0], begun[1], final)
@@ -182,16 +181,16 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
 
 
 def _or_all_end(write: Callable[[], None], part: Path, final: Path, comm: Any) -> None:
-    """Write with all ranks; where one of them cannot, end the job: 75 if it may pass.
+    """Write; where a rank among others cannot, end the job, with 75 if it may pass.
 
     HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
     for this one in a collective call. Nothing of a campaign is lost: its journals are.
     """
     try:
         write()
-    except WhirlError:  # of reading, agreed among all
-        raise
     except (OSError, RuntimeError) as failed:
+        if comm is None or isinstance(failed, WhirlError):  # of reading: on all ranks
+            raise
         told = refusal(final, _cause(part, failed))
         time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
         line = f"hpcwhirl: stopped early: {told}; the same command continues"
