@@ -1,6 +1,7 @@
 """What several test files share: campaigns of a few milliseconds, strict JSON."""
 
 import json
+import subprocess
 
 import pytest
 from hypothesis import settings
@@ -52,3 +53,22 @@ def facts(capsys):
         return json.loads(capsys.readouterr().out, parse_constant=refuse)
 
     return ask
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """Return a small file system of its own and a function that sets its size."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=3M", "tmpfs", place]
+    try:
+        subprocess.run(mount, check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("a file system may not be mounted here")
+
+    def resize(size):
+        grow = ["mount", "-o", f"remount,size={size}", place]
+        subprocess.run(grow, check=True, capture_output=True)
+
+    yield place, resize
+    subprocess.run(["umount", place], check=True)

@@ -45,3 +45,18 @@ def test_an_unknown_family_is_told_with_the_known_ones():
     assert done.returncode == 2
     assert "unknown family nonsense" in done.stderr
     assert "kills" in done.stderr
+
+
+def test_runs_of_several_seeds_are_told_together(tmp_path):
+    facts = {"attack": "set", "title": "hostile", "demanded": 2000, "tries": 3}
+    facts |= {"survived": 2, "failed": 1, "kinds": {"run": 3}, "skipped": {}}
+    for seed in (1, 2):
+        told = [facts | {"seed": seed, "failures": [f"of {seed}"]}]
+        (tmp_path / f"{seed}.json").write_text(json.dumps(told))
+    done = attacked("--read", tmp_path / "1.json", tmp_path / "2.json")
+    (both,) = json.loads(done.stdout)
+    assert (done.returncode, both["seed"]) == (1, "1 and 2")
+    assert (both["tries"], both["kinds"], both["failed"]) == (6, {"run": 6}, 2)
+    assert both["failures"] == ["of 1", "of 2"]
+    twice = attacked("--read", tmp_path / "1.json", tmp_path / "1.json")
+    assert "seed 1 twice" in twice.stderr

@@ -365,3 +365,20 @@ def test_h5dump_reads_the_head_and_values(folder):
     assert head.returncode == 0, head.stderr
     for name in (*ROW, *STATUS, *PERFORMANCE, *TRACES):
         assert f'DATASET "{name}"' in head.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("writer", WRITERS)
+def test_a_disk_too_small_for_the_file_is_told_and_room_continues(writer, disk):
+    place, resize = disk
+    begin(place / "out", one_interval=True)
+    used = sum(-(-p.stat().st_size // 4096) for p in place.rglob("*") if p.is_file())
+    for more in (4, 12, 18):  # values alone, some of the head, nearly all
+        resize(f"{4 * (used + more)}k")
+        code, told = write(writer, place / "out")
+        assert code in (2, 75)
+        assert "No space left on device" in told
+        assert "Traceback" not in told
+        assert [path.name for path in (place / "out").glob("results*")] == []
+    resize("8M")
+    assert write(writer, place / "out") == (0, "")

@@ -1,26 +1,22 @@
 """What `scripts/evidence/lean.py` prints of lean plans is what it has measured."""
 
-import runpy
-from pathlib import Path
-
 import pytest
-
-LEAN = runpy.run_path(str(Path(__file__).parents[1] / "scripts/evidence/lean.py"))
+from evidence import lean
 
 
 def found(**own):
     same = {"regime": "damped", "whirl": "none", "stop": "end", "folds": 1}
     same |= {"certificate": -1.0, "contacts": 0, "blades": 10, "seconds": 1.0}
-    numbers = dict.fromkeys(LEAN["FLOORS"], 2.0)
+    numbers = dict.fromkeys(lean.FLOORS, 2.0)
     return same | numbers | own
 
 
 def told(capsys, *pairs, certain=False):
-    wrong = LEAN["tell"]([{"nodal_diameter": 2}] * len(pairs), pairs, certain=certain)
+    wrong = lean.tell([{"nodal_diameter": 2}] * len(pairs), pairs, certain=certain)
     return wrong, capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", LEAN["FLOORS"])
+@pytest.mark.parametrize("name", lean.FLOORS)
 def test_the_largest_difference_of_any_number_is_told_with_its_touchdowns(name, capsys):
     usual = found(folds=2, contacts=20), found(contacts=20)
     off = found(folds=2, contacts=50), found(contacts=50, **{name: 2.0 * (1 + 1.9e-7)})
@@ -49,7 +45,7 @@ def test_words_that_differ_are_counted_unless_the_whole_is_undecided(capsys):
 
 
 def test_engines_are_drawn_unless_the_default_is_asked_for():
-    cases = LEAN["drawn"](64, 1)
-    assert {case["blades"] for case in cases} == set(LEAN["BLADES"])
+    cases = lean.drawn(64, 1)
+    assert {case["blades"] for case in cases} == set(lean.BLADES)
     assert {case["nodal_diameter"] for case in cases} == set(range(5))
-    assert not any("blades" in case for case in LEAN["drawn"](64, 1, engines=False))
+    assert not any("blades" in case for case in lean.drawn(64, 1, engines=False))

@@ -492,9 +492,8 @@ def test_delassus_rows_of_the_ring_of_elements():
 def test_what_a_user_would_write_finds_the_same_impulse():
     script = Path(__file__).parent.parent / "scripts/cost/baselines.py"
     done = subprocess.run(
-        [sys.executable, script, "2"], capture_output=True, text=True, timeout=200,
-        check=True,
-    )  # fmt: skip
+        [sys.executable, script, "2"], capture_output=True, text=True, check=True
+    )
     found = {
         line[:24].strip(): float(line.split()[-3])
         for line in done.stdout.splitlines()[1:]

@@ -223,25 +223,6 @@ def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path
     assert root_variables(out) == whole
 
 
-@pytest.fixture
-def disk(tmp_path):
-    """Return a small file system of its own and a function that sets its size, MB."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=3M", "tmpfs", place]
-    try:
-        subprocess.run(mount, check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError):
-        pytest.skip("a file system may not be mounted here")
-
-    def resize(size):
-        grow = ["mount", "-o", f"remount,size={size}M", place]
-        subprocess.run(grow, check=True, capture_output=True)
-
-    yield place, resize
-    subprocess.run(["umount", place], check=True)
-
-
 @pytest.mark.mpi
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [0, 2])
@@ -255,13 +236,13 @@ def test_a_full_disk_ends_a_campaign_and_room_continues_it(disk, tmp_path, ranks
     assert f"finished cases are safe in {out}" in full.err
     assert "Traceback" not in full.err
     assert 0 < len(records(out)) < 11
-    resize(27)  # traces of 25.6 MB, but no results beside them
+    resize("27M")  # traces of 25.6 MB, but no results beside them
     full = launch(*words)
     assert full.returncode == 75, full.err
     assert "results.h5: No space left on device" in full.err
     assert len(records(out)) == 11
     assert [path.name for path in out.glob("results*")] == []
-    resize(70)
+    resize("70M")
     assert launch(*words, ranks=ranks).returncode == 0
     assert root_variables(out) == whole
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import sys
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
@@ -29,8 +31,11 @@ from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.owner import RESULTS as OWNER_OF_RESULTS
 from hpcwhirl.store.owner import Asking, Claim, claimed
+from hpcwhirl.store.sizes import results_bytes
 
 RESULTS = "results.h5"
+STOPPED, WRONG = 75, 2  # exit codes: the same command continues, or does not
+MORE = 1 << 16  # bytes beyond what is known to be needed
 
 
 def has_mpi_io() -> bool:
@@ -69,14 +74,16 @@ def gather(
     final = folder / RESULTS
     with ExitStack() as stack:
         asking = asking or Asking()
-        begin = partial(_begin, folder, stack, asking) if rank == 0 else None
+        told = {**facts, "gather": _how(parallel, comm.size)}
+        fit = partial(_fitting, folder, told if parallel else None, asking.say)
+        begin = partial(_begin, folder, stack, asking, fit) if rank == 0 else None
         begun = _agreed(begin, final, comm)
         write = end = None
         if parallel or rank == 0:
-            told = {**facts, "gather": _how(parallel, comm.size)}
             part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
             among = comm if parallel else ALONE
             write = partial(_write_file, part, content, told, compress, among)
+            write = partial(_or_all_end, write, part, final, among)
         _agreed(write, final, comm)
         if rank == 0:
             end = partial(_end, begun[0], begun[1], final)
@@ -85,13 +92,13 @@ def gather(
 
 
 def _begin(
-    folder: Path, stack: ExitStack, asking: Asking
+    folder: Path, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
 ) -> tuple[Claim, Path, Contents]:
     """Return the claim, a temporary file and its contents, until the stack ends."""
     if not folder.is_dir():
         read_manifest(folder)  # which tells that there is no campaign
     own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
-    content = _fitting(folder, asking.say)
+    content = fit()
     sweep(folder, RESULTS)
     part = part_of(folder / RESULTS)
     stack.callback(part.unlink, missing_ok=True)
@@ -172,16 +179,49 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
     return f"MPI-IO by {size} ranks" if parallel else "serial"
 
 
-def _fitting(folder: Path, say: Callable[[str], None]) -> Contents:
+def _or_all_end(write: Callable[[], None], part: Path, final: Path, comm: Any) -> None:
+    """Write; where a rank among others cannot, end the job, with 75 if it may pass.
+
+    HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
+    for this one in a collective call. Nothing of a campaign is lost: its journals are.
+    """
+    try:
+        write()
+    except (OSError, RuntimeError) as failed:
+        if comm is None or isinstance(failed, WhirlError):  # of reading: on all ranks
+            raise
+        told = refusal(final, _cause(part, failed))
+        time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
+        line = f"hpcwhirl: stopped early: {told}; the same command continues"
+        print(line, file=sys.stderr, flush=True)  # noqa: T201 - before all end
+        comm.Abort(STOPPED if isinstance(told, NoRoomError) else WRONG)
+
+
+def _cause(part: Path, failed: Exception) -> Exception:
+    """Return why MPI-IO failed, which does not tell: what a byte more would meet."""
+    try:
+        with part.open("r+b") as file:
+            os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)
+    except OSError as found:
+        return found
+    return failed
+
+
+def _fitting(
+    folder: Path, facts: Mapping[str, str | float] | None, say: Callable[[str], None]
+) -> Contents:
     """Return what is to be written; raise before a byte is where there is no room.
 
-    MPI-IO cannot be told to end once a write of one rank has failed: others may wait
-    for that rank in a collective call. A quota, which no call tells, it meets still.
+    For MPI-IO, which meets a full disk badly, all of the file with its `facts` is to
+    fit; serially, its values alone. A quota, which no call tells, it meets still.
     """
     contents = contents_of(folder, say)
+    size = contents.size
+    if facts is not None:
+        size = int(1.01 * results_bytes(contents, facts)) + MORE
     free = shutil.disk_usage(folder).free
-    if contents.size > free:
-        need, have = contents.size / 1e6, free / 1e6
+    if size > free:
+        need, have = size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
         msg = f"cannot write {folder / RESULTS}: {why}"
         raise NoRoomError(msg)

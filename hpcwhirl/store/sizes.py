@@ -88,7 +88,7 @@ def bytes_of(
     return Bytes(
         journal=contents.cases * _record_bytes(contents, widths),
         traces=int(8 * (samples * (always + more * full)).sum()),
-        results=_results_bytes(contents, facts),
+        results=results_bytes(contents, facts),
     )
 
 
@@ -110,8 +110,8 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
     return len(sealed(record))
 
 
-def _results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
-    """Return the size of the file: its head, defined in memory, and its values."""
+def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
+    """Return the size of `results.h5`: its head, defined in memory, and its values."""
     memory: dict[str, Any] = {"driver": "core", "backing_store": False}
     with h5py.File("forecast", "w", libver=LIBVER, **memory, block_size=512) as file:
         define(file, contents, facts)

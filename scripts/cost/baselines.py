@@ -11,7 +11,7 @@ computing for a second of engine time, and the ratio to `modal`, measured in one
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -217,7 +217,9 @@ def modal(case: Case) -> float:
 
 def main() -> int:
     """Run all four after one another and print the table."""
-    milliseconds = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("milliseconds", nargs="?", type=float, default=5.0)
+    milliseconds = parser.parse_args().milliseconds
     scene = apply_settings(
         named_scene("table2"),
         {"duration": 1e-3 * milliseconds, "traces": "summary", "interval": 1e-3},

@@ -19,8 +19,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import shlex
-import subprocess
 import sys
 import tempfile
 import time
@@ -45,8 +43,9 @@ from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.running import Running
 from hpcwhirl.store.runs import read_runs
 
-ROOT = Path(__file__).parents[2]
-MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from cost.under_mpi import campaign, under_mpi
+
 MIXED = """
 # damped, sustained and divergent ones, short and long
 scene = {{gap = 1.28e-4}}
@@ -120,14 +119,10 @@ def baseline(share: str, file: Path, out: Path) -> None:
 
 def ran(way: str, ranks: int, file: Path, out: Path) -> tuple[float, list[float]]:
     """Run the campaign one way; return its seconds and the ranks' busy fractions."""
-    words = [str(file), "--out", str(out)]
-    call = [sys.executable, "-m", "hpcwhirl", "campaign", *words, "--lanes", "no"]
     if way in SHARES:
-        call = [sys.executable, __file__, "--as", way, *words]
-    subprocess.run(
-        [*MPIRUN, "-n", str(ranks), *call],
-        check=True, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        under_mpi(ranks, __file__, "--as", way, file, "--out", out)
+    else:
+        campaign(file, out, "--lanes", "no", ranks=ranks)
     shares = read_runs(out)
     span = max(share["span"] for share in shares)
     return span, [share["busy"] / span for share in shares]

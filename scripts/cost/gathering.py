@@ -12,9 +12,6 @@ different ones. MPI-IO is measured where h5py has parallel HDF5.
 from __future__ import annotations
 
 import argparse
-import os
-import shlex
-import subprocess
 import sys
 import tempfile
 import time
@@ -28,8 +25,9 @@ from hpcwhirl.store.gather import has_mpi_io
 from hpcwhirl.store.journal import Journal
 from hpcwhirl.store.manifest import write_manifest
 
-ROOT = Path(__file__).parents[2]
-MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from cost.under_mpi import under_mpi
+
 COMPUTED = 8  # cases that are really integrated
 DURATION = 0.05  # s of engine time
 JOURNALS = 16  # ranks that the cases are spread over
@@ -90,12 +88,8 @@ def begin(folder: Path, many: Design, results: list[Result]) -> float:
 
 def gathered(folder: Path, ranks: int, compress: int = 0) -> str:
     """Gather in processes of their own; return what it took."""
-    front = [*MPIRUN, "-n", str(ranks)] if ranks else []
-    done = subprocess.run(
-        [*front, sys.executable, "-c", GATHER, str(folder), str(compress)],
-        check=True, cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
-    seconds, before, peak = map(float, done.stdout.split())
+    said = under_mpi(ranks, "-c", GATHER, folder, str(compress))
+    seconds, before, peak = map(float, said.split())
     size = (folder / "results.h5").stat().st_size
     return (
         f"{seconds:7.2f} s  {size / 1e6:8.1f} MB  peak {peak:5.0f} MB a process, "

@@ -15,10 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import pickle
-import shlex
-import subprocess
 import sys
 import tempfile
 import time
@@ -44,10 +41,9 @@ from hpcwhirl.store.runs import read_runs
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost import gathering
 from cost.scale_model import Model, Outcome, Times, dedicated_master, static_split
+from cost.under_mpi import under_mpi
 
 Floats = NDArray[np.float64]
-ROOT = Path(__file__).parents[2]
-MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 RANKS = (2, 10, 100, 1000, 10_000)
 MEASURED, SAMPLES = 1000, 500  # cases that are gathered, and samples of an orbit
 CASES = (1000, 10_000, 100_000, 1_000_000)
@@ -119,13 +115,9 @@ if found:
 """
 
 
-def under_mpi(ranks: int, program: str, *words: str) -> Any:
+def facts(ranks: int, program: str, *words: str) -> Any:
     """Return what a program says on so many ranks, as JSON."""
-    done = subprocess.run(
-        [*MPIRUN, "-n", str(ranks), sys.executable, "-c", program, *words],
-        check=True, cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
-    return json.loads(done.stdout.splitlines()[-1])
+    return json.loads(under_mpi(ranks, "-c", program, *words).splitlines()[-1])
 
 
 def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
@@ -186,7 +178,7 @@ def validate(field: Field, times: Times, scratch: Path, ranks: tuple[int, ...]) 
         (scratch / "cases.json").write_text(
             json.dumps([seconds.tolist(), places.tolist()])
         )
-        span, busy = under_mpi(count, SLEEP, str(scratch / "cases.json"))
+        span, busy = facts(count, SLEEP, str(scratch / "cases.json"))
         told = simulated(seconds, places, count, times)
         print(
             f"  -n {count:2d}, {len(seconds)} sleeping cases of 0.15 s: real "
@@ -336,7 +328,7 @@ def main() -> None:
         folder, design = finished(options.folder, scratch)
         seconds, places = case_times(folder, design)
         field, mean = Field(seconds, places), float(seconds.mean())
-        serve, way = under_mpi(2, PING)
+        serve, way = facts(2, PING)
         times = Times(serve, way)
         print(
             f"measured: {1e6 * serve:.0f} us to serve a message, {1e6 * way:.0f} us "

@@ -22,6 +22,7 @@ import argparse
 import sys
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,9 @@ from scipy.stats import qmc
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, named_scene
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.confusion import alike, confusion
 
 WAYS: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     "exact": ({"scheme": "modal"}, {"scheme": "exact"}),
@@ -125,20 +129,18 @@ def compare(args: argparse.Namespace) -> int:
 
 def report(args: argparse.Namespace, cases: list[Any], pairs: list[Any]) -> None:
     """Print the confusion matrix of words and the seconds of both ways."""
-    table = Counter((a["word"], b["word"]) for a, b in pairs)
-    same = sum(n for (a, b), n in table.items() if a == b)
+    found = [(a["word"], b["word"]) for a, b in pairs]
     whirl = sum(a["whirl"] == b["whirl"] for a, b in pairs)
     seconds = [sum(pair[i]["seconds"] for pair in pairs) for i in (0, 1)]
     print(
         f"{args.way}: {len(cases)} cases of {args.duration:g} s, dt "
-        f"{args.time_step:g} s: same regime {same}, same whirl {whirl}; "
+        f"{args.time_step:g} s: same regime {alike(found)}, same whirl {whirl}; "
         f"{seconds[0]:.1f} s against {seconds[1]:.1f} s of computing"
     )
-    for (a, b), count in sorted(table.items()):
-        print(f"  {a:10s} | {b:10s} {count}")
-    alike = [(a, b) for a, b in pairs if a["word"] == b["word"]]
-    for word in sorted({a["word"] for a, _ in alike}):
-        own = [(a, b) for a, b in alike if a["word"] == word and a["whirl"] != "none"]
+    print(*confusion(found), sep="\n")
+    same = [(a, b) for a, b in pairs if a["word"] == b["word"]]
+    for word in sorted({a["word"] for a, _ in same}):
+        own = [(a, b) for a, b in same if a["word"] == word and a["whirl"] != "none"]
         if not own:
             continue
         late = np.median([parting(a, b) for a, b in own])

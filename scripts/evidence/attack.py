@@ -248,10 +248,26 @@ def _attacks(args: argparse.Namespace) -> list[Facts]:
 
 
 def _read(paths: Sequence[Path]) -> list[Facts]:
-    """Return what earlier runs said, in the order of the families."""
-    found = [facts for path in paths for facts in json.loads(path.read_text())]
-    order = list(FAMILIES)
-    return sorted(found, key=lambda facts: order.index(facts["attack"]))
+    """Return what earlier runs said, families in their order, seeds together."""
+    found: dict[str, Facts] = {}
+    for path in paths:
+        for facts in json.loads(path.read_text()):
+            name = facts["attack"]
+            found[name] = _together(found[name], facts) if name in found else facts
+    return [found[name] for name in FAMILIES if name in found]
+
+
+def _together(one: Facts, other: Facts) -> Facts:
+    """Return what two runs of a family, of different seeds, say together."""
+    if str(other["seed"]) in str(one["seed"]).split(" and "):
+        msg = f"{one['attack']}: seed {other['seed']} twice; its tries are the same"
+        raise SystemExit(msg)
+    out = one | {"seed": f"{one['seed']} and {other['seed']}"}
+    for name in ("tries", "survived", "failed", "failures"):
+        out[name] = one[name] + other[name]
+    for name in ("kinds", "skipped"):
+        out[name] = dict(sorted((Counter(one[name]) + Counter(other[name])).items()))
+    return out
 
 
 def main() -> int:

@@ -27,9 +27,10 @@ from __future__ import annotations
 import argparse
 import itertools
 import sys
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,9 @@ from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.confusion import confusion
 
 BLADES = (12, 16, 18, 22, 24, 30, 36)
 LOW = (20.0, 0.0, 1e-4, 0.0, 0.008, 20e3, 0.0)
@@ -160,10 +164,8 @@ def tell(
             wrong += 1
             told = [f"{w['regime']} {w['whirl']} ({w['stop']})" for w in pair]
             print(f"differs: {case}: {told[0]} | {told[1]}")
-    table = Counter((a["regime"], b["regime"]) for a, b in pairs)
     print(f"{len(cases)} cases, {wrong} with another word; lean | whole:")
-    for (a, b), number in sorted(table.items()):
-        print(f"  {a:10s} | {b:10s} {number}")
+    print(*confusion((a["regime"], b["regime"]) for a, b in pairs), sep="\n")
     for name, own in sorted(groups.items()):
         spent = [sum(pair[i]["seconds"] for pair in own) for i in (0, 1)]
         print(f"  {name}: {len(own)} cases, {spent[1] / spent[0]:.1f} times sooner")

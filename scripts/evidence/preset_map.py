@@ -13,14 +13,9 @@ With --write, the presets tell their agreement (scripts/evidence/presets.py drop
 from __future__ import annotations
 
 import argparse
-import os
-import shlex
-import subprocess
 import sys
 import tempfile
-import time
 import tomllib
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -34,9 +29,10 @@ from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from cost.under_mpi import campaign
+from evidence.confusion import alike, confusion
 from evidence.presets import PATH, write
 
-MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 SPEEDS = [float(s) for s in np.linspace(40.0, 520.0, 25)]
 GAPS = [float(f"{g:.3g}") for g in np.geomspace(0.8e-4, 4e-4, 10)]
 Names = NDArray[np.str_]
@@ -50,7 +46,7 @@ def inputs_of(engine: str) -> dict[str, object]:
     return {full_name(name): value for name, value in trials()["rubbing"].items()}
 
 
-def campaign(engine: str, folder: Path) -> Path:
+def designed(engine: str, folder: Path) -> Path:
     """Write the campaign of an engine and return its file."""
     cases = [
         {"speed": speed, "gap": gap, **inputs_of(engine)}
@@ -65,13 +61,7 @@ def campaign(engine: str, folder: Path) -> Path:
 def mapped(engine: str, preset: str, folder: Path) -> tuple[Names, float]:
     """Return regimes (gaps, speeds) and the seconds of the whole command."""
     out = folder / f"{engine}-{preset}"
-    call = [*MPIRUN, "-n", "2", sys.executable, "-m", "hpcwhirl", "campaign"]
-    start = time.perf_counter()
-    subprocess.run(
-        [*call, str(campaign(engine, folder)), "--out", str(out), "--preset", preset],
-        check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    seconds = time.perf_counter() - start
+    seconds = campaign(designed(engine, folder), out, "--preset", preset)
     data = hpcwhirl.open_results(out)
     return words(data.regime).reshape(len(GAPS), len(SPEEDS)), seconds
 
@@ -90,17 +80,15 @@ def inside(regimes: Names) -> NDArray[np.bool_]:
 
 def compared(preset: str, maps: dict[str, dict[str, Names]]) -> str:
     """Print a preset's confusion with the reference; return it in a few words."""
-    pairs: Counter[tuple[str, str]] = Counter()
+    pairs: list[tuple[str, str]] = []
     far = 0
     for found in maps.values():
         true, got = found["reference"], found[preset]
-        pairs.update(zip(true.ravel(), got.ravel(), strict=True))
+        pairs += zip(true.ravel(), got.ravel(), strict=True)
         far += int(((got != true) & inside(true)).sum())
-    same = sum(n for (a, b), n in pairs.items() if a == b)
-    told = f"{same} of {sum(pairs.values())} regimes as reference"
+    told = f"{alike(pairs)} of {len(pairs)} regimes as reference"
     print(f"{preset}: {told}; {far} differ away from a boundary of the map")
-    for (a, b), n in sorted(pairs.items(), key=lambda item: -item[1]):
-        print(f"    {n:4d}  {a} -> {b}")
+    print(*confusion(pairs), sep="\n")
     return told
 
 

@@ -9,6 +9,8 @@ where between two nodes the blades stand.
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +41,7 @@ def delassus(scene: Scene, model: Model, turned: float) -> Floats:
 
 def main() -> None:
     """Print both comparisons for Table 2's engine."""
+    argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0]).parse_args()
     base = named_scene("table2")
     scenes = {
         name: apply_settings(base, {"discretization": name})

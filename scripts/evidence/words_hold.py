@@ -14,9 +14,6 @@ With --write, the tables go to scripts/evidence/words_hold.md.
 from __future__ import annotations
 
 import argparse
-import os
-import shlex
-import subprocess
 import sys
 import tempfile
 from collections import Counter
@@ -30,7 +27,9 @@ import hpcwhirl
 from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reader import words
 
-MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from cost.under_mpi import campaign
+
 PAGE = Path(__file__).with_suffix(".md")
 TIMES = (1.0, 1.25, 2.5, 5.0, 10.0)
 STEP = 4e-6
@@ -89,10 +88,7 @@ def mapped(cases: list[dict[str, Any]], kept: str, folder: Path) -> Any:
     every = [case | {"duration": time} for time in TIMES for case in cases]
     inputs = {"solver": {"time_step": STEP}, "output": KEPT[kept], "cases": every}
     path.write_text(tomli_w.dumps(inputs))
-    call = [*MPIRUN, "-n", "2", sys.executable, "-m", "hpcwhirl", "campaign"]
-    subprocess.run(
-        [*call, str(path), "--out", str(out)], check=True, stdout=subprocess.DEVNULL
-    )
+    campaign(path, out)
     return hpcwhirl.open_results(out)
 
 

@@ -7,6 +7,8 @@ the targets; it gives none of the sections.
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -62,6 +64,7 @@ def computed(rotor: Rotor) -> np.ndarray:
 
 def main() -> None:
     """Fit and print sections and residuals."""
+    argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0]).parse_args()
     start = np.array([s for _, s, _, _ in UNKNOWNS])
     lower = np.array([b for _, _, b, _ in UNKNOWNS]) / start
     upper = np.array([b for _, _, _, b in UNKNOWNS]) / start
