@@ -179,7 +179,9 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
     return f"MPI-IO by {size} ranks" if parallel else "serial"
 
 
-def _or_all_end(write: Callable[[], None], part: Path, final: Path, comm: Any) -> None:
+def _or_all_end(
+    write: Callable[[], None], part: Path, final: Path, comm: Communicator
+) -> None:
     """Write; where a rank among others cannot, end the job, with 75 if it may pass.
 
     HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
@@ -188,7 +190,7 @@ def _or_all_end(write: Callable[[], None], part: Path, final: Path, comm: Any) -
     try:
         write()
     except (OSError, RuntimeError) as failed:
-        if comm is None or isinstance(failed, WhirlError):  # of reading: on all ranks
+        if comm.size == 1 or isinstance(failed, WhirlError):  # of reading: on all ranks
             raise
         told = refusal(final, _cause(part, failed))
         time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
