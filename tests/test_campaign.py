@@ -1,7 +1,6 @@
 """Campaigns as processes: any number of ranks, killed, stopped, continued."""
 
 import json
-import math
 import shutil
 import signal
 import subprocess
@@ -22,20 +21,7 @@ from launch import (
     wait_for,
 )
 
-from hpcwhirl.campaign import evaluate
-from hpcwhirl.campaign.batches import units_of
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.design import load_design
-from hpcwhirl.campaign.isolate import Child
-from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.batch import Batch
-from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.manifest import write_manifest
-from hpcwhirl.store.running import Running
 
 SHORT = """
 scene = {duration = 4e-3}
@@ -275,75 +261,3 @@ def test_damaged_traces_are_computed_again_on_retry(alone, tmp_path):
     assert launch(*words, "--retry", "failed").returncode == 0
     assert len(records(out)) == 7
     assert root_variables(out) == root_variables(alone)
-
-
-WIDE = """
-scene = {duration = 4e-3}
-solver = {time_step = 2e-6}
-output = {interval = 5e-5}
-sweep = {speed = {start = 300, stop = 410, step = 10}, friction = [0.0, 0.2]}
-"""
-
-
-def wide(place, ranks, lanes):
-    path = place / f"{ranks}{lanes}"
-    path.mkdir()
-    words = "campaign", inputs(path, WIDE), "--out", path / "out", "--lanes", lanes
-    done = launch(*words, ranks=ranks)
-    assert done.returncode == 0, done.err
-    assert "given up" not in done.err
-    return path / "out"
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-def test_cases_that_ride_together_have_the_bits_they_have_alone(tmp_path):
-    single = root_variables(wide(tmp_path, 0, "no"))
-    for ranks in (0, 2):
-        together = wide(tmp_path, ranks, "yes")
-        assert root_variables(together) == single
-        journal = records(together)
-        assert sorted(record["case"] for record in journal) == list(range(24))
-
-
-def test_units_leave_no_rank_with_a_batch_while_others_wait():
-    base = apply_settings(named_scene("table2"), {"duration": 4e-3})
-    cases = [apply_settings(base, {"speed": 300.0 + i}) for i in range(30)]
-    cases += [apply_settings(base, {"speed": 300.0 + i, "gap": 2e-4}) for i in range(3)]
-    cases += [apply_settings(base, {"scheme": "paper"})] * 20
-    cases = [resolve(scene) for scene in cases]
-    order = list(range(len(cases)))[::-1]
-    for ranks in (1, 2, 16):
-        units = units_of(order, cases.__getitem__, math.inf, ranks)
-        assert sorted(case for unit in units for case in unit) == sorted(order)
-        sizes = [len(unit) for unit in units]
-        assert set(sizes) <= {1, 4}
-        assert sizes == sorted(sizes, reverse=True)
-        assert sizes.count(4) == max(30 - 4 * ranks, 0) // 4
-    assert units_of(order, cases.__getitem__, 1e6, 1) == [(case,) for case in order]
-
-
-def test_a_batch_that_breaks_goes_on_as_single_cases(tmp_path, monkeypatch, capsys):
-    design = load_design(inputs(tmp_path, WIDE), {})
-    journal = tmp_path / "kept"
-
-    class Broken(Batch):
-        def marches(self, between_slices=None):
-            yield next(super().marches(between_slices))
-            msg = "planted"
-            raise RuntimeError(msg)
-
-    monkeypatch.setattr(evaluate, "Batch", Broken)
-    unit = (0, 2, 4, 6)
-    write_manifest(journal, design.manifest())
-    with Journal(journal, 0, 0) as kept, Running(journal, 0, 0) as running:
-        checkpoints, child = Checkpoints(journal, 600.0, say), Child(journal, 600.0)
-        desk = evaluate.Desk(0, kept, running, checkpoints, child)
-        done = evaluate.Evaluator(design, [unit], desk)(0, lambda: None)
-    assert done == ["ok"] * 4
-    assert "planted" in capsys.readouterr().err
-    found = records(journal)
-    assert sorted(record["case"] for record in found) == list(unit)
-    for record in found:
-        alone_row = simulate(design.scenes[record["case"]]).row
-        assert record["row"] == alone_row

@@ -6,7 +6,6 @@ import pytest
 from hpcwhirl.campaign.simulate import result_of, simulate
 from hpcwhirl.case.limits import beat_of, fastest_line
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 
@@ -83,17 +82,6 @@ def test_a_run_stops_at_the_step_at_which_a_tip_is_beyond_the_limit():
         # a step is refused by its prediction, before contact pushes the tips back
         assert first - 1 <= march.steps <= first
         assert result_of(march.case, march.history()).row["stop"] == "amplitude"
-
-
-def test_a_lane_stops_at_the_step_at_which_it_stops_alone():
-    settings = {"amplitude_limit": 6e-4, "duration": 0.01, "plan": "everything"}
-    scenes = [scene(**settings, speed=speed) for speed in (300.0, 410.0, 500.0)]
-    alone = [simulate(s).row for s in scenes]
-    cases = [resolve(s) for s in scenes]
-    batch = dict(Batch(cases).run())
-    riding = [result_of(case, batch[i]).row for i, case in enumerate(cases)]
-    assert "amplitude" in {row["stop"] for row in alone}
-    assert [apart(a, b) for a, b in zip(alone, riding, strict=True)] == [set()] * 3
 
 
 @pytest.mark.parametrize("blades", [12, 22])

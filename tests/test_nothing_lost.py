@@ -95,7 +95,7 @@ def test_an_engine_that_changes_meanwhile_fails_its_cases_by_name(
         return result
 
     monkeypatch.setattr(evaluate, "compute", compute_and_change)
-    call = ["campaign", str(file), "--out", str(tmp_path / "out"), "--lanes", "no"]
+    call = ["campaign", str(file), "--out", str(tmp_path / "out")]
     assert main(call) == 1
     words, messages = statuses(tmp_path / "out")
     assert "missing" not in words

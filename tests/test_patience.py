@@ -82,7 +82,7 @@ def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
     (tmp_path / "sitecustomize.py").write_text(HANG.replace("PLACE", str(tmp_path)))
     (tmp_path / "hang").touch()
     path = f"{tmp_path}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
-    words = ["campaign", inputs(tmp_path), "--out", out, "--lanes", "no"]
+    words = ["campaign", inputs(tmp_path), "--out", out]
     text = (tmp_path / "long.toml").read_text()
     (tmp_path / "long.toml").write_text(text + "campaign = {patience = 0.5}\n")
     process = start(words, ranks, env=ENVIRONMENT | {"PYTHONPATH": path})

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.batches import PAYS, units_of
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.explain import facts_of_plan
 from hpcwhirl.case.plan import folds_of
@@ -279,23 +278,6 @@ def test_a_tip_that_might_pass_the_limit_is_not_certified_away():
     assert near.stop == "end"
     assert near.certificate == -1.0 or near.certificate > usual.certificate
     assert near.certificate_reach < most
-
-
-def test_what_is_watched_does_not_ride():
-    kinds = [1, 2, 4, 3, 0]  # gcd with 22: 1, 2, 2, 1, 22
-    cases = [
-        scene(nodal_diameter=k, speed=100.0 + i, duration=2e-3)
-        for k in kinds
-        for i in range(12)
-    ]
-    cases += [scene(nodal_diameter=3, speed=200.0 + i, duration=2.0) for i in range(8)]
-    units = units_of(list(range(len(cases))), lambda i: resolve(cases[i]), 2 * PAYS, 1)
-    assert sorted(case for unit in units for case in unit) == list(range(len(cases)))
-    riding = [case for unit in units if len(unit) > 1 for case in unit]
-    assert len(riding) == 20  # 24 of one group, the last four alone
-    for case in riding:
-        plan = resolve(cases[case]).plan
-        assert (plan.folds, plan.settles) == (1, False)
 
 
 UNSTABLE = {"engine.casing.damping": 0.005, "speed": 500.0, "friction": 0.3,

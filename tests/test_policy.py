@@ -160,7 +160,7 @@ def test_a_case_without_a_result_has_the_time_that_its_revolutions_take(run, tmp
         ({"retry": "fail"}, r"\[campaign\] retry 'fail'; did you mean 'failed'"),
         ({"retry": [1]}, "retry must be failed, timeout, crashed, or a list"),
         ({"report": "yess"}, r"\[campaign\] report 'yess'; did you mean 'yes'"),
-        ({"lanes": True}, "lanes must be one of auto, yes, no, got True"),
+        ({"report": True}, "report must be one of auto, yes, no, got True"),
         ({"wall_time": "1:00:00"}, "'wall_time'; did you mean 'walltime'"),
         ({"limit": 1}, "unknown key in .campaign. 'limit'; did you mean 'case_limit'"),
     ],
@@ -176,7 +176,6 @@ out = "there"
 walltime = "00:00:50"
 retry = ["failed,timeout", "crashed"]
 report = "no"
-lanes = "yes"
 max_fails = 7
 """
 
@@ -205,7 +204,6 @@ def test_options_of_a_campaign_may_stand_in_its_file_and_are_no_inputs(called):
     design, folder, policy = called()
     assert folder.name == "there"
     assert policy.retry == {"failed", "timeout", "crashed"}
-    assert policy.lanes is True
     assert 0 < policy.seconds <= 45.0  # a tenth is kept free
     assert policy.max_fails == 7
     bare = load_design(None, {}).base
@@ -216,10 +214,9 @@ def test_options_of_a_campaign_may_stand_in_its_file_and_are_no_inputs(called):
 
 def test_options_count_over_those_of_the_file(called):
     words = ["--out", "here", "--walltime", "01:00:00", "--retry", "crashed"]
-    _, folder, policy = called(*words, "--lanes", "no", "--max-fails", "2")
+    _, folder, policy = called(*words, "--max-fails", "2")
     assert folder.name == "here"
     assert policy.retry == {"crashed"}
-    assert policy.lanes is False
     assert policy.seconds > 3000.0
     assert policy.max_fails == 2
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from hpcwhirl.campaign.design import MOST_KEPT, design_of, load_design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.case.resolve import Case, resolve
@@ -130,8 +129,7 @@ def test_a_case_may_bring_its_own_model():
     assert len(March(Case(scene(), own)).displacements()[0]) == len(own.rotor.shapes)
 
 
-@pytest.mark.parametrize("lanes", ["no", "yes"])
-def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch, lanes):
+def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch):
     told = []
     once = "hpcwhirl.case.resolve.resolve"
     monkeypatch.setattr(once, lambda s: told.append(s) or resolve(s))
@@ -140,10 +138,9 @@ def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch, lanes
         "[sweep]\nspeed = [300, 340, 380, 420, 460, 500]\n"
     )
     design, folder = load_design(tmp_path / "c.toml", {}), tmp_path / "out"
-    policy = Policy(lanes=lanes == "yes")
     before = built()
     prepare(design, folder)
-    assert run_campaign(design, folder, policy=policy).complete
+    assert run_campaign(design, folder).complete
     assert [s.speed for s in told] == [300, 340, 380, 420, 460, 500]
     assert built() <= before + 1
 

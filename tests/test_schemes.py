@@ -7,11 +7,10 @@ import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.lanes import can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.scene.schemes import DEFAULT, NAMES, RIDING, SCHEMES
+from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 
 def scene(**settings):
@@ -35,16 +34,14 @@ def ended(**settings):
 
 def test_names_are_those_that_campaigns_are_written_with():
     assert NAMES == ("modal", "exact", "general", "paper")
-    assert DEFAULT == RIDING == "modal"
+    assert DEFAULT == "modal"
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_folds_rides_flies_and_is_refused_is_as_told(name):
+def test_what_folds_flies_and_is_refused_is_as_told(name):
     known = SCHEMES[name]
     two = March(resolve(scene(scheme=name, nodal_diameter=2)))
     assert (two.lean.model.folds == 2) == known.folds
-    plain = scene(scheme=name, plan="everything")
-    assert can_ride(resolve(plain)) == known.rides
     assert refuses(scene(scheme=name, discretization="elements")) == known.cyclic
     assert refuses(scene(scheme=name, families="bending")) == known.matrices
 

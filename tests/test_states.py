@@ -1,4 +1,4 @@
-"""A case cut anywhere and taken up again, alone or in a lane, has the same bits."""
+"""A case cut anywhere and taken up again has the same bits."""
 
 import os
 
@@ -9,7 +9,6 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.batch import Batch
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import StoreError
@@ -75,62 +74,6 @@ def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
     assert other.steps == 400
     assert_same_bits(ended(other), ended(march))
     assert not told
-
-
-def test_what_rides_together_goes_on_alone_or_in_another_batch():
-    scenes = [scene(speed=300.0 + 40 * i, duration=2e-3 + 2e-4 * i) for i in range(6)]
-    wholes = [ended(March(resolve(own))) for own in scenes]
-    kept, calls = {}, []
-
-    def give_up():
-        calls.append(1)
-        if len(calls) > 3:
-            raise Stop
-
-    batch, done = Batch(map(resolve, scenes)), {}
-    runs = batch.marches(give_up)
-    with pytest.raises(Stop):
-        done |= dict(runs)
-    kept = {place: snapshot(march) for place, march in batch.aboard()}
-    assert len(kept) == 4
-
-    def begin(place, march):
-        if order[place] in kept:
-            assert restore(march, kept[order[place]])
-
-    order = [5, 3, 1, 0, 2, 4]
-    again = Batch([resolve(scenes[i]) for i in order], begin=begin)
-    for place, march in again.marches():
-        assert_same_bits(march, wholes[order[place]])
-    for place, arrays in kept.items():
-        march = March(resolve(scenes[place]))
-        assert restore(march, arrays)
-        assert march.steps < march.total
-        assert_same_bits(ended(march), wholes[place])
-
-
-def test_reading_the_states_of_lanes_changes_none_of_them():
-    scenes = [scene(speed=300.0 + 40 * i) for i in range(5)]
-    batch = Batch(map(resolve, scenes))
-
-    def look():
-        list(batch.aboard())
-
-    for place, march in batch.marches(look):
-        assert_same_bits(march, ended(March(resolve(scenes[place]))))
-
-
-def test_a_case_beyond_its_limit_leaves_its_lane_and_the_others_stay():
-    scenes = [scene(speed=300.0 + 40 * i) for i in range(4)]
-
-    def begin(place, march):
-        march.seconds = 1e9 if place == 1 else 0.0
-
-    found = dict(Batch(map(resolve, scenes), begin=begin, limit=1e8).marches())
-    assert not found[1].done
-    for place in (0, 2, 3):
-        assert_same_bits(found[place], ended(March(resolve(scenes[place]))))
-    assert_same_bits(ended(found[1]), ended(March(resolve(scenes[1]))))
 
 
 def test_a_state_of_another_case_kernel_or_shape_does_not_fit():

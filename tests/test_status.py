@@ -71,14 +71,6 @@ def test_the_kernel_share_is_the_share_of_time_in_the_kernel(folder):
     assert progress_of(folder).kernel_share == pytest.approx((60 + 30) / (80 + 30))
 
 
-def test_lanes_of_a_batch_do_not_make_a_core_busier_than_it_can_be(tmp_path):
-    plan(tmp_path)
-    with Journal(tmp_path, 1, 0) as journal:
-        for case, ended in enumerate([39.0, 39.5, 40.0, 40.0]):
-            journal.append(record(case, ended, 10.0), {})
-    assert progress_of(tmp_path).kernel_share == pytest.approx(1.0)
-
-
 def test_ranks_of_an_earlier_run_do_not_count_for_the_rate(folder):
     with Journal(folder, 2, 0) as journal:
         journal.append(record(3, 5010.0, 10.0), {})

@@ -126,26 +126,6 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     assert len(records(out)) == 4
 
 
-@pytest.mark.mpi
-@pytest.mark.slow
-def test_lanes_cut_on_their_way_go_on_alone_on_other_ranks(tmp_path):
-    whole, out = undisturbed(tmp_path, EIGHT, "--lanes", "no"), tmp_path / "out"
-    words = ["campaign", inputs(tmp_path, EIGHT), "--out", out]
-    process = start([*words, "--lanes", "yes"])
-    wait_for(lambda: len(states(out)) == 4, process)
-    stopped(process, lambda p: p.send_signal(signal.SIGTERM))
-    assert len(states(out)) == 4
-    assert not records(out)
-    process = start([*words, "--lanes", "no"], ranks=2)
-    wait_for(lambda: len(records(out)) > 1, process)
-    kill(process)
-    done = launch(*words, "--lanes", "yes")
-    assert done.returncode == 0, done.err
-    assert "anew" not in done.err
-    assert root_variables(out) == whole
-    assert not states(out)
-
-
 def planted(place):
     """Return an environment in which one case kills its process."""
     (place / "sitecustomize.py").write_text(SEGFAULT)

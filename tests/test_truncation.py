@@ -14,7 +14,6 @@ from hpcwhirl.case.truncation import (
     with_truncation,
 )
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.lanes import group_key
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
@@ -113,36 +112,6 @@ def test_what_was_chosen_is_marched_and_told():
     row = simulate(asked).row
     assert row["modes"] == 66
     assert row["time_step"] > 4e-5  # a ring that does not stretch allows it
-
-
-def test_cases_of_other_truncation_are_of_no_group():
-    # frictions ask for other modes: they must not share a kernel
-    scenes = [scene(truncation=0.3, friction=mu) for mu in (0.0, 0.02, 0.1, 0.3)]
-    cases = [resolve(own) for own in scenes]
-    models = [case.model for case in cases]
-    widths = [(len(m.rotor.omega), len(m.casing.omega)) for m in models]
-    keys = [group_key(case) for case in cases]
-    assert len(set(widths)) > 1
-    for i, j in np.ndindex(4, 4):
-        assert (keys[i] == keys[j]) == (widths[i] == widths[j])
-
-
-@pytest.mark.parametrize(
-    "cases",
-    [
-        [{"pulse": 3e-4}, {"pulse": 5e-4}, {"pulse": 7e-4}],
-        [{"speed": 100.0}, {"speed": 6000.0}, {"speed": 8000.0}],
-    ],
-)
-def test_cases_whose_steps_differ_are_of_no_group(cases):
-    # accuracy asks for a step, the pulse and the turn bound it
-    asked = {"accuracy": 0.1, "truncation": 0.3}
-    resolved = [resolve(scene(**asked, **case)) for case in cases]
-    steps = [case.step for case in resolved]
-    keys = [group_key(case) for case in resolved]
-    assert len(set(steps)) > 1
-    for i, j in np.ndindex(3, 3):
-        assert steps[i] == steps[j] or keys[i] != keys[j]
 
 
 def test_without_friction_lobes_leave_nothing_but_stretch():

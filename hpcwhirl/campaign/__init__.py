@@ -17,8 +17,6 @@ A campaign ends early, resumable and within seconds, at INT, TERM or USR1, befor
 time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept
 free), at a file STOP, and when the disk is full; ranks that do not stop within
 `patience` are left behind. States of cases on their way are kept at a stop, and every
-ten minutes of a case's computing. One rank a node fills numba's cache first. Batches
-ride where there are more than 3e8 steps a rank, from which on they save more than their
-kernel's compilation takes. Only the group `performance` of the results depends on how
-many ranks there were.
+ten minutes of a case's computing. One rank a node fills numba's cache first. Only
+the group `performance` of the results depends on how many ranks there were.
 """

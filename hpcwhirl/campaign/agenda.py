@@ -15,6 +15,7 @@ A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an 
 MOST = 32  # units of an answer: a message that needs no consent of its receiver
 FAIR = 4  # an answer is at most this part of an even share of the units left
 GOLDEN = 0.6180339887498949
+Unit = tuple[int, ...]  # cases that are handed out together
 Answers = list[tuple[int, list[int]]]  # to a rank: its next units
 
 
@@ -33,7 +34,7 @@ class Agenda:
 
     def __init__(
         self,
-        units: Sequence[tuple[int, ...]],
+        units: Sequence[Unit],
         costs: Costs,
         ranks: int = 1,
         last: Collection[int] = (),

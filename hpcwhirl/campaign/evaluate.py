@@ -11,24 +11,21 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.batches import Unit
+from hpcwhirl.campaign.agenda import Unit
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     DiedError,
     LateError,
     compute,
-    late,
     message_of,
 )
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.simulate import Result, result_of
+from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.case.plan import folds_of
-from hpcwhirl.dynamics.batch import Batch
-from hpcwhirl.dynamics.lanes import Lanes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Journal, Record
@@ -70,14 +67,13 @@ class Evaluator:
         self._digests: dict[int, str] = {}  # of the unit
 
     def warm(self) -> None:
-        """Take a step of a case of each kernel that the units need, and of a batch."""
+        """Take a step of a case of each kernel that the units need."""
         cases = self._kinds()
         self.desk.running.begin(self.design.digest(case) for case in cases)
         if self.desk.policy.isolate:
             scenes = [self.design.scenes[case] for case in cases]
             self.desk.child.warm(scenes, self.desk.stopping.check)
             return
-        batch = next((unit for unit in self.units if len(unit) > 1), None)
         with breakable(self.desk.stopping.check):
             for case in cases:
                 try:
@@ -86,11 +82,6 @@ class Evaluator:
                     raise
                 except Exception:  # noqa: BLE001 - it will fail as a row
                     continue
-            if batch is not None:
-                march = March(self.design.resolved(batch[0]))
-                group = Lanes(march)
-                group.load(0, march)
-                group.advance(1)
 
     def _kinds(self) -> list[int]:
         """Return a case of each kernel that the units need, the first of its kind."""
@@ -107,68 +98,9 @@ class Evaluator:
         cases = self.units[unit]
         self._digests = {case: self.design.digest(case) for case in cases}
         self.desk.running.begin(self._digests.values())
-        done: dict[int, str] = {}
-        if len(cases) > 1 and self._as_planned(cases):
-            done = self._together(cases, between_slices)
-        for case in cases:
-            if case not in done:
-                done[case] = self._alone(case, between_slices)
-        return [done[case] for case in cases]
+        return [self._compute(case, between_slices) for case in cases]
 
-    def _as_planned(self, cases: Unit) -> bool:
-        """Return whether the engines of a unit are; alone, each case tells if not."""
-        return not any(self._changed(case) for case in cases)
-
-    def _together(self, cases: Unit, between: Callable[[], None]) -> dict[int, str]:
-        """Compute a batch; what it could not finish is left to be computed alone."""
-        done: dict[int, str] = {}
-        batch = self._batch(cases, between)
-        checkpoints, names = (
-            self.desk.checkpoints,
-            [self._digests[case] for case in cases],
-        )
-
-        def guard() -> None:
-            for place, march in batch.aboard(
-                lambda i, m: checkpoints.is_due(names[i], m)
-            ):
-                checkpoints.save(names[place], march)
-            between()
-
-        marches = batch.marches(guard)
-        while len(done) < len(cases):
-            try:
-                place, march = next(marches)
-                status = self._settle(cases[place], march)
-            except Stop:
-                for place, march in batch.aboard():
-                    checkpoints.save(names[place], march)
-                raise
-            except Exception as failed:  # noqa: BLE001 - each case shows its own error
-                say(f"batch of cases {cases} given up, they go on alone: {failed}")
-                break
-            done[cases[place]] = status
-        return done
-
-    def _batch(self, cases: Unit, between: Callable[[], None]) -> Batch:
-        """Return the batch, its kernel compiled; marches go on where they were left."""
-        riding = [self.design.resolved(case) for case in cases]
-        with breakable(between):
-            Lanes(March(riding[0])).advance(0)
-
-        def begin(place: int, march: March) -> None:
-            self.desk.checkpoints.take_up(self._digests[cases[place]], march)
-
-        return Batch(riding, len(riding), begin, self.limit)
-
-    def _settle(self, case: int, march: March) -> str:
-        """Keep what a lane has given: a result, or a case beyond its limit."""
-        if march.done:
-            return self._keep(case, result_of(march.case, march.history()))
-        self.desk.checkpoints.save(self._digests[case], march)
-        return self._fail(case, late(march, self.limit), march.seconds)
-
-    def _alone(self, case: int, between: Callable[[], None]) -> str:
+    def _compute(self, case: int, between: Callable[[], None]) -> str:
         start = time.perf_counter()
         try:
             self.design.check_engine(case)

@@ -25,7 +25,6 @@ class Policy:
     Attributes
     ----------
     retry : statuses of cases that are computed again
-    lanes : whether cases ride in batches; None: where they pay, see `units_of`
     seconds : until this call is to end, s; None: no limit
     case_limit : computing time of a case, s, over all calls; None: no limit
     max_fails : cases without a result after which this call ends; None: no limit
@@ -36,7 +35,6 @@ class Policy:
     """
 
     retry: frozenset[str] = frozenset()
-    lanes: bool | None = None
     seconds: float | None = None
     case_limit: float | None = None
     max_fails: int | None = None
@@ -140,7 +138,6 @@ OPTIONS: dict[str, Callable[[str, Any], Any]] = {
     "walltime": _walltime,
     "retry": _retry,
     "report": _way,
-    "lanes": _way,
 }
 
 

@@ -28,7 +28,7 @@ class Computing:
     Attributes
     ----------
     rank, host : of the process
-    cases : one, or several of a batch or while kernels are compiled
+    cases : one, or several while kernels are compiled
     since, seconds : when it began, s since 1970, and for how long; None if unknown
     died : whether it is known to be there no more
     """
@@ -48,7 +48,7 @@ class Progress:
     Attributes
     ----------
     cases, done, failed, left : numbers of cases
-    ranks : that finished a case lately; each is computing one now, or a batch
+    ranks : that finished a case lately; each is computing one now
     rate : cases/h of these ranks; None before the first of them
     eta : s until nothing is left at that rate, by predicted cost; None if unknown
     kernel_share : of the time of these ranks, up to their last case; the busy fraction

@@ -8,8 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.batches import Unit, units_of
+from hpcwhirl.campaign.agenda import Agenda, Unit
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.policy import Policy
@@ -27,7 +26,7 @@ class Work:
 
     Attributes
     ----------
-    units : cases that ride together, most of them single ones
+    units : cases that are handed out together
     suspects : cases to be isolated: in flight when two processes died
     mine : all cases that this run is asked for, those of its shard
     run : its number
@@ -62,11 +61,7 @@ def _found(
     alone = _suspects(folder, design.digests, left)
     seconds = dict(zip(left, costs.predict(left), strict=True))
     order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
-    lanes = False if policy.isolate else policy.lanes
-    steps = sum(costs.steps[case] for case in order)
-    if lanes is not None:
-        steps = math.inf if lanes else 0.0
-    units = units_of(order, design.resolved, steps, ranks)
+    units: list[Unit] = [(case,) for case in order]
     last = range(len(units), len(units) + len(alone))
     units += [(case,) for case in sorted(alone)]
     work = Work(units, alone, mine, claim_run(folder))

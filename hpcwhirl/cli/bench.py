@@ -15,7 +15,7 @@ from typing import Any
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.schemes import NAMES, RIDING, SCHEMES
+from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 # damped, sustained and divergent on Table 2, and two lobes in a wide gap
 CASES: tuple[dict[str, float | int], ...] = (
@@ -74,10 +74,9 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     facts["modal_bytes"] = bench.bytes_of(scene)
     operations = bench.flight_operations(scene)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
-    own = [r for r in rows if r["scheme"] == RIDING and r["lanes"] == 1]
+    own = [r for r in rows if r["scheme"] == DEFAULT]
     flight = own[0]["microseconds_per_step"]
     facts["modal_operations_in_flight"] = operations
-    facts["lanes_apart"] = bench.APART
     facts["modal_gflops_in_flight"] = 1e-3 * operations / flight
     return facts
 
@@ -95,31 +94,7 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
             names = ("speed", "gap", "regime", "whirl", "end_time", "steps")
             facts = {name: row[name] for name in names} | {"scheme": scheme}
             out.append(facts | {"seconds": spent["seconds"]})
-    return [*out, *batched_case(scene)]
-
-
-def batched_case(scene: Scene) -> list[dict[str, Any]]:
-    """Return the same of the sustained case as one of four in a batch, or nothing."""
-    from hpcwhirl.campaign.simulate import result_of
-    from hpcwhirl.case.resolve import resolve
-    from hpcwhirl.dynamics.batch import Batch
-    from hpcwhirl.dynamics.lanes import can_ride
-    from hpcwhirl.measure.bench import APART
-
-    base = apply_settings(scene, {"revolutions": 0.0, "scheme": RIDING})
-    if not can_ride(resolve(base)):
-        return []
-    speed = CASES[1]["speed"]
-    speeds = [{"speed": speed + i * APART} for i in range(4)]
-    four = [resolve(apply_settings(base, own)) for own in speeds]
-    runs = dict(Batch(four).run())
-    row = result_of(four[0], runs[0]).row
-    names = ("speed", "gap", "regime", "whirl", "end_time", "steps")
-    seconds = sum(history.seconds for history in runs.values()) / len(runs)
-    facts = {name: row[name] for name in names}
-    return [
-        facts | {"scheme": f"{RIDING}, mean of four in a batch", "seconds": seconds}
-    ]
+    return out
 
 
 def start_of(scheme: str) -> dict[str, Any]:
@@ -146,15 +121,13 @@ def _show(facts: dict[str, Any]) -> None:
     from rich.table import Table
 
     console = Console()
-    table = Table("scheme", "lanes", "steps in contact", "us a step", "spread")
+    table = Table("scheme", "steps in contact", "us a step", "spread")
     for row in facts["rows"]:
         table.add_row(
-            str(row["scheme"]), str(row["lanes"]), f"{row['contact']:.1%}",
+            str(row["scheme"]), f"{row['contact']:.1%}",
             f"{row['microseconds_per_step']:.3f}", f"{row['spread']:.0%}",
         )  # fmt: skip
     console.print(table)
-    apart = facts["lanes_apart"]
-    console.print(f"lanes: cases marched together, their speeds {apart:g} rad/s apart")
     share = facts["modal_gflops_in_flight"] / facts["fma_peak_gflops"]
     console.print(
         f"modal in flight: {facts['modal_operations_in_flight']} operations a step, "

@@ -64,11 +64,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_ends(parser)
     parser.add_argument(
-        "--lanes",
-        choices=WAYS,
-        help="batches of four cases to a kernel: auto where they pay",
-    )
-    parser.add_argument(
         "--shard",
         metavar="I/N",
         help="only the I-th of N shares, as an element of an array job; the last ends "
@@ -128,11 +123,11 @@ def _add_ends(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--isolate", action="store_true", default=None,
-        help="each case in a process of its own: what crashes is a row; no batches",
+        help="each case in a process of its own: what crashes is a row",
     )  # fmt: skip
 
 
-DEFAULTS = {"out": "campaign", "report": "auto", "lanes": "auto"}
+DEFAULTS = {"out": "campaign", "report": "auto"}
 
 
 def _fill(args: argparse.Namespace, rules: Mapping[str, Any]) -> None:
@@ -148,7 +143,6 @@ def _policy(args: argparse.Namespace, design: Design) -> Policy:
     walltime = parse_walltime(args.walltime) if args.walltime else None
     policy = Policy(
         retry=retries(args.retry),
-        lanes={"auto": None, "yes": True, "no": False}[args.lanes],
         seconds=time_left(walltime),
         shard=parse_shard(args.shard) if args.shard is not None else None,
     )

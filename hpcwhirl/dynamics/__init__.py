@@ -18,11 +18,6 @@ denormals are slow. `kernels` is all compiled code.
   the next pass. Vectors are written out, so that sums and products are rounded as they
   stand, on every machine. The active blades stay the same in 98 of 100 steps: the
   inverse of their part of the Delassus matrix is kept until they change.
-- A batch is four cases of one engine, gap, reduction and step as the lanes of one
-  kernel: a vector holds the same amplitude of four cases, contact is solved lane by
-  lane, and every sum has the order it has in the single kernel, hence the bits. A lane
-  is filled again as its case ends. The gap is shared because the ring's radius, and so
-  its frequencies, follow it. The last four cases a rank of a campaign go out alone.
 - `exact` is the same kernel with the coefficients of each mode's exact flow, in (q, d =
   q - q before), where the flow loses no digits on slow modes; contact gives an impulse
   at the beginning of a step so that no blade has penetrated at its end. Away from

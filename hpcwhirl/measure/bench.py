@@ -14,19 +14,15 @@ from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.named import CyclicState
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
-from hpcwhirl.dynamics.kernels.vectors import FOUR
-from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.schemes import NAMES, RIDING
+from hpcwhirl.scene.schemes import DEFAULT, NAMES
 
 SETTLE = 0.02  # s of engine time before the clock: pulse over, blades touching
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 STEPS = 5_000  # a repeat; the same steps for all, so the same contacts
-LANES = (2, 4, 8, 16)  # beside one, the kernel for single cases
-APART = 0.5  # rad/s between the speeds of the cases in the lanes
 ROUNDS = 200_000  # of the peak; some 10 ms
 
 
@@ -37,14 +33,12 @@ class Timing:
     Attributes
     ----------
     scheme : integrator
-    lanes : cases marched together
     contact : share of the timed steps with at least one contact
     microseconds_per_step : median over the repeats, us a case-step
     spread : (largest - smallest) over median of the repeats
     """
 
     scheme: str
-    lanes: int
     contact: float
     microseconds_per_step: float
     spread: float
@@ -68,10 +62,10 @@ def _restore(march: March, saved: list[object]) -> None:
         array[...] = value
 
 
-def _timing(scheme: str, contact: float, spent: list[float], lanes: int = 1) -> Timing:
+def _timing(scheme: str, contact: float, spent: list[float]) -> Timing:
     middle = statistics.median(spent)
     spread = (max(spent) - min(spent)) / middle
-    return Timing(scheme, lanes, contact, middle, spread)
+    return Timing(scheme, contact, middle, spread)
 
 
 def time_step(scene: Scene, scheme: str, repeats: int, *, contact: bool) -> Timing:
@@ -102,68 +96,17 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
     The tail's amplitudes have decayed to where their products would be denormal.
     """
-    alive = time_step(scene, RIDING, repeats, contact=False)
+    alive = time_step(scene, DEFAULT, repeats, contact=False)
     faint = apply_settings(scene, {"force": FAINT})
-    tail = time_step(faint, RIDING, repeats, contact=False)
+    tail = time_step(faint, DEFAULT, repeats, contact=False)
     return tail.microseconds_per_step / alive.microseconds_per_step
 
 
-def time_lanes(
-    scene: Scene, lanes: int, repeats: int, *, contact: bool
-) -> Timing | None:
-    """Return what a step of a case in a batch costs, as `time_step` of one.
-
-    The cases differ in their speeds, `APART` from lane to lane; None where the scene
-    cannot ride.
-    """
-    marches = [
-        _settled(
-            apply_settings(scene, {"speed": scene.speed + i * APART, "revolutions": 0}),
-            RIDING,
-            contact=contact,
-        )
-        for i in range(lanes)
-    ]
-    if not can_ride(marches[0].case):
-        return None
-    saved = [[array.copy() for array in march.state] for march in marches]
-    for march in marches:
-        march.total = march.stride = march.beat = 10**9  # no end, no samples
-    before = sum(march.counter[TOUCHED] for march in marches)
-    groups = [Lanes(march) for march in marches[::FOUR]]
-    _advance_all(groups, marches, 1)  # compiled before the clock runs
-    spent = []
-    for _ in range(repeats):
-        for march, state in zip(marches, saved, strict=True):
-            _restore(march, list(state))
-            march.seconds = 0.0
-        _advance_all(groups, marches, STEPS)
-        spent.append(1e6 * sum(m.seconds for m in marches) / (STEPS * lanes))
-    touched = sum(march.counter[TOUCHED] for march in marches) - before
-    return _timing(RIDING, float(touched) / (STEPS * lanes), spent, lanes)
-
-
-def _advance_all(groups: list[Lanes], marches: list[March], steps: int) -> None:
-    """March all marches `steps` steps, four in each group."""
-    for number, group in enumerate(groups):
-        riding = marches[number * FOUR : (number + 1) * FOUR]
-        for lane, march in enumerate(riding):
-            group.load(lane, march)
-        group.advance(steps)
-        for lane in range(len(riding)):
-            group.unload(lane)
-
-
 def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
-    """Yield the cost of every scheme and of batches, in flight and in contact."""
+    """Yield the cost of every scheme, in flight and in contact."""
     for scheme in NAMES:
         for contact in (False, True):
             yield time_step(scene, scheme, repeats, contact=contact)
-    for lanes in LANES:
-        for contact in (False, True):
-            timing = time_lanes(scene, lanes, repeats, contact=contact)
-            if timing:
-                yield timing
 
 
 def fma_peak(repeats: int) -> float:
@@ -189,7 +132,7 @@ def flight_operations(scene: Scene) -> int:
     InputError
         where the cyclic kernel does not march the scene
     """
-    march = March(resolve(apply_settings(scene, {"scheme": RIDING})))
+    march = March(resolve(apply_settings(scene, {"scheme": DEFAULT})))
     k, wide = cyclic.widths(march.lean.model.blades)
     if not isinstance(march.state, CyclicState):
         msg = "the operations are counted for the cyclic kernel only"

@@ -23,7 +23,6 @@ class Scheme:
     folds : whether one of many sectors may be marched alone; those that do not are
         what others are held against
     settles : whether it may be looked for a certificate, the rest in closed form
-    rides : whether cases may be lanes of a batch
     flies : whether steps in which no blade can touch are jumped over
     cyclic : whether it refuses rotors and rings that are not the cyclic kernel's
     matrices : whether it marches coordinates, with M, D and K
@@ -35,16 +34,13 @@ class Scheme:
     nominal: float
     folds: bool = False
     settles: bool = False
-    rides: bool = False
     flies: bool = False
     cyclic: bool = False
     matrices: bool = False
 
 
 _TABLE = (
-    Scheme(
-        "modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True, rides=True
-    ),
+    Scheme("modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
         flies=True, cyclic=True,
@@ -63,5 +59,4 @@ if TYPE_CHECKING:
 else:
     SchemeName = Literal[NAMES]  # what a table gives a checker cannot know
 DEFAULT = NAMES[0]
-RIDING = next(scheme.name for scheme in _TABLE if scheme.rides)
 MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)

@@ -78,7 +78,7 @@ class Note:
     Attributes
     ----------
     rank, host, pid : of the process
-    digests : of the cases it computes, several if they are a batch
+    digests : of the cases it computes, several if they were handed out together
     since : s since 1970; None in notes of a version that did not tell
     ticks : when the process began, see `process.begun`; None if unknown
     """

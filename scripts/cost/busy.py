@@ -122,7 +122,7 @@ def ran(way: str, ranks: int, file: Path, out: Path) -> tuple[float, list[float]
     if way in SHARES:
         under_mpi(ranks, __file__, "--as", way, file, "--out", out)
     else:
-        campaign(file, out, "--lanes", "no", ranks=ranks)
+        campaign(file, out, ranks=ranks)
     shares = read_runs(out)
     span = max(share["span"] for share in shares)
     return span, [share["busy"] / span for share in shares]

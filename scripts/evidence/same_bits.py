@@ -6,7 +6,7 @@
 
 `make` runs campaigns of every way a case is marched: the paper's Table 2, all four
 schemes, a mistuned rotor, one from file, a rigid casing, a mode's sectors folded, a
-reduced model, batches. `compare` holds every variable of their results against its
+reduced model. `compare` holds every variable of their results against its
 twin: values, also of integers of another width and of words; attributes and the group
 `performance`, which depends on the day, are left out.
 """
@@ -50,9 +50,8 @@ CAMPAIGNS = {
     "rigid": RIGID + SHORT.format(k=1, scheme="modal"),
     "mistuned": MISTUNED + SHORT.format(k=1, scheme="modal"),
     "draft": SHORT.format(k=1, scheme="modal").replace("0.05", "1.0"),
-    "batched": SHORT.format(k=1, scheme="modal"),
 }
-OPTIONS = {"draft": ["--preset", "draft"], "batched": ["--lanes", "yes"]}
+OPTIONS = {"draft": ["--preset", "draft"]}
 
 
 def hpcwhirl(*words: str | Path) -> None:

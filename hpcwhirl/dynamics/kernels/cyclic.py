@@ -1,6 +1,6 @@
 """The cyclic modal kernel: nodal diameter by nodal diameter, in the rotating frame.
 
-Harmonic h of the ring rides in the slot kappa = h folded mod N (conjugated where N - h
+Harmonic h of the ring lies in the slot kappa = h folded mod N (conjugated where N - h
 folds on it) beside the rotor's nodal diameter kappa = 0 .. K - 1, K = N // 2 + 1. In
 the rotating frame nothing depends on the blades' place: with gamma the radial
 amplitude of each mode (tips counted negative), sum over rows gamma y is a spectrum G

@@ -38,29 +38,12 @@ class _FourModel(models.PrimitiveModel):
 
 
 def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
-    if isinstance(kind, types.CPointer):
-        return array
     return context.make_array(kind)(context, builder, array).data
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     data = _data(context, builder, kind, array)
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
-
-
-@intrinsic
-def address(typing: Any, array: Any) -> Any:
-    """Return where an array begins; `load` and its like take it for the array.
-
-    It is not counted as a use: the caller must hold the array. Counting costs a locked
-    instruction each time an array enters or leaves inlined code.
-    """
-    del typing
-
-    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _data(context, builder, sig.args[0], args[0])
-
-    return types.CPointer(array.dtype)(array), code
 
 
 @intrinsic
@@ -106,18 +89,6 @@ def broadcast(typing: Any, value: Any) -> Any:
         return _broadcast(builder, args[0])
 
     return four(types.float64), code
-
-
-@intrinsic
-def spread_at(typing: Any, array: Any, index: Any) -> Any:
-    """Return four times array[index]; array (n,), not checked."""
-    del typing, index
-
-    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = _data(context, builder, sig.args[0], args[0])
-        return _broadcast(builder, builder.load(builder.gep(data, [args[1]])))
-
-    return four(array, types.intp), code
 
 
 def _call(builder: Any, name: str, *args: Any) -> Any:
@@ -208,20 +179,6 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
         return context.make_tuple(builder, kind, out)
 
     return kind(four, four, four, four), code
-
-
-@intrinsic
-def all_at_least(typing: Any, a: Any, b: Any) -> Any:
-    """Return whether each of `a` is at least its partner in `b`; NaN is not."""
-    del typing, a, b
-
-    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        del context, sig
-        bits = ir.IntType(FOUR)
-        found = builder.bitcast(builder.fcmp_ordered(">=", *args), bits)
-        return builder.icmp_unsigned("==", found, ir.Constant(bits, 2**FOUR - 1))
-
-    return types.boolean(four, four), code
 
 
 @intrinsic

@@ -19,7 +19,6 @@ from attacks.specimens import Mode, Specimen, differs, pick, undisturbed
 
 MODES = {
     specimens.PLAIN: 5,
-    specimens.BATCHES: 5,
     specimens.EXACT: 4,
     specimens.SHARDS: 4,
     specimens.STATES: 5,

@@ -73,7 +73,6 @@ class Mode:
 
 
 PLAIN = Mode("plain")
-BATCHES = Mode("batches", ("--lanes", "yes"), speeds=10)
 EXACT = Mode("exact", scheme="exact", traces="summary")
 SHARDS = Mode("shards", shards=2, traces="full")
 STATES = Mode("states", duration=2e-2, speeds=3, save_every=1e-3)
