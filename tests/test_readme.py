@@ -64,7 +64,7 @@ def test_every_command_is_told():
 def test_a_campaign_quoted_is_one(text, tmp_path):
     path = tmp_path / "quoted.toml"
     path.write_text(text, encoding="utf-8")
-    assert len(load_design(path, {}).cases) > 1
+    assert len(load_design(path, {}).scenes) > 1
 
 
 def test_the_engine_that_is_shown_is_read(tmp_path, monkeypatch, capsys):
