@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from evidence import planted
 
 ROOT = Path(__file__).parent.parent
 KINDS = {".py", ".sh", ".md", ".toml"}
@@ -39,3 +40,9 @@ def test_a_script_says_how_it_is_called(script, tmp_path):
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith(f"usage: {script.name}")
+
+
+def test_the_place_of_every_bug_is_in_the_source():
+    found = planted.bugs()
+    assert len(found) > 50
+    assert not [(bug.name, bug.file) for bug in found if not bug.standing]
