@@ -19,6 +19,7 @@ from hpcwhirl.errors import InputError, WhirlError, one_line, shown, unknown
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 INTERRUPTED = 130  # as a shell says it
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LEAST_MEMORY = 400_000  # KiB of addresses; with 150,000 OpenBLAS may try for ever
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
 
 
@@ -105,6 +106,7 @@ def _run(words: Sequence[str]) -> int:
         return WRONG_INPUT
     _check_words(words)
     _check_place()
+    _check_memory()
     module = importlib.import_module(_command(words[0]))
     parser = _Parser(prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]])
     module.arguments(parser)
@@ -128,6 +130,14 @@ def _check_place() -> None:
     except OSError as failed:
         msg = f"the working directory cannot be used: {failed.strerror}"
         raise InputError(msg) from None
+
+
+def _check_memory() -> None:
+    """Refuse a limit in which a library would hang or end the process as it loads."""
+    most = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if most != resource.RLIM_INFINITY and most >> 10 < LEAST_MEMORY:
+        msg = f"not enough memory{_limit()}: at least {LEAST_MEMORY} are needed"
+        raise InputError(msg)
 
 
 def _parser() -> argparse.ArgumentParser:
