@@ -29,6 +29,7 @@ COMMANDS = {
     "model": "modal table, critical speeds, time-step limits",
     "tradeoff": "measure what accuracy costs, against a finer reference",
     "bench": "measure what a step costs on this core",
+    "import-model": "reduce M and K of finite elements to an engine's file",
     "export-model": "write M, K, D and contact operators to HDF5",
 }
 

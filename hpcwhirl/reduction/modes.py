@@ -94,8 +94,8 @@ def with_ratio(
 
 
 @dataclass(frozen=True)
-class _Block:
-    """One nodal diameter: Hermitian reduced matrices and their modes."""
+class Block:
+    """One nodal diameter: Hermitian reduced matrices and, where asked, their modes."""
 
     k: int
     simple: bool
@@ -106,6 +106,7 @@ class _Block:
 
     @property
     def multiplicity(self) -> int:
+        """How many real coordinates a complex one stands for."""
         return 1 if self.simple else 2
 
 
@@ -147,7 +148,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     return counts
 
 
-def _blocks(structure: CyclicStructure, eta: int | None) -> Iterator[_Block]:
+def _blocks(structure: CyclicStructure, eta: int | None) -> Iterator[Block]:
     counts = {} if eta is None else share_out(structure, eta)
     for k in diameters(structure.sectors):
         simple = is_simple(k, structure.sectors)
@@ -164,11 +165,11 @@ def _blocks(structure: CyclicStructure, eta: int | None) -> Iterator[_Block]:
         else:
             squared, modes = eigh(stiffness, mass)
         omega = np.sqrt(np.maximum(squared, 0.0))
-        yield _Block(k, simple, mass, stiffness, omega, modes.astype(np.complex128))
+        yield Block(k, simple, mass, stiffness, omega, modes.astype(np.complex128))
 
 
-def _columns(
-    piece: _Block, structure: CyclicStructure, kept: int, size: int, start: int
+def physical_columns(
+    piece: Block, structure: CyclicStructure, kept: int, size: int, start: int
 ) -> Floats:
     """Return the (size, real DoF of the block) map to physical coordinates.
 
@@ -195,7 +196,7 @@ def _columns(
     return out
 
 
-def _real_modes(piece: _Block) -> list[Floats]:
+def _real_modes(piece: Block) -> list[Floats]:
     """Return the block's modes in its real coordinates (a, b), one array a phase."""
     re, im = piece.modes.real, piece.modes.imag
     if piece.simple:
@@ -203,22 +204,22 @@ def _real_modes(piece: _Block) -> list[Floats]:
     return [np.vstack([re, im]), np.vstack([-im, re])]
 
 
-def _centre_share(piece: _Block, structure: CyclicStructure, kept: int) -> Floats:
+def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats:
     """Return the share of each mode's strain energy in the shaft's springs, (m,)."""
     hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
     energy = structure.centre_stiffness * (np.abs(hub) ** 2).sum(axis=0)
     return np.asarray(energy / np.maximum(piece.omega**2, np.finfo(float).tiny))
 
 
-def _labels(piece: _Block, share: Floats, phase: int) -> list[Floats]:
+def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
     """Return [omega, k, rank, phase, share] of a block's modes, each (m,)."""
     same = np.ones(len(piece.omega))
     rank = np.arange(len(piece.omega), dtype=np.float64)
     return [piece.omega, piece.k * same, rank, phase * same, share]
 
 
-def _assemble(
-    pieces: list[tuple[_Block, Floats]],
+def assembled(
+    pieces: list[tuple[Block, Floats]],
 ) -> tuple[Floats, Floats]:
     """Return (M, K) of all blocks in physical coordinates."""
     size = len(pieces[0][1])
@@ -254,7 +255,7 @@ def modal_model(
     physical = kept * structure.sectors + len(structure.centre)
     pieces, shapes, labels, start = [], [], [], physical
     for piece in blocks:
-        columns = _columns(piece, structure, kept, size, start)
+        columns = physical_columns(piece, structure, kept, size, start)
         pieces.append((piece, columns))
         share = _centre_share(piece, structure, kept)
         for phase, modes in enumerate(_real_modes(piece)):
@@ -266,7 +267,7 @@ def modal_model(
         np.concatenate, zip(*labels, strict=True)
     )
     order = np.lexsort((phases, rank, diameter, omega))
-    mass, stiffness = _assemble(pieces)
+    mass, stiffness = assembled(pieces)
     return ModalModel(
         mass=mass,
         stiffness=stiffness,

@@ -167,10 +167,10 @@ def _check_names(
             told = name if isinstance(name, str) else ascii(name)  # no UTF-8
             hint = nearest(told, known) or f"; known: {', '.join(sorted(known))}"
             raise given.refusal(f"has an unknown {path}{one_line(told, 100)}{hint}")
-        _check_link(given, group, name, path)
+        check_link(given, group, name, path)
 
 
-def _check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
+def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
     """Refuse a name that leads out of the file, or nowhere."""
     import h5py
 
@@ -219,10 +219,10 @@ def _check_kind(given: Given, name: str, data: Any) -> None:
     if max(shape) > LARGEST:
         raise given.wrong(name, f"have at most {LARGEST} entries along an axis", shape)
     if data.chunks:
-        _check_chunks(given, name, data)
+        check_chunks(given, name, data)
 
 
-def _check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
+def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
     """Refuse chunks that may become far more than the array when they are read."""
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0

@@ -1,0 +1,348 @@
+"""From the matrices of finite elements to a rotor: sparse Craig-Bampton (Eq. 1).
+
+A whole wheel is reduced at once. Of a sector, the rest of the wheel follows: on nodal
+diameter k, u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so
+that each k has Hermitian matrices of one sector (Eqs. 5 and 10), and a shared centre
+belongs to k = 1 alone, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). Reduced, they are
+spread over the sectors as in `modes`: tips stay physical, amplitudes come as real and
+imaginary parts, so that the wheel is cyclic to round-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import LinAlgError, eigh
+
+from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.modes import Block, assembled, physical_columns
+from hpcwhirl.reduction.sparse_modes import Condensed, condensed, lowest_ritz
+from hpcwhirl.store.wheel_file import Cut, FiniteElements
+from hpcwhirl.structure import CyclicStructure
+from hpcwhirl.structure.assembly import turn
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+MORE = 2  # modes of a diameter computed beyond its even share
+PAIR = 1e-6  # of omega^2: what is not parted
+STRAINED = 1e-4  # of the stiffness at a tip: matrices of 14 digits leave 1e-6
+INDEFINITE = -1e-9  # of the scaled or the largest: what round-off may make of 0
+ROUND_OFF = 1e-15  # of the largest omega^2, by coordinates: a rigid mode
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A reduced rotor in (tips radial, tangential of blade 0, ..., x_o, y_o, q).
+
+    Attributes
+    ----------
+    mass, stiffness : (n, n), kg and N/m
+    blades : N
+    centre : whether x_o, y_o are there
+    kept : fixed-interface modes
+    highest : omega of the last of these, rad/s; none below is missing
+    omega : (n,), rad/s, ascending
+    rigid : how many of these are 0 but for round-off
+    condition : the worst of the factored matrices, see `Condensed`
+    strained : of a free wheel, what a translation strains, relative; else None
+    carried : the wheel's mass as a translation tells it, kg; None without a centre
+    """
+
+    mass: Floats
+    stiffness: Floats
+    blades: int
+    centre: bool
+    kept: int
+    highest: float
+    omega: Floats
+    rigid: int
+    condition: float
+    strained: float | None
+    carried: float | None
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """M and K, omega^2 of the last mode kept, the worst condition number."""
+
+    mass: Floats
+    stiffness: Floats
+    last: float
+    condition: float
+
+
+class _Map:
+    """The sparse T of u = T v, by rows of u and columns of v."""
+
+    def __init__(self) -> None:
+        self.rows: list[Integers] = []
+        self.columns: list[Integers] = []
+        self.values: list[NDArray[Any]] = []
+        self.width = 0
+
+    def add(self, rows: Integers, columns: Integers, values: Any) -> None:
+        """Set T[rows[i], columns[i]] = values[i]; one value may serve all."""
+        self.rows.append(rows)
+        self.columns.append(columns)
+        self.values.append(np.broadcast_to(values, rows.shape))
+
+    def fresh(self, count: int) -> Integers:
+        """Return the places of new columns."""
+        self.width += count
+        return np.arange(self.width - count, self.width)
+
+    def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
+        """Express pairs of DoF (m, 2) by others (m, 2) whose axes are turned."""
+        for j, (own, other) in enumerate(zip(pairs, columns, strict=True)):
+            self.add(np.repeat(own, 2), np.tile(other, 2), turn(angle[j]).T.ravel())
+
+    def matrix(self, size: int) -> sparse.csr_array:
+        """Return T, (size, width)."""
+        places = np.concatenate(self.rows), np.concatenate(self.columns)
+        values = np.concatenate(self.values)
+        return sparse.csr_array((values, places), shape=(size, self.width))
+
+
+def imported(wheel: FiniteElements) -> Imported:
+    """Return the reduced rotor of a wheel or a sector of finite elements.
+
+    Raises
+    ------
+    InputError, ModelError
+        in one line: what the matrices should be and are not
+    """
+    _check_definite(wheel)
+    try:
+        found = _whole(wheel) if wheel.cut is None else _of_sectors(wheel, wheel.cut)
+    except LinAlgError:
+        raise wheel.refusal("mass must be positive definite, and is not") from None
+    return _judged(wheel, found)
+
+
+def _check_definite(wheel: FiniteElements) -> None:
+    """Refuse what is not positive, as far as products with the matrices tell."""
+    moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
+    for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
+        diagonal = matrix.diagonal()[moving]
+        if not diagonal.min() > 0:
+            dof = moving[np.argmin(diagonal)]
+            raise wheel.refusal(
+                f"{name} must be positive, got {diagonal.min():.3g} at degree of "
+                f"freedom {dof}"
+            )
+        lowest = lowest_ritz(matrix[moving][:, moving])
+        if not lowest > (0.0 if name == "mass" else INDEFINITE):
+            kind = "definite" if name == "mass" else "semidefinite"
+            raise wheel.refusal(
+                f"{name} must be positive {kind}, got the eigenvalue {lowest:.3g} of "
+                "its diagonal"
+            )
+
+
+def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
+    """Return [T^H M T, T^H K T]."""
+    back = lift.conj().T.tocsr()
+    return [back @ a @ lift for a in (wheel.mass, wheel.stiffness)]
+
+
+def _whole(wheel: FiniteElements) -> _Reduced:
+    """Return a wheel that is reduced at once."""
+    lift, size = _Map(), wheel.mass.shape[0]
+    tips = lift.fresh(2 * wheel.blades).reshape(-1, 2)
+    lift.add_turned(wheel.tips, tips, wheel.angle)
+    if wheel.centre is not None:
+        hub = lift.fresh(2)[None, :]
+        angle = np.array([wheel.centre.angle])
+        lift.add_turned(wheel.centre.dofs[None, :], hub, angle)
+    boundary = lift.width
+    rest = np.setdiff1d(np.arange(size), _named(wheel))
+    lift.add(rest, lift.fresh(len(rest)), 1.0)
+    mass, stiffness = _projected(wheel, lift.matrix(size))
+    piece = condensed(mass, stiffness, boundary, wheel.modes)
+    count = _whole_pairs(piece, wheel.modes)
+    own = slice(boundary + count)
+    last = float(piece.squared[:count].max(initial=0.0))
+    return _Reduced(
+        piece.mass[own, own], piece.stiffness[own, own], last, piece.condition
+    )
+
+
+def _named(wheel: FiniteElements) -> Integers:
+    """Return the DoF that are no columns of their own."""
+    cut, centre = wheel.cut, wheel.centre
+    sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
+    hub = [] if centre is None else [centre.dofs]
+    return np.concatenate([wheel.tips.ravel(), wheel.held, *hub, *sides])
+
+
+def _whole_pairs(piece: Condensed, most: int) -> int:
+    """Return how many modes to keep, at most so many: no twin is left behind."""
+    further = np.r_[piece.squared, piece.reach]
+    for count in range(min(most, len(piece.squared)), 0, -1):
+        if further[count] > (1 + PAIR) * further[count - 1]:
+            return count
+    return 0
+
+
+def _sector_map(
+    wheel: FiniteElements, cut: Cut, k: int
+) -> tuple[sparse.csr_array, int]:
+    """Return T of nodal diameter k, and how many of its columns are the boundary's."""
+    lift, size = _Map(), wheel.mass.shape[0]
+    lift.add_turned(wheel.tips, lift.fresh(2)[None, :], wheel.angle)
+    if wheel.centre is not None and k == 1:
+        axes = turn(wheel.centre.angle).T @ np.array([1.0, 1.0j])
+        lift.add(
+            wheel.centre.dofs, lift.fresh(1).repeat(2), np.sqrt(wheel.blades / 2) * axes
+        )
+    boundary = lift.width
+    rest = np.setdiff1d(np.arange(size), _named(wheel))
+    places = np.full(size, -1)
+    places[rest] = lift.fresh(len(rest))
+    lift.add(rest, places[rest], 1.0)
+    step = 2 * np.pi / wheel.blades
+    wave = np.cos(k * step) if is_simple(k, wheel.blades) else np.exp(1j * k * step)
+    lift.add(cut.right, places[cut.left], wave)
+    ahead = wave * turn(step).T  # of this sector's axes, from those of the next
+    for a, b in np.ndindex(2, 2):
+        left = places[cut.left_plane[:, b]]
+        lift.add(cut.right_plane[:, a], left, ahead[a, b])
+    return lift.matrix(size), boundary
+
+
+def _of_sectors(wheel: FiniteElements, cut: Cut) -> _Reduced:
+    """Return a wheel that is reduced nodal diameter by nodal diameter."""
+    blades = wheel.blades
+    even = -(-wheel.modes // blades) + MORE
+    pieces: dict[int, Condensed] = {}
+    counts, last = dict.fromkeys(diameters(blades), 0), 0.0
+    wanted = dict.fromkeys(diameters(blades), even)
+    while wanted:
+        for k, count in wanted.items():
+            lift, boundary = _sector_map(wheel, cut, k)
+            mass, stiffness = _projected(wheel, lift)
+            pieces[k] = condensed(mass, stiffness, boundary, count)
+        counts, last = _shared(pieces, blades, wheel.modes)
+        wanted = {
+            k: 2 * len(piece.squared)
+            for k, piece in pieces.items()
+            if piece.reach <= last * (1 + PAIR)
+        }
+    mass, stiffness = _spread(wheel, pieces, counts)
+    condition = max(piece.condition for piece in pieces.values())
+    return _Reduced(mass, stiffness, last, condition)
+
+
+def _shared(
+    pieces: dict[int, Condensed], blades: int, most: int
+) -> tuple[dict[int, int], float]:
+    """Return how many modes each diameter keeps, as `share_out`, and the last one."""
+    listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
+    counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
+    for value, k in listed:
+        width = 1 if is_simple(k, blades) else 2
+        if width > left:
+            break
+        counts[k] += 1
+        left -= width
+        last = value
+    return counts, last
+
+
+def _spread(
+    wheel: FiniteElements, pieces: dict[int, Condensed], counts: dict[int, int]
+) -> tuple[Floats, Floats]:
+    """Return (M, K) in physical coordinates of tips and centre, real amplitudes."""
+    blades, none = wheel.blades, np.zeros((0, 0))
+    hub = () if wheel.centre is None else (2 * blades, 2 * blades + 1)
+    structure = CyclicStructure(none, none, blades, 2, (0, 1), hub)
+    blocks, nothing = [], np.zeros((0, 0), dtype=np.complex128)
+    for k, piece in pieces.items():
+        size = len(piece.mass) - len(piece.squared) + counts[k]
+        cut = np.s_[:size, :size]
+        mass, stiffness = (a[cut] + 0j for a in (piece.mass, piece.stiffness))
+        simple = is_simple(k, blades)
+        blocks.append(Block(k, simple, mass, stiffness, np.zeros(0), nothing))
+    whole = sum(len(block.mass) * block.multiplicity for block in blocks)
+    found, start = [], 2 * blades + len(hub)
+    for block in blocks:
+        found.append((block, physical_columns(block, structure, 2, whole, start)))
+        start += counts[block.k] * block.multiplicity
+    return assembled(found)
+
+
+def _judged(wheel: FiniteElements, found: _Reduced) -> Imported:
+    """Return the rotor with the shaft's springs, if it is one."""
+    blades, centre = wheel.blades, wheel.centre
+    mass, stiffness = (np.array((a + a.T) / 2) for a in (found.mass, found.stiffness))
+    strained = carried = None
+    if centre is not None:
+        hub = 2 * blades + np.arange(2)
+        mass[hub, hub] += centre.mass
+        carried = _carried(mass, blades)
+        strained = _strained(stiffness, blades)
+        if not centre.held and not strained <= STRAINED:
+            raise wheel.refusal(_FRAMES.format(strained, STRAINED))
+        stiffness[hub, hub] += centre.stiffness
+    squared = _eigenvalues(wheel, mass, stiffness)
+    rigid = squared <= ROUND_OFF * len(squared) * squared[-1]
+    return Imported(
+        mass=mass,
+        stiffness=stiffness,
+        blades=blades,
+        centre=centre is not None,
+        kept=len(mass) - 2 * blades - (2 if centre else 0),
+        highest=float(np.sqrt(found.last)),
+        omega=np.sqrt(np.maximum(squared, 0.0)),
+        rigid=int(np.count_nonzero(rigid)),
+        condition=found.condition,
+        strained=strained,
+        carried=carried,
+    )
+
+
+_FRAMES = (
+    "a translation of tips and centre must strain the shaft's springs alone, and "
+    "strains {:.2g} of the wheel's stiffness (at most {:g}): look at blades, indices "
+    "(from 0), their order (against the clock), angles (rad) and cuts; or say [centre] "
+    "held = true if something else holds the wheel"
+)
+
+
+def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
+    """Return omega^2 (n,) of matrices that must be definite."""
+    try:
+        squared = eigh(stiffness, mass, eigvals_only=True)
+    except LinAlgError:
+        raise wheel.refusal("mass must be positive definite, and is not") from None
+    if not squared[0] >= INDEFINITE * squared[-1]:
+        told = f"omega^2 = {squared[0]:.3g} rad^2/s^2"
+        raise wheel.refusal(f"stiffness must be positive semidefinite, got {told}")
+    return np.asarray(squared)
+
+
+def _translation(size: int, blades: int) -> Floats:
+    """Return (size, 2): tips and centre move along x or y, amplitudes stay 0."""
+    angle = 2 * np.pi * np.arange(blades) / blades
+    out = np.zeros((size, 2))
+    out[0 : 2 * blades : 2] = np.column_stack([np.cos(angle), np.sin(angle)])
+    out[1 : 2 * blades : 2] = np.column_stack([-np.sin(angle), np.cos(angle)])
+    out[2 * blades : 2 * blades + 2] = np.eye(2)
+    return out
+
+
+def _strained(stiffness: Floats, blades: int) -> float:
+    """Return the largest force on a tip by a translation, of the sum of its parts."""
+    moved = _translation(len(stiffness), blades)
+    tips = stiffness[: 2 * blades]
+    return float((np.abs(tips @ moved) / (np.abs(tips) @ np.abs(moved))).max())
+
+
+def _carried(mass: Floats, blades: int) -> float:
+    """Return what is moved by a translation along x, kg."""
+    moved = _translation(len(mass), blades)[:, 0]
+    return float(moved @ mass @ moved)

@@ -1,0 +1,212 @@
+"""Craig-Bampton (Eq. 1) of large sparse matrices: a factor, static and lowest modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh, eigh_tridiagonal
+from scipy.sparse.linalg import (
+    ArpackNoConvergence,
+    LinearOperator,
+    eigsh,
+    onenormest,
+    splu,
+)
+
+from hpcwhirl.errors import ModelError
+
+Matrix = NDArray[Any]
+Floats = NDArray[np.float64]
+Solve = Callable[[Matrix], Matrix]
+DENSE = 600  # unknowns up to which all modes are computed at once
+MORE = 8  # modes computed beyond those asked for
+WORST = 1e14  # condition number from which on solutions are round-off
+RESIDUAL = 1e-7  # of a mode: |x - omega^2 K^-1 M x| of |x|
+SAME = 1e-6  # of omega^2: copies of one mode
+STEPS = 60  # of the Lanczos process that looks for a negative eigenvalue
+SEED = 17  # of starting vectors: the same file, the same rotor
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """Reduced matrices in (boundary, amplitudes of fixed-interface modes).
+
+    Attributes
+    ----------
+    mass, stiffness : (b + m, b + m), symmetric or Hermitian
+    squared : (m,), ascending, omega^2 of the fixed-interface modes
+    reach : omega^2 below which no mode is missing; inf where all are there
+    condition : of the scaled stiffness of the interior (1-norm, estimated)
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    squared: Floats
+    reach: float
+    condition: float
+
+
+def lowest_ritz(matrix: sparse.csr_array) -> float:
+    """Return an upper bound of the lowest eigenvalue of D^-1/2 A D^-1/2, D = diag A.
+
+    A negative one proves that A is not positive semidefinite. Lanczos process with
+    full orthogonalization, exact for up to `STEPS` unknowns.
+    """
+    scale = 1 / np.sqrt(matrix.diagonal())
+    size = len(scale)
+    steps = min(STEPS, size)
+    basis = np.zeros((steps, size))
+    diagonal, beside = np.zeros(steps), np.zeros(steps)
+    new = np.random.default_rng(SEED).normal(size=size)
+    for j in range(steps):
+        beside[j] = np.linalg.norm(new)
+        if j and beside[j] <= size * np.finfo(float).eps:  # an invariant subspace
+            steps = j
+            break
+        basis[j] = new / beside[j]
+        new = scale * (matrix @ (scale * basis[j]))
+        diagonal[j] = basis[j] @ new
+        for _ in range(2):
+            new -= basis[: j + 1].T @ (basis[: j + 1] @ new)
+    values = eigh_tridiagonal(diagonal[:steps], beside[1:steps], eigvals_only=True)
+    return float(values[0])
+
+
+def condensed(mass: Any, stiffness: Any, boundary: int, count: int) -> Condensed:
+    """Return the Craig-Bampton reduction to the first DoF and the lowest modes.
+
+    Parameters
+    ----------
+    mass, stiffness : (n, n) sparse, symmetric or Hermitian, positive semidefinite
+    boundary : b, how many of the first DoF are kept
+    count : fixed-interface modes wanted; some more are returned
+
+    Raises
+    ------
+    ModelError
+        where the interior, its boundary held, has no stiffness somewhere
+    """
+    k_ii, m_ii = (sparse.csc_array(a[boundary:, boundary:]) for a in (stiffness, mass))
+    if k_ii.shape[0] == 0:
+        return Condensed(mass.toarray(), stiffness.toarray(), np.zeros(0), np.inf, 1.0)
+    solve = _factor(k_ii)
+    condition = _condition(k_ii, solve)
+    if not condition <= WORST:
+        msg = (
+            "stiffness must hold every part once tips and centre are held, got a "
+            f"condition number of {condition:.1e} (at most {WORST:.0e})"
+        )
+        raise ModelError(msg)
+    squared, modes, reach = _fixed_modes(k_ii, m_ii, solve, count)
+    lift = np.zeros((len(modes) + boundary, boundary + len(squared)), dtype=modes.dtype)
+    lift[:boundary, :boundary] = np.eye(boundary)
+    lift[boundary:, :boundary] = -solve(stiffness[boundary:, :boundary].toarray())
+    lift[boundary:, boundary:] = modes
+    parts = [_hermitian(lift.conj().T @ (a @ lift)) for a in (mass, stiffness)]
+    return Condensed(parts[0], parts[1], squared, reach, condition)
+
+
+def _hermitian(matrix: Matrix) -> Matrix:
+    return np.asarray((matrix + matrix.conj().T) / 2)
+
+
+def _factor(matrix: sparse.csc_array) -> Solve:
+    """Return the solution with a symmetric positive definite matrix, sparse LU."""
+    options = {"SymmetricMode": True}
+    try:
+        return splu(  # type: ignore[no-any-return]
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+        ).solve
+    except RuntimeError as failed:
+        if "singular" not in str(failed):
+            raise
+        msg = "stiffness must hold every part once tips and centre are held: singular"
+        raise ModelError(msg) from None
+
+
+def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
+    """Return the 1-norm condition of D^-1/2 A D^-1/2, D = diag A."""
+    scale = np.sqrt(matrix.diagonal().real)
+
+    def apply(x: Matrix) -> Matrix:
+        x = (scale * np.ravel(x)).astype(matrix.dtype)
+        return np.asarray(scale * solve(x))
+
+    inverse = LinearOperator(matrix.shape, apply, rmatvec=apply, dtype=matrix.dtype)
+    unit = sparse.diags_array(1 / scale)
+    size = abs(unit @ matrix @ unit).sum(axis=0).max()
+    return float(size * onenormest(inverse))
+
+
+def _fixed_modes(
+    k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
+) -> tuple[Floats, Matrix, float]:
+    """Return (omega^2 (m,), modes (n, m), reach), of which none is missing."""
+    size = k_ii.shape[0]
+    if size <= DENSE or count + MORE >= size // 2:
+        squared, modes = eigh(k_ii.toarray(), m_ii.toarray())
+        most = min(count + MORE, size)
+        reach = np.inf if most == size else float(squared[most])
+        return squared[:most], modes[:, :most], reach
+    modes = np.zeros((size, 0), dtype=k_ii.dtype)
+    squared = np.zeros(0)
+    wanted = count + MORE
+    while True:  # a Lanczos process may miss a twin: look again without what is found
+        new = _lowest(k_ii, m_ii, solve, (squared, modes), wanted)
+        if len(squared):
+            low = float(_quotients(k_ii, m_ii, new).min())
+            if low >= squared[-1] * (1 - SAME):
+                _check(m_ii, solve, squared, modes)
+                return squared, modes, low
+        modes = np.hstack([modes, new])
+        squared, modes = _ritz(k_ii, m_ii, modes)
+        wanted = 1
+
+
+def _lowest(
+    k_ii: Any, m_ii: Any, solve: Solve, found: tuple[Floats, Matrix], wanted: int
+) -> Matrix:
+    """Return the lowest modes (n, wanted) but those found, by shift-invert at 0."""
+    squared, modes = found
+    size = k_ii.shape[0]
+
+    def apply(x: Matrix) -> Matrix:
+        x = np.ravel(x).astype(k_ii.dtype)
+        return np.asarray(solve(x) - modes @ ((modes.conj().T @ x) / squared))
+
+    inverse = LinearOperator(k_ii.shape, apply, dtype=k_ii.dtype)
+    start = np.random.default_rng(SEED + len(squared)).normal(size=size)
+    start = start.astype(k_ii.dtype)
+    try:
+        _, new = eigsh(k_ii, wanted, m_ii, sigma=0.0, OPinv=inverse, v0=start)
+    except ArpackNoConvergence:
+        msg = f"ARPACK found no {wanted} fixed-interface modes of {size} unknowns"
+        raise ModelError(msg) from None
+    return np.asarray(new)
+
+
+def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
+    """Check modes against the factor: x = omega^2 K^-1 M x."""
+    miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
+    worst = float((miss / np.linalg.norm(modes, axis=0)).max())
+    if not worst <= RESIDUAL:
+        msg = f"fixed-interface modes miss x = omega^2 K^-1 M x by {worst:.1e}"
+        raise ModelError(msg)
+
+
+def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
+    """Return the Rayleigh quotient of each column."""
+    strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
+    return np.asarray(strain.real / inertia.real)
+
+
+def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
+    """Return (omega^2, modes), M-orthonormal, of the space that columns span."""
+    strain, inertia = (_hermitian(modes.conj().T @ (a @ modes)) for a in (k_ii, m_ii))
+    squared, mix = eigh(strain, inertia)
+    return squared, modes @ mix
