@@ -32,12 +32,12 @@ STEP = 2 * np.pi / BLADES
 GRID = (12, 4, 6, 30)  # elements around a sector and a blade, out along disk and blade
 Mesh = tuple[np.ndarray, np.ndarray]
 CAMPAIGN = {
-    "scene": {"duration": 0.5, "friction": 0.1, "nodal_diameter": 1},
+    "scene": {"duration": 1.0, "friction": 0.1, "nodal_diameter": 1},
     "engine": {"name": "scikit-fem wheel", "file": "rotor.h5"},
     "solver": {"preset": "draft"},
     "sweep": {
         "speed": {"start": 100, "stop": 500, "step": 40},
-        "gap": [1.28e-4, 2.56e-4, 5.12e-4],
+        "gap": [0.64e-4, 1.28e-4, 1.92e-4, 2.56e-4, 3.84e-4],
     },
 }
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hpcwhirl.cli.options import add_json, check_writable, print_json
+from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:
     from hpcwhirl.reduction.finite_elements import Imported
@@ -70,7 +72,11 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.wheel_file import read_wheel
 
     wheel = read_wheel(args.file)
-    rotor = imported(wheel)
+    for source in (args.file, *wheel.sources):
+        if args.out.exists() and args.out.samefile(source):
+            msg = f"--out must be another file than {source}, which is read"
+            raise InputError(msg)
+    rotor = imported(wheel, _tell)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)
     told = facts_of(rotor, wheel.mass.shape[0])
@@ -79,6 +85,10 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(args.out, told)
     return 0
+
+
+def _tell(line: str) -> None:
+    print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
 def _show(out: Path, told: dict[str, Any]) -> None:

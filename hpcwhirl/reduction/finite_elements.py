@@ -10,6 +10,7 @@ imaginary parts, so that the wheel is cyclic to round-off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,7 @@ from hpcwhirl.structure.assembly import turn
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Tell = Callable[[str], None]
 MORE = 2  # modes of a diameter computed beyond its even share
 PAIR = 1e-6  # of omega^2: what is not parted
 STRAINED = 1e-4  # of the stiffness at a tip: matrices of 14 digits leave 1e-6
@@ -107,8 +109,13 @@ class _Map:
         return sparse.csr_array((values, places), shape=(size, self.width))
 
 
-def imported(wheel: FiniteElements) -> Imported:
+def imported(wheel: FiniteElements, tell: Tell) -> Imported:
     """Return the reduced rotor of a wheel or a sector of finite elements.
+
+    Parameters
+    ----------
+    wheel : what is known of it
+    tell : called with a line for each nodal diameter of a sector, which take long
 
     Raises
     ------
@@ -117,7 +124,10 @@ def imported(wheel: FiniteElements) -> Imported:
     """
     _check_definite(wheel)
     try:
-        found = _whole(wheel) if wheel.cut is None else _of_sectors(wheel, wheel.cut)
+        if wheel.cut is None:
+            found = _whole(wheel)
+        else:
+            found = _of_sectors(wheel, wheel.cut, tell)
     except LinAlgError:
         raise wheel.refusal("mass must be positive definite, and is not") from None
     return _judged(wheel, found)
@@ -214,7 +224,7 @@ def _sector_map(
     return lift.matrix(size), boundary
 
 
-def _of_sectors(wheel: FiniteElements, cut: Cut) -> _Reduced:
+def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
     """Return a wheel that is reduced nodal diameter by nodal diameter."""
     blades = wheel.blades
     even = -(-wheel.modes // blades) + MORE
@@ -223,6 +233,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut) -> _Reduced:
     wanted = dict.fromkeys(diameters(blades), even)
     while wanted:
         for k, count in wanted.items():
+            tell(f"nodal diameter {k} of {blades // 2}: {count} modes")
             lift, boundary = _sector_map(wheel, cut, k)
             mass, stiffness = _projected(wheel, lift)
             pieces[k] = condensed(mass, stiffness, boundary, count)
@@ -315,10 +326,11 @@ _FRAMES = (
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
     """Return omega^2 (n,) of matrices that must be definite."""
-    try:
-        squared = eigh(stiffness, mass, eigvals_only=True)
-    except LinAlgError:
-        raise wheel.refusal("mass must be positive definite, and is not") from None
+    lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
+    if not lowest > len(mass) * np.finfo(float).eps * highest:
+        told = f"eigenvalue {lowest:.2g} of the reduced one"
+        raise wheel.refusal(f"mass must be positive definite, got {told}")
+    squared = eigh(stiffness, mass, eigvals_only=True)
     if not squared[0] >= INDEFINITE * squared[-1]:
         told = f"omega^2 = {squared[0]:.3g} rad^2/s^2"
         raise wheel.refusal(f"stiffness must be positive semidefinite, got {told}")

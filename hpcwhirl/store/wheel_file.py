@@ -96,6 +96,7 @@ class FiniteElements:
     Attributes
     ----------
     file : that says so
+    sources : files of M and K
     mass, stiffness : (n, n), symmetric
     blades : N
     tips : (N, 2), or (1, 2) of a sector: DoF of each tip
@@ -107,6 +108,7 @@ class FiniteElements:
     """
 
     file: str
+    sources: tuple[Path, ...]
     mass: sparse.csr_array
     stiffness: sparse.csr_array
     blades: int
@@ -211,11 +213,9 @@ def read_wheel(path: Path) -> FiniteElements:
     body, tips = (_Table(file, n, document.get(n, {})) for n in (kinds[0], "tips"))
     is_sector = kinds[0] == "sector"
     blades = body.whole("blades", 3 if is_sector else 1, MOST_BLADES)
-    names = [body.text(name) for name in ("mass", "stiffness")]
-    mass, stiffness = (
-        read_matrix(path.parent / text, name)
-        for text, name in zip(names, ("mass", "stiffness"), strict=True)
-    )
+    kind = ("mass", "stiffness")
+    sources = tuple(path.parent / body.text(name) for name in kind)
+    mass, stiffness = map(read_matrix, sources, kind)
     size = mass.shape[0]
     if stiffness.shape != mass.shape:
         told = f"{size} degrees of freedom, stiffness {stiffness.shape[0]}"
@@ -228,6 +228,7 @@ def read_wheel(path: Path) -> FiniteElements:
     most = LARGEST - 2 * blades - (2 if centre else 0)
     wheel = FiniteElements(
         file=file,
+        sources=sources,
         mass=mass,
         stiffness=stiffness,
         blades=blades,

@@ -16,6 +16,7 @@ import argparse
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -26,13 +27,14 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import wheel
 from wheels import compare
 
+Mesh = tuple[np.ndarray, np.ndarray]
 GRID = (8, 2, 4, 16)
 MODES = 40  # that CalculiX computes itself
+KEPT = {"wheel": 440, "sector": 880}  # fixed-interface modes
 
 
-def solids(grid: tuple[int, int, int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes (n, 3) and elements (e, 20), from 0, of the extruded wheel."""
-    points, corners = wheel.whole_mesh(grid)
+def solids(points: np.ndarray, corners: np.ndarray) -> Mesh:
+    """Return nodes (n, 3) and elements (e, 20), from 0, of an extruded mesh."""
     ends = np.stack([corners, np.roll(corners, -1, axis=0)])  # (2, 4, e)
     pairs = np.sort(ends.reshape(2, -1), axis=0)
     edges, place = np.unique(pairs, axis=1, return_inverse=True)
@@ -46,8 +48,9 @@ def solids(grid: tuple[int, int, int, int]) -> tuple[np.ndarray, np.ndarray]:
     return np.hstack(layers).T, np.vstack(every).T
 
 
-def deck(nodes: np.ndarray, elements: np.ndarray, solver: str) -> str:
+def deck(mesh: Mesh, springs: float, solver: str) -> str:
     """Return an input deck; the hub's reference and rotation node come last."""
+    nodes, elements = mesh
     hub = np.flatnonzero(np.hypot(*nodes.T[:2]) < wheel.HUB * (1 + 1e-6)) + 1
     plane = np.setdiff1d(np.flatnonzero(nodes[:, 2] == 0.0) + 1, hub)
     centre = len(nodes) + 1
@@ -64,7 +67,7 @@ def deck(nodes: np.ndarray, elements: np.ndarray, solver: str) -> str:
     lines += ["*ELEMENT, TYPE=SPRING1, ELSET=SX", f"{len(elements) + 1},{centre}"]
     lines += ["*ELEMENT, TYPE=SPRING1, ELSET=SY", f"{len(elements) + 2},{centre}"]
     for axis, letter in enumerate("XY", 1):
-        lines += [f"*SPRING, ELSET=S{letter}", f"{axis}", f"{wheel.SPRINGS / 2!r}"]
+        lines += [f"*SPRING, ELSET=S{letter}", f"{axis}", f"{springs!r}"]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{wheel.YOUNG!r},{wheel.POISSON}"]
     lines += ["*DENSITY", f"{wheel.DENSITY}"]
     lines += ["*SOLID SECTION, ELSET=SOLID, MATERIAL=STEEL"]
@@ -99,31 +102,71 @@ def own_frequencies(path: Path) -> np.ndarray:
     return np.array([float(r[3]) for r in rows if len(r) == 5 and r[0].isdigit()])
 
 
+def stored(folder: Path, name: str, mesh: Mesh, springs: float) -> dict[str, int]:
+    """Write M and K as .mtx; return {"node.direction": row, from 0}."""
+    solved(folder, name, deck(mesh, springs, ", SOLVER=MATRIXSTORAGE"))
+    for kind, suffix in (("mass", ".mas"), ("stiffness", ".sti")):
+        path = folder / f"{name}_{kind}.mtx"
+        matrix = triangle(folder / f"{name}{suffix}")
+        mmwrite(path, matrix, symmetry="symmetric", precision=17)
+    names = (folder / f"{name}.dof").read_text().split()
+    return {dof: i for i, dof in enumerate(names)}
+
+
+def document(folder: Path, name: str, mesh: Mesh, parts: int) -> dict[str, Any]:
+    """Return what a TOML says of a wheel, or of one of its parts."""
+    nodes = mesh[0]
+    row = stored(folder, name, mesh, wheel.SPRINGS / 2 / parts)
+    angle = wheel.STEP * np.arange(wheel.BLADES // parts)
+    tips = wheel.TIP * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    near = [at(nodes, tip) for tip in tips]
+    table: dict[str, Any] = {k: f"{name}_{k}.mtx" for k in ("mass", "stiffness")}
+    table |= {"blades": wheel.BLADES, "modes": KEPT[name]}
+    if parts > 1:
+        table |= cuts(nodes, row)
+    pairs = {
+        letter: [row[f"{n}.{a}"] for n in near] for a, letter in ((1, "x"), (2, "y"))
+    }
+    hub = {letter: row[f"{len(nodes) + 1}.{a}"] for a, letter in ((1, "x"), (2, "y"))}
+    return {name: table, "tips": pairs, "centre": hub}
+
+
+def at(nodes: np.ndarray, place: np.ndarray) -> int:
+    """Return the number, from 1, of the node at a place."""
+    return int(np.argmin(np.linalg.norm(nodes - place, axis=1))) + 1
+
+
+def cuts(nodes: np.ndarray, row: dict[str, int]) -> dict[str, list[int]]:
+    """Return rows of the unknowns on both cuts of the sector whose blade is along x."""
+    x, y, _ = nodes.T
+    inside = np.hypot(x, y) < wheel.RIM * 1.001
+    left = np.flatnonzero(inside & (np.abs(np.arctan2(y, x) + wheel.STEP / 2) < 1e-6))
+    out: dict[str, list[int]] = {}
+    for direction, letter in ((1, "_x"), (2, "_y"), (3, "")):
+        own = [n for n in left if f"{n + 1}.{direction}" in row]
+        turned = wheel.turned(nodes[own, :2].T, wheel.STEP).T
+        over = [
+            at(nodes, np.r_[p, nodes[n, 2]]) for p, n in zip(turned, own, strict=True)
+        ]
+        out[f"left{letter}"] = [row[f"{n + 1}.{direction}"] for n in own]
+        out[f"right{letter}"] = [row[f"{n}.{direction}"] for n in over]
+    return out
+
+
 def main() -> None:
     """Build, solve, import, compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
-    nodes, elements = solids(GRID)
-    solved(folder, "stored", deck(nodes, elements, ", SOLVER=MATRIXSTORAGE"))
-    solved(folder, "solved", deck(nodes, elements, ""))
-    for kind, suffix in (("mass", ".mas"), ("stiffness", ".sti")):
-        matrix = triangle(folder / f"stored{suffix}")
-        mmwrite(folder / f"{kind}.mtx", matrix, symmetry="symmetric", precision=17)
-    rows = (folder / "stored.dof").read_text().split()
-    row = {name: i for i, name in enumerate(rows)}
-    angle = wheel.STEP * np.arange(wheel.BLADES)
-    tips = wheel.TIP * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    near = [int(np.argmin(np.linalg.norm(nodes - tip, axis=1))) + 1 for tip in tips]
-    table = {"mass": "mass.mtx", "stiffness": "stiffness.mtx", "blades": wheel.BLADES}
-    pairs = {
-        letter: [row[f"{n}.{a}"] for n in near] for a, letter in ((1, "x"), (2, "y"))
-    }
-    hub = {letter: row[f"{len(nodes) + 1}.{a}"] for a, letter in ((1, "x"), (2, "y"))}
-    document = {"wheel": table, "tips": pairs, "centre": hub}
-    (folder / "wheel.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
-    compare(folder / "wheel.toml", own_frequencies(folder / "solved.dat"))
+    whole = solids(*wheel.whole_mesh(GRID))
+    solved(folder, "solved", deck(whole, wheel.SPRINGS / 2, ""))
+    sector = solids(*wheel.sector_mesh(GRID))
+    for name, mesh, parts in (("wheel", whole, 1), ("sector", sector, wheel.BLADES)):
+        text = tomli_w.dumps(document(folder, name, mesh, parts))
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    files = folder / "wheel.toml", folder / "sector.toml"
+    compare(*files, own=own_frequencies(folder / "solved.dat"))
 
 
 if __name__ == "__main__":

@@ -61,16 +61,16 @@ def told(name: str, got: np.ndarray, truth: np.ndarray) -> None:
             )
 
 
-def compare(
-    path: Path, own: np.ndarray | None = None, others: tuple[Path, ...] = ()
-) -> None:
+def compare(path: Path, *others: Path, own: np.ndarray | None = None) -> None:
     """Compare a wheel's rotor, others', and what the code itself computes."""
     truth = full(path)
     if own is not None:
-        told("all unknowns, against the code's own", truth, own)
-        told("rotor, against the code's own", imported(path), own)
+        told("all unknowns, against the code's own frequencies", truth, own)
     for file in (path, *others):
-        told(f"rotor of {file.name}, against all unknowns", imported(file), truth)
+        got = imported(file)
+        told(f"rotor of {file.name}, against all unknowns", got, truth)
+        if own is not None:
+            told("the same, against the code's own frequencies", got, own)
 
 
 def main() -> None:
@@ -79,7 +79,7 @@ def main() -> None:
     parser.add_argument("wheel", type=Path)
     parser.add_argument("others", type=Path, nargs="*")
     args = parser.parse_args()
-    compare(args.wheel, others=tuple(args.others))
+    compare(args.wheel, *args.others)
 
 
 if __name__ == "__main__":
