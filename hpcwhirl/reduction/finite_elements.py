@@ -10,6 +10,7 @@ imaginary parts, so that the wheel is cyclic to round-off.
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -237,6 +238,9 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
             lift, boundary = _sector_map(wheel, cut, k)
             mass, stiffness = _projected(wheel, lift)
             pieces[k] = condensed(mass, stiffness, boundary, count)
+            # SciPy's ARPACK leaves its operator in a cycle of references, and with it
+            # the factor: 1.1 GB instead of 0.25 over 12 diameters of 23,000 unknowns.
+            gc.collect()
         counts, last = _shared(pieces, blades, wheel.modes)
         wanted = {
             k: 2 * len(piece.squared)
