@@ -30,7 +30,6 @@ from wheels import compare
 Mesh = tuple[np.ndarray, np.ndarray]
 GRID = (8, 2, 4, 16)
 MODES = 40  # that CalculiX computes itself
-KEPT = {"wheel": 440, "sector": 880}  # fixed-interface modes
 
 
 def solids(points: np.ndarray, corners: np.ndarray) -> Mesh:
@@ -121,7 +120,7 @@ def document(folder: Path, name: str, mesh: Mesh, parts: int) -> dict[str, Any]:
     tips = wheel.TIP * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     near = [at(nodes, tip) for tip in tips]
     table: dict[str, Any] = {k: f"{name}_{k}.mtx" for k in ("mass", "stiffness")}
-    table |= {"blades": wheel.BLADES, "modes": KEPT[name]}
+    table["blades"] = wheel.BLADES
     if parts > 1:
         table |= cuts(nodes, row)
     pairs = {
