@@ -31,6 +31,7 @@ on_wheels() (
   else
     say "the page's tests are skipped"
   fi
+  (system_packages "CalculiX's wheel" calculix-ccx) || say "it is skipped"
   pytest -n 2 -m "not mpi"
   pytest -m mpi  # alone: ranks need the cores
 )
