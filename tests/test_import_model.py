@@ -228,6 +228,32 @@ def test_a_free_wheel_has_rigid_modes_and_its_mass(tmp_path, capsys):
     assert heavy["rigid_modes"] == 0
 
 
+def test_a_wheel_of_tips_and_centre_alone_stays_as_it_is(tmp_path, capsys):
+    angle, hub = 2 * np.pi * np.arange(N) / N, 2 * N + np.arange(2)
+    rigid = np.eye(2 * N + 2)
+    rigid[0 : 2 * N : 2, hub] = -np.column_stack([np.cos(angle), np.sin(angle)])
+    rigid[1 : 2 * N : 2, hub] = -np.column_stack([-np.sin(angle), np.cos(angle)])
+    springs, weights = [2e7, 6.8e4] * N + [3.4e7] * 2, [0.9] * 2 * N + [60.0] * 2
+    matrices = np.diag(weights), rigid.T @ np.diag(springs) @ rigid
+    with h5py.File(tmp_path / "given.h5", "w") as file:
+        for name, matrix in zip(("mass", "stiffness"), matrices, strict=True):
+            whole = sparse.csr_array(matrix)
+            for part in ("data", "indices", "indptr"):
+                data, packed = getattr(whole, part), {"compression": "gzip"}
+                file.create_dataset(f"{name}/{part}", data=data, chunks=(8,), **packed)
+    tips = np.arange(2 * N).reshape(N, 2).T.tolist()
+    document = {
+        "wheel": {"mass": "given.h5", "stiffness": "given.h5", "blades": N},
+        "tips": dict(zip(("radial", "tangential"), tips, strict=True)),
+        "centre": dict(zip("xy", hub.tolist(), strict=True)),
+    }
+    _, out = imported(write(tmp_path / "springs.toml", document, {}), capsys)
+    with h5py.File(out) as file:
+        for name, matrix in zip(("mass", "stiffness"), matrices, strict=True):
+            miss = abs(file[f"rotor/{name}"][()] - matrix).max()
+            assert miss <= 1e-15 * abs(matrix).max()
+
+
 def test_what_is_held_is_left_out(tmp_path, capsys):
     hub = bladed_disk(ROTOR).centre
     told, _ = imported(wheel(tmp_path, wheel__held=list(hub), centre=None), capsys)

@@ -352,10 +352,10 @@ def _translation(size: int, blades: int) -> Floats:
 
 
 def _strained(stiffness: Floats, blades: int) -> float:
-    """Return the largest force on a tip by a translation, of the sum of its parts."""
-    moved = _translation(len(stiffness), blades)
+    """Return the largest force on a tip by a translation, of the sum of its row."""
     tips = stiffness[: 2 * blades]
-    return float((np.abs(tips @ moved) / (np.abs(tips) @ np.abs(moved))).max())
+    force = np.abs(tips @ _translation(len(stiffness), blades)).max(axis=1)
+    return float((force / np.abs(tips).sum(axis=1)).max())
 
 
 def _carried(mass: Floats, blades: int) -> float:
