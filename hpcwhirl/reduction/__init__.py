@@ -6,4 +6,7 @@ a whole, since it has no blocks; its modes bear the nodal diameter and family of
 tuned rotor's mode that they resemble most, each given once. Of an engine's file, modes
 of one frequency that an eigensolver has mixed are told apart by the Fourier transform
 of their tips: each nodal diameter of a degenerate family is there once.
+
+Wheels of other codes' finite elements come through `finite_elements`: sparse, a sector
+nodal diameter by nodal diameter, in the coordinates of the built-in one.
 """

@@ -54,5 +54,7 @@ ends: files are flushed first, and the library never sees a full disk. Before ga
 the room is checked: MPI-IO waits for ever where one rank's write fails. Traces
 packed through MPI-IO need HDF5 1.10.2 or newer.
 
-An engine's HDF5 file is read in `engine_file`, which knows arrays and no mechanics.
+An engine's HDF5 file is read in `engine_file`, which knows arrays and no mechanics;
+matrices of finite elements, from which `import-model` makes one, in `sparse_file`, what
+their unknowns are in `wheel_file`.
 """
