@@ -148,14 +148,15 @@ def told(records: list[Record]) -> str:
     other = [r["index"] for r in records if not r["same"]]
     same = [sum(r[name] for r in records) for name in ("kernel", "same", "twin")]
     bits = sum(r["bits"] for r in modes)
+    miss = [r["apart"] for r in records]
+    calm = np.mean([r["calm"] for r in records])
     return (
         f"{len(records)} scenes, {len(touched)} with contact, {same[0]} in the same "
         f"kernel; tips have the same bits in {bits} of {len(modes)} whose modes are "
         f"read; the same words and folds in {same[1]} (twins in {same[2]}; others: "
-        f"{other}); largest difference before chaos "
-        f"{max(r['apart'] for r in records):.2g}, in the median {np.median([r['apart'] for r in records]):.2g}, over "
-        f"{np.mean([r['calm'] for r in records]):.0%} of the time in the mean; time a "
-        f"step {ratio:.3f} times that of the built-in one (twins {twin:.3f})"
+        f"{other}); largest difference before chaos {max(miss):.2g}, in the median "
+        f"{np.median(miss):.2g}, over {calm:.0%} of the time in the mean; time a step "
+        f"{ratio:.3f} times that of the built-in one (twins {twin:.3f})"
     )
 
 
