@@ -65,9 +65,7 @@ def contributions(
 
 def _check(tips: Floats, model: Model) -> None:
     if not model.rotor.cyclic or model.blades < 3:
-        msg = (
-            "modal contributions need a tuned rotor of the scene with 3 blades or more"
-        )
+        msg = "modal contributions need a rotor of 3 or more equal sectors"
         raise InputError(msg)
     if tips.ndim != 3 or tips.shape[1:] != (model.blades, 2):
         msg = f"tips must be (n, {model.blades}, 2), got {tips.shape}"

@@ -61,7 +61,7 @@ def file_model(
     """
     del content  # with it in the cache's key, a changed file is read again
     ratios = rotor.damping, rotor.suspension_damping
-    return rotor_from(file, rotor.blades, ratios, eta)
+    return rotor_from(file, rotor.blades, *ratios, eta)
 
 
 @lru_cache(maxsize=32)

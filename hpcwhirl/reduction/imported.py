@@ -43,7 +43,11 @@ UNSEEN = 1e-9  # of the largest shape: a centre that does not move
 
 
 def rotor_from(
-    file: str, blades: int, ratios: tuple[float, float], eta: int | None = None
+    file: str,
+    blades: int,
+    damping: float,
+    suspension: float = -1.0,
+    eta: int | None = None,
 ) -> ModalModel:
     """Return the rotor of an engine's file; as one of equal sectors where it is.
 
@@ -51,8 +55,9 @@ def rotor_from(
     ----------
     file : HDF5, the layout of `export-model`
     blades : N of the scene, which the file's must be
-    ratios : modal damping ratio xi where the file has no damping, and that of the
-        suspension modes, if its modes tell them; negative: as the others
+    damping : modal damping ratio xi where the file has none
+    suspension : that of the suspension modes then, if modes tell them; negative: as
+        the others
     eta : fixed-interface modes kept of matrices, the lowest; None: all. One of equal
         sectors is not split; modes alone are as they are
     """
@@ -60,13 +65,13 @@ def rotor_from(
     _check_modal_rows(given)
     _check_given_ratios(given)
     if "mass" in given or "stiffness" in given:
-        model = _from_matrices(given, blades, ratios[0], eta)
+        model = _from_matrices(given, blades, damping, eta)
     else:
-        model = _from_modes(given, blades, ratios[0])
+        model = _from_modes(given, blades, damping)
     model = _with_shaft(given, equal_sectors(model, blades), blades)
     if "damping" in given or "damping_ratio" in given:
         return model
-    return with_ratio(model, model.centre_share > SUSPENSION_SHARE, ratios[1])
+    return with_ratio(model, model.centre_share > SUSPENSION_SHARE, suspension)
 
 
 def _from_matrices(
