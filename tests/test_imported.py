@@ -13,7 +13,6 @@ from hpcwhirl.analysis.stability import growth_of_diameter
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import left_out, with_truncation
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.lanes import Lanes, can_ride
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
@@ -171,9 +170,7 @@ def test_what_the_built_in_rotor_may_do_it_may(exported):
         plans = [resolve(s).plan for s in (found, own)]
         assert plans[0].folds == plans[1].folds
         assert plans[0].settles == plans[1].settles
-        assert can_ride(resolve(found)) == can_ride(resolve(own))
     assert resolve(scene(exported, nodal_diameter=2)).plan.folds > 1
-    assert can_ride(resolve(scene(exported)))
 
 
 def test_growth_and_contributions_are_those_of_the_built_in(exported):
@@ -532,19 +529,6 @@ def test_one_blade_further_is_refused(written):
     ahead = {n: np.roll(wheel[n], 1) for n in ("tip_radial", "tip_tangential")}
     with pytest.raises(InputError, match="blade 0 at 300 degrees"):
         rotor_of(written(wheel | ahead))
-
-
-def test_lanes_march_rotors_from_file(exported):
-    scenes = [scene(exported, speed=v, plan="everything") for v in (120, 300, 410, 420)]
-    marches = [March(resolve(s)) for s in scenes]
-    lanes = Lanes(marches[0])
-    for lane, march in enumerate(marches):
-        lanes.load(lane, march)
-    lanes.advance(10**9)
-    for lane, case in enumerate(scenes):
-        found, own = lanes.unload(lane).history(), March(resolve(case)).run()
-        assert np.array_equal(found.tips, own.tips)
-        assert found.contacts == own.contacts > 0
 
 
 def test_modes_that_come_with_their_matrices_keep_every_bit(exported):
