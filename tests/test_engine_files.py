@@ -142,7 +142,7 @@ def test_a_group_that_holds_itself_is_refused(engine):
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("rotor/damping_ratio", "unknown rotor/damping_ratio; did you mean 'damping'?"),
+        ("rotor/damping_rate", "rotor/damping_rate; did you mean 'damping_ratio'?"),
         ("rotor/dampng", "unknown rotor/dampng; did you mean 'damping'?"),
         ("Rotor/mass", "unknown Rotor; did you mean 'rotor'?"),
         ("casing/stiff", "unknown casing/stiff; did you mean 'stiffness'?"),

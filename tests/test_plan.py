@@ -113,7 +113,6 @@ def test_sectors_that_move_alike_are_one(settings):
         ({"nodal_diameter": 2, "scheme": "general"}, 1),
         ({"nodal_diameter": 2, "discretization": "elements"}, 1),
         ({"nodal_diameter": 2, "mistuning": [0.01] + 21 * [0.0]}, 1),
-        ({"nodal_diameter": 2, "file": "rotor.h5"}, 1),
         ({"nodal_diameter": 2, "kind": "rigid", "discretization": "elements"}, 2),
     ],
 )

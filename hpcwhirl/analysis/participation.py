@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
-from hpcwhirl.reduction.families import family_ranks
+from hpcwhirl.reduction.families import UNKNOWN, family_ranks
 from hpcwhirl.reduction.model import Model
 
 Floats = NDArray[np.float64]
@@ -65,9 +65,7 @@ def contributions(
 
 def _check(tips: Floats, model: Model) -> None:
     if not model.rotor.cyclic or model.blades < 3:
-        msg = (
-            "modal contributions need a tuned rotor of the scene with 3 blades or more"
-        )
+        msg = "modal contributions need a rotor of 3 or more equal sectors"
         raise InputError(msg)
     if tips.ndim != 3 or tips.shape[1:] != (model.blades, 2):
         msg = f"tips must be (n, {model.blades}, 2), got {tips.shape}"
@@ -96,7 +94,7 @@ def family_amplitudes(
 
     Parameters: see `contributions`. Of a simple harmonic, which stands,
     (q^2 + (q'/omega)^2)^(1/2) is taken. Where a family has no mode on a nodal diameter,
-    as the suspension but for k = 1, its column is 0.
+    as the suspension but for k = 1, its column is 0; where families are not known, nan.
     """
     diameters = model.blades // 2 + 1
     out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}
@@ -107,6 +105,9 @@ def family_amplitudes(
             q = q.real + 1j * np.gradient(q.real, interval, axis=0) / omega
         amplitude = np.abs(q)
         for rank, name in family_ranks(model.rotor, k).items():
+            if name == UNKNOWN:
+                for columns in out.values():
+                    columns[:, k] = np.nan
             if name in out and rank < amplitude.shape[1]:
                 out[name][:, k] = amplitude[:, rank]
     return out

@@ -60,7 +60,7 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
     friction : mu; it drags against Omega
     """
     if not model.rotor.cyclic or not isinstance(model.ring, FourierOperator):
-        msg = "closed contacts need a tuned rotor of the scene and a ring of harmonics"
+        msg = "closed contacts need a rotor of equal sectors and a ring of harmonics"
         raise InputError(msg)
     mu, blades = friction * float(np.sign(speed)), model.blades
     orders = range(-model.ring.harmonics, model.ring.harmonics + 1)

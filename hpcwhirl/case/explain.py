@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
+import numpy as np
+
 from hpcwhirl.case.plan import Plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.truncation import truncation_error
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, has_families
+from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, apply_settings
 
 
@@ -89,7 +92,7 @@ def _settling(scene: Scene, plan: Plan) -> Note:
 def notes_of(case: Case) -> list[Note]:
     """Return what the plan of a case leaves out."""
     scene, plan, notes = case.given, case.plan, []
-    if scene.solver.truncation > 0.0 and scene.has_families:
+    if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
     if plan.folds > 1:
         notes.append(_folding(case))
@@ -125,9 +128,34 @@ def facts_of_plan(case: Case) -> dict[str, object]:
         "folds": plan.folds,
         "blades": lean.blades,
         "nodal_diameters": sorted({int(k) * lean.folds for k in lean.rotor.diameter}),
-        "centre": plan.folds == 1 and scene.engine.rotor.centre == "free",
+        "centre": plan.folds == 1 and has_centre(model.rotor, model.blades),
         "settles": plan.settles,
         "settling_time": plan.settling,
-        "truncation_error": truncation_error(scene) if scene.has_families else None,
+        "truncation_error": truncation_error(scene) if has_families(scene) else None,
         "left_out": [asdict(note) for note in notes_of(case)],
     }
+
+
+def facts_of_file(rotor: ModalModel) -> dict[str, object]:
+    """Return what was found of a rotor from file: are its sectors equal.
+
+    `told` says it in words; `deviation` is None where it is no number: where pairs are
+    missing, or there are fewer than 3 blades.
+    """
+    found = rotor.symmetry
+    facts: dict[str, object] = {
+        "equal_sectors": rotor.cyclic,
+        "suspension_known": not np.isnan(rotor.centre_share).any(),
+        "told": "rotor from file: fewer than 3 blades, marched by scheme general",
+    }
+    if found is None:
+        return facts | {"deviation": None, "tolerance": None, "where": None}
+    size = found.deviation if np.isfinite(found.deviation) else None
+    differ = "" if size is None else f" by {size:.2g} at most"
+    way = "marched as the built-in one" if rotor.cyclic else "marched by scheme general"
+    told = (
+        f"rotor from file: sectors differ{differ} ({found.where}); up to "
+        f"{found.tolerance:g} they are taken for equal: {way}"
+    )
+    where = {"tolerance": found.tolerance, "where": found.where}
+    return facts | {"deviation": size, "told": told} | where

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcwhirl.case.sectors import folded_model, folded_scene
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
@@ -46,7 +46,7 @@ def folds_of(scene: Scene) -> int:
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
-    if not scene.has_families:
+    if not has_families(scene):
         return 1
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
 

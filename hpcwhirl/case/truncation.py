@@ -43,9 +43,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.bodies import casing_model, rotor_model, tip_rows
+from hpcwhirl.reduction.bodies import (
+    casing_model,
+    file_model,
+    rotor_model,
+    tip_rows,
+)
+from hpcwhirl.reduction.model import has_families
 from hpcwhirl.reduction.modes import ModalModel
-from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings
+from hpcwhirl.reduction.round_casing import casing_table
+from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings, content_digest
 from hpcwhirl.scene.files import Value
 from hpcwhirl.structure import FourierOperator, bladed_disk
 
@@ -99,28 +106,61 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     return np.asarray((weights[:, chosen] / swing) @ shapes)
 
 
+class Wheel(NamedTuple):
+    """A rotor: of sections or, where there is a file, of its content."""
+
+    rotor: Rotor
+    file: str
+    content: str
+
+    def casing(self, casing: Casing) -> tuple[str, str]:
+        """Return file and content of a casing that is from there."""
+        return (
+            (self.file, self.content) if casing.discretization == "file" else ("", "")
+        )
+
+    @property
+    def blades(self) -> int:
+        """N."""
+        return self.rotor.blades
+
+    def model(self, modes: int) -> ModalModel:
+        """Return it with so many fixed-interface modes; modes alone are as they are."""
+        if self.file:
+            return file_model(self.file, self.content, self.rotor, modes)
+        return rotor_model(self.rotor, modes)
+
+
+def _wheel(scene: Scene) -> Wheel:
+    file = scene.engine.file
+    return Wheel(scene.engine.rotor, file, content_digest(file))
+
+
 @lru_cache(maxsize=64)
-def _most_modes(rotor: Rotor) -> int:
+def _most_modes(wheel: Wheel) -> int:
     """Return the fixed-interface modes there are, at most `FINEST_FAMILIES` a blade."""
+    rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
+    if wheel.file:
+        return min(most, file_model(wheel.file, wheel.content, rotor).kept)
     inner = len(bladed_disk(rotor).mass) - 2 * rotor.blades
     inner -= 2 if rotor.centre == "free" else 0
-    return min(FINEST_FAMILIES * rotor.blades, inner)
+    return min(most, inner)
 
 
 @lru_cache(maxsize=512)
-def _tip(rotor: Rotor, modes: int, folds: int) -> Floats:
+def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
     """Return a struck tip's motion (2, TIMES), radial and tangential."""
-    body = rotor_model(rotor, modes)
-    weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, rotor.blades)]
+    body = wheel.model(modes)
+    weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
     return struck(body, np.array(weights), body.diameter % folds == 0)
 
 
 @lru_cache(maxsize=1024)
-def _ring(casing: Casing, radius: float, folds: int) -> Floats:
+def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
     """Return a struck ring's motion (TIMES,); none of a rigid casing."""
     if casing.kind == "rigid":
         return np.zeros(TIMES)
-    body, operator = casing_model(casing, radius)
+    body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
     waves = body.shapes[operator.radial]
@@ -133,7 +173,7 @@ def truncation_error(scene: Scene) -> float:
 
     Parameters
     ----------
-    scene : where `Scene.has_families`
+    scene : where `has_families`
     """
     return left_out(scene).error
 
@@ -143,10 +183,10 @@ def left_out(scene: Scene) -> Missed:
 
     Parameters
     ----------
-    scene : where `Scene.has_families`
+    scene : where `has_families`
     """
-    engine = scene.engine
-    return _missed(engine.rotor, engine.casing, scene.solver.modes, Load.of(scene))
+    casing, modes = scene.engine.casing, scene.solver.modes
+    return _missed(_wheel(scene), casing, modes, Load.of(scene))
 
 
 class Load(NamedTuple):
@@ -164,9 +204,11 @@ class Load(NamedTuple):
 
 
 @lru_cache(maxsize=1024)
-def _pushed(casing: Casing, radius: float, lobes: int, pulse: float) -> Floats:
+def _pushed(
+    casing: Casing, radius: float, source: tuple[str, str], lobes: int, pulse: float
+) -> Floats:
     """Return the motion (TIMES,) of a crest of the ring under a pulse of unit force."""
-    body, operator = casing_model(casing, radius)
+    body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
     own = (body.diameter == lobes) & (body.phase == 0)
@@ -177,27 +219,29 @@ def _pushed(casing: Casing, radius: float, lobes: int, pulse: float) -> Floats:
     return np.asarray(np.convolve(force, swung)[:TIMES])
 
 
-def _of_load(casing: Casing, whole: Casing, radius: float, load: Load) -> float:
+def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
     """Return the share of the ring's motion under the load that a casing leaves out."""
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # which no run is begun with
         return 0.0
-    every = _pushed(whole, radius, load.lobes, load.pulse)
-    less = _pushed(casing, radius, load.lobes, load.pulse) - every
+    place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
+    every = _pushed(whole, *place)
+    less = _pushed(casing, *place) - every
     return float(np.linalg.norm(less) / np.linalg.norm(every))
 
 
 @lru_cache(maxsize=4096)
-def _missed(rotor: Rotor, casing: Casing, modes: int, load: Load) -> Missed:
-    lobes = load.lobes
-    folds = math.gcd(lobes, rotor.blades)
+def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
+    lobes, radius = load.lobes, wheel.rotor.radius
+    folds, source = math.gcd(lobes, wheel.blades), wheel.casing(casing)
     pull = load.friction * (ADDED_UP if lobes else 1.0)
     every = {"harmonics": max(FINEST, casing.harmonics), "families": "all"}
-    tip = _tip(rotor, _most_modes(rotor), folds)
+    tip = _tip(wheel, _most_modes(wheel), folds)
     # the ring's radius is a gap larger: of no account here
     whole = casing.model_copy(update=every)
-    ring = _ring(whole, rotor.radius, folds)
-    less, lost = _tip(rotor, modes, folds) - tip, _ring(casing, rotor.radius, folds)
+    ring = _ring(whole, radius, folds, source)
+    less = _tip(wheel, modes, folds) - tip
+    lost = _ring(casing, radius, folds, source)
     both = np.array([[1.0], [pull]])
     moved = float(np.linalg.norm(both * tip))
     share = float(np.linalg.norm(tip[0])) / moved if lobes > 1 else 0.0
@@ -206,7 +250,7 @@ def _missed(rotor: Rotor, casing: Casing, modes: int, load: Load) -> Missed:
         OF_ROTOR * float(np.linalg.norm(both * less)) / moved,
         (BENT + (STRETCHED - BENT) * share)
         * float(np.linalg.norm(lost - ring)) / total,
-        LOADED * _of_load(casing, whole, rotor.radius, load),
+        LOADED * _of_load(casing, whole, wheel, load),
     )  # fmt: skip
 
 
@@ -215,13 +259,14 @@ def with_truncation(scene: Scene) -> Scene:
 
     The fewest families a blade whose part of the estimate is at most `TO_ROTOR` of it,
     and the fewest harmonics, without those modes that stretch the ring if that is
-    enough, that what remains allows; where none is enough, the finest.
+    enough, that what remains allows; where none is enough, the finest. Of a casing from
+    file none are left out.
     """
     asked = scene.solver.truncation
-    if asked == 0.0 or not scene.has_families:
+    if asked == 0.0 or not has_families(scene):
         return scene
-    engine = scene.engine
-    modes, casing = _chosen(engine.rotor, engine.casing, Load.of(scene), asked)
+    load = Load.of(scene)
+    modes, casing = _chosen(_wheel(scene), scene.engine.casing, load, asked)
     chosen: dict[str, Value] = {
         "solver.modes": modes,
         "casing.harmonics": casing.harmonics,
@@ -232,18 +277,21 @@ def with_truncation(scene: Scene) -> Scene:
 
 @lru_cache(maxsize=4096)
 def _chosen(
-    rotor: Rotor, casing: Casing, load: Load, asked: float
+    wheel: Wheel, casing: Casing, load: Load, asked: float
 ) -> tuple[int, Casing]:
-    most = _most_modes(rotor)
-    counts = range(0, most, rotor.blades)
+    most = _most_modes(wheel)
+    counts = range(0, most, wheel.blades)
 
     def missed(ring: Casing, modes: int) -> Missed:
-        return _missed(rotor, ring, modes, load)
+        return _missed(wheel, ring, modes, load)
 
     few = (n for n in counts if missed(casing, n).rotor <= TO_ROTOR * asked)
     modes = next(few, most)
     if casing.kind == "rigid":
         return modes, casing
+    if casing.discretization == "file":
+        most = int(casing_table(wheel.file, wheel.content)["harmonic"].max())
+        return modes, casing.model_copy(update={"harmonics": max(most, 1)})
     rings = [
         casing.model_copy(update={"harmonics": harmonics, "families": families})
         for harmonics in [h for h in HARMONICS if h >= load.lobes] or [load.lobes]

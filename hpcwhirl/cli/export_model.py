@@ -13,7 +13,9 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.round_casing import table_of
 from hpcwhirl.scene import NAMED, to_toml
+from hpcwhirl.structure import FourierOperator
 
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
@@ -23,6 +25,13 @@ LAYOUT = (
     "sin); "
     "of elements u, u', w, w' at each node, node j at 2 pi j / elements"
 )
+TABLE = {
+    "harmonic": ("1", "h of each mode of a round casing; of pairs one"),
+    "omega": ("rad/s", "frequency"),
+    "damping_ratio": ("1", "xi"),
+    "radial": ("1/sqrt(kg)", "W of w = W cos(h theta)"),
+    "tangential": ("1/sqrt(kg)", "U of u = U sin(h theta); of h = 0: the turn"),
+}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,6 +57,7 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
     return matrices | {
         f"{name}/shapes": shapes,
         f"{name}/omega": (model.omega, "rad/s", "frequencies of the shapes"),
+        f"{name}/damping_ratio": (np.array(model.ratios), "1", "xi of each shape"),
         f"{name}/nodal_diameter": (model.diameter, "1", "of each shape"),
     }
 
@@ -78,6 +88,9 @@ def arrays_of(model: Model) -> dict[str, Any]:
             ),
             "casing/tangential_rows": (rows[1], "1", "tangential, Omega t = 0"),
         }
+        if isinstance(model.ring, FourierOperator):
+            table = table_of(model.casing, model.ring)
+            out |= {f"casing/modal_{n}": (a, *TABLE[n]) for n, a in table.items()}
     return out
 
 

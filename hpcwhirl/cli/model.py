@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.case.explain import facts_of_plan
+from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
     add_explain,
@@ -16,7 +16,7 @@ from hpcwhirl.cli.options import (
     scene_of,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.families import as_records, first_family, modal_table
+from hpcwhirl.reduction.families import UNKNOWN, as_records, first_family, modal_table
 from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000
@@ -49,6 +49,7 @@ def facts_of(case: Case, orders: int) -> dict[str, Any]:
         "modes": as_records(table),
         "blade_stiffness": None if foreign else blade_stiffness(engine.rotor),
         "critical_speeds": speeds,
+        "rotor_from_file": facts_of_file(case.model.rotor) if foreign else None,
         "time_step_limits": case.model.limits(),
         "plan": facts_of_plan(case),
     }
@@ -92,17 +93,20 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
     table = Table("body", "family", "nodal diameter", "Hz", "centre share")
     for mode in facts["modes"]:
         if mode["frequency_hz"] <= up_to:
+            share = mode["centre_share"]
             table.add_row(
                 mode["body"],
                 mode["family"],
                 str(mode["nodal_diameter"]),
                 f"{mode['frequency_hz']:.3f}",
-                f"{mode['centre_share']:.3f}",
+                UNKNOWN if share is None else f"{share:.3f}",
             )
     name = escape(one_line(facts["engine"], SHOWN))
     console.print(f"engine {name}, modes up to {up_to:g} Hz", table)
-    if facts["blade_stiffness"] is not None:
+    if facts["rotor_from_file"] is None:
         console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
+    else:
+        console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
     if facts["critical_speeds"]:
         heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} rad/s"
         speeds = Table("nodal diameter", "order", heading)

@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
     tell_preset(scene)
     design = design_of_one(scene)
     march = March(resolve(scene))
+    _tell_unequal(march, quiet=args.quiet)
     with _progress(march, quiet=args.quiet) as tick:
         history = march.run(tick)
     result = result_of(march.case, history)
@@ -77,6 +78,14 @@ def run(args: argparse.Namespace) -> int:
         for path in draw_case(args.plot, result.traces, result.row):
             print(f"figure: {path}", file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def _tell_unequal(march: March, *, quiet: bool) -> None:
+    """Tell in a line why a rotor from file is marched by scheme general."""
+    from hpcwhirl.case.explain import facts_of_file
+
+    if march.case.given.engine.file and not (quiet or march.model.rotor.cyclic):
+        print(facts_of_file(march.model.rotor)["told"], file=sys.stderr)
 
 
 def _explained(march: March) -> dict[str, Any]:

@@ -141,8 +141,10 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
         raise InputError(msg)
     if model.casing is not None and not model.casing.has_matrices:
         msg = (
-            "scheme paper marches coordinates: families must be 'all', got "
-            f"'{scene.engine.casing.families}'"
+            "scheme paper marches coordinates: families must be 'all', and "
+            "discretization not 'file', got "
+            f"'{scene.engine.casing.families}' and "
+            f"'{scene.engine.casing.discretization}'"
         )
         raise InputError(msg)
     step = scene.solver.time_step

@@ -13,11 +13,15 @@ from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,
+    centre_rows,
     modal_model,
     with_ratio,
 )
+from hpcwhirl.reduction.round_casing import round_casing
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
+
+__all__ = ["casing_model", "centre_rows", "file_model", "rotor_model", "tip_rows"]
 
 Floats = NDArray[np.float64]
 SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the support
@@ -43,19 +47,34 @@ def _undivided(rotor: Rotor, eta: int) -> ModalModel:
     return named_after(model, rotor_model(tuned, min(eta + 1, most)), rotor.blades)
 
 
-@lru_cache(maxsize=8)
-def file_model(file: str, content: str, rotor: Rotor) -> ModalModel:
-    """Return the rotor of a file; its content is part of the cache's key."""
+@lru_cache(maxsize=16)
+def file_model(
+    file: str, content: str, rotor: Rotor, eta: int | None = None
+) -> ModalModel:
+    """Return the rotor of a file; its content is part of the cache's key.
+
+    Parameters
+    ----------
+    file, content : HDF5, and the digest of what it holds
+    rotor : N, and the damping of a file that has none
+    eta : fixed-interface modes kept of matrices; None: all that there are
+    """
     del content  # with it in the cache's key, a changed file is read again
-    return rotor_from(file, rotor.blades, rotor.damping)
+    ratios = rotor.damping, rotor.suspension_damping
+    return rotor_from(file, rotor.blades, *ratios, eta)
 
 
 @lru_cache(maxsize=32)
 def casing_model(
-    casing: Casing, radius: float
+    casing: Casing, radius: float, source: tuple[str, str] = ("", "")
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
-    """Return the ring, not reduced, and its contact operator."""
+    """Return the ring, not reduced, and its contact operator.
+
+    source : engine's file and digest of its content, of a casing that is from there
+    """
     operator: RingOperator | FourierOperator
+    if casing.discretization == "file":
+        return round_casing(casing, radius, source)
     if casing.discretization == "fourier":
         model, operator = harmonic_model(casing, radius)
     else:
@@ -69,11 +88,3 @@ def casing_model(
 def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
     """Return (radial, tangential) modal tip shapes, each (N, m)."""
     return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
-
-
-def centre_rows(model: ModalModel, blades: int) -> Floats:
-    """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
-    count = len(model.shapes) - 2 * blades - model.kept
-    if count == 0:
-        return np.zeros((2, len(model.omega)))
-    return model.shapes[2 * blades : 2 * blades + 2]

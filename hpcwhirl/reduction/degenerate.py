@@ -66,13 +66,16 @@ def mixed(shapes: Floats, blades: int) -> bool:
     return bool((power.max(axis=0)[moving] < PURE * whole[moving]).any())
 
 
-def unmixed(shapes: Floats, blades: int) -> tuple[Floats, int]:
+def unmixed(
+    shapes: Floats, blades: int, hub: Floats | None = None
+) -> tuple[Floats, int]:
     """Return an orthogonal (m, m) whose columns mix modes to one diameter each.
 
     Parameters
     ----------
     shapes : (n, m), of one frequency, the tips first
     blades : N
+    hub : (2, m), x_o and y_o, which belong to k = 1, where they count, too
 
     Returns
     -------
@@ -80,6 +83,8 @@ def unmixed(shapes: Floats, blades: int) -> tuple[Floats, int]:
     moving : how many do not
     """
     grams = _grams(shapes, blades)
+    if hub is not None:
+        grams[1] += blades * hub.T @ hub
     size, axes = np.linalg.eigh(grams.sum(axis=0))
     moving = size > STILL * size[-1]
     white = axes[:, moving] / np.sqrt(size[moving])

@@ -9,27 +9,33 @@ import numpy as np
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
+UNKNOWN = "unknown"  # family: shapes do not tell the shaft's springs
 PAIR = 1e-8  # relative difference of frequencies that are one line
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the modal table; a pair of equal frequencies is one line."""
+    """One line of the modal table; a pair of equal frequencies is one line.
+
+    The centre's share of the strain energy is None where it is not known.
+    """
 
     body: str
     family: str
     nodal_diameter: int
     frequency_hz: float
-    centre_share: float
+    centre_share: float | None
 
 
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
     """Return {rank: family} of a nodal diameter: by rank, the suspension apart.
 
     The suspension is the mode with the largest share of its strain energy in the
-    shaft's springs, if that exceeds one half.
+    shaft's springs, if that exceeds one half. Where these are not known, no family is.
     """
     own = np.flatnonzero(model.diameter == k)
+    if np.isnan(model.centre_share[own]).any():
+        return dict.fromkeys(model.rank[own].tolist(), UNKNOWN)
     top = own[np.argmax(model.centre_share[own])]
     suspended = model.centre_share[top] > SUSPENSION_SHARE
     apart = int(model.rank[top]) if suspended else len(own)
@@ -49,9 +55,9 @@ def _rotor_lines(model: ModalModel) -> list[Line]:
             if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
                 continue
             rank = int(model.rank[m])
-            hertz, share = model.omega[m] / (2 * np.pi), model.centre_share[m]
-            name = names[rank]
-            lines.append(Line("rotor", name, int(k), float(hertz), float(share)))
+            hertz, share = model.omega[m] / (2 * np.pi), float(model.centre_share[m])
+            told = None if np.isnan(share) else share
+            lines.append(Line("rotor", names[rank], int(k), float(hertz), told))
     return lines
 
 

@@ -6,19 +6,31 @@ tips' and the centre's. Everything is checked before it is believed.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError
+from scipy.linalg import LinAlgError, eigh
 
+from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.degenerate import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import (
+    SUSPENSION_SHARE,
+    ModalModel,
+    centre_rows,
+    with_ratio,
+)
+from hpcwhirl.reduction.recognise import EQUAL, equal_sectors
+from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
 from hpcwhirl.store.engine_file import Given, read_rotor
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SYMMETRIC = 1e-9  # relative to the largest entry
 MODAL = 1e-6  # orthonormality of shapes, off-diagonals of Phi^T D Phi
+EXACT = 1e-9  # of frequencies and unit mass: modes as an eigensolver gives them
+LEAST = 1e-15  # of the largest omega^2 and a mode: what it tells no better
 ROUND_OFF = 1e-6  # of the largest modal damping: the least that one is measured by
 TINY = 1e-300
 ROWS = {  # modal rows: of which coordinates
@@ -27,43 +39,110 @@ ROWS = {  # modal rows: of which coordinates
     "modal_centre": "centre",
 }
 SEMIDEFINITE = 1e-9  # of the largest eigenvalue
+UNSEEN = 1e-9  # of the largest shape: a centre that does not move
 
 
-def rotor_from(file: str, blades: int, damping: float) -> ModalModel:
-    """Return the rotor of an engine's file.
+def rotor_from(
+    file: str,
+    blades: int,
+    damping: float,
+    suspension: float = -1.0,
+    eta: int | None = None,
+) -> ModalModel:
+    """Return the rotor of an engine's file; as one of equal sectors where it is.
 
     Parameters
     ----------
     file : HDF5, the layout of `export-model`
     blades : N of the scene, which the file's must be
-    damping : modal damping ratio xi where the file has no rotor/damping
+    damping : modal damping ratio xi where the file has none
+    suspension : that of the suspension modes then, if modes tell them; negative: as
+        the others
+    eta : fixed-interface modes kept of matrices, the lowest; None: all. One of equal
+        sectors is not split; modes alone are as they are
     """
     given = read_rotor(file)
     _check_modal_rows(given)
+    _check_given_ratios(given)
     if "mass" in given or "stiffness" in given:
-        return _from_matrices(given, blades, damping)
-    return _from_modes(given, blades, damping)
+        model = _from_matrices(given, blades, damping, eta)
+    else:
+        model = _from_modes(given, blades, damping)
+    model = _with_shaft(given, equal_sectors(model, blades), blades)
+    if "damping" in given or "damping_ratio" in given:
+        return model
+    return with_ratio(model, model.centre_share > SUSPENSION_SHARE, suspension)
 
 
-def _from_matrices(given: Given, blades: int, damping: float) -> ModalModel:
+def _from_matrices(
+    given: Given, blades: int, damping: float | Floats, eta: int | None
+) -> ModalModel:
     _check_shapes(given)
     places = _places(given, blades)
     rest = np.setdiff1d(np.arange(len(given["mass"])), places)
     order = np.r_[places, rest]
-    mass, stiffness = (
-        _symmetric(given, name)[np.ix_(order, order)] for name in ("mass", "stiffness")
-    )
+    whole = [
+        _symmetric(given, name)[np.ix_(order, order)]
+        for name in ("mass", "stiffness", "damping")
+        if name in given or name != "damping"
+    ]
+    if eta is not None and eta < len(rest):
+        whole = _reduced(given, whole, len(places), eta)
+    mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
-    shapes = aligned(shapes, omega, blades)
-    ratios: float | Floats = damping
-    if "damping" in given:
-        whole = _symmetric(given, "damping")[np.ix_(order, order)]
-        ratios = _ratios(given, shapes.T @ whole @ shapes, omega)
+    shapes, ratios = aligned(shapes, omega, blades), damping
+    own = len(mass) == len(order) and _has_all_modes(given)
+    if own:
+        omega, shapes = given["omega"], given["shapes"][order]
+    if own and "damping_ratio" in given:
+        ratios = given["damping_ratio"]
+    elif "damping" in given:
+        modal = shapes.T @ whole[2] @ shapes
+        if len(mass) < len(order):  # what is left out was a part of its modes
+            modal = np.diag(np.diag(modal))
+        ratios = _ratios(given, modal, omega)
+    kept = len(mass) - len(places)
     matrices = mass, stiffness
-    return named_modes(matrices, shapes, omega, blades, ratios, kept=len(rest))
+    return named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
 
 
-def _from_modes(given: Given, blades: int, damping: float) -> ModalModel:
+def _has_all_modes(given: Given) -> bool:
+    """Return whether a file's modes are as good as those of its matrices.
+
+    They are taken then: what is exported is the same to the last bit when it is read.
+    """
+    if "shapes" not in given or given["shapes"].shape != given["mass"].shape:
+        return False
+    shapes, omega = given["shapes"], given["omega"]
+    unit = shapes.T @ given["mass"] @ shapes - np.eye(len(omega))
+    strain = np.abs(shapes.T @ given["stiffness"] @ shapes - np.diag(omega**2))
+    allowed = EXACT * np.outer(omega, omega) + LEAST * len(omega) * omega.max() ** 2
+    return bool(
+        (np.diff(omega) >= 0.0).all()
+        and np.abs(unit).max() <= EXACT
+        and (strain <= allowed).all()
+    )
+
+
+def _reduced(given: Given, whole: list[Floats], places: int, eta: int) -> list[Floats]:
+    """Return matrices (Eq. 1) with eta fixed-interface modes, no close ones parted."""
+    inner = slice(places, None)
+    try:
+        squared = eigh(
+            whole[1][inner, inner], whole[0][inner, inner], eigvals_only=True
+        )
+        while eta > 0 and squared[eta] - squared[eta - 1] <= 2 * EQUAL * squared[eta]:
+            eta -= 1
+        basis, _ = craig_bampton(whole[0], whole[1], np.arange(places), eta)
+    except LinAlgError:
+        raise given.wrong(
+            "stiffness", "hold all but tips and centre for a truncation", "less"
+        ) from None
+    parts = [basis.T @ matrix @ basis for matrix in whole]
+    return [(part + part.T) / 2 for part in parts]
+
+
+def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalModel:
     omega = given["omega"]
     if len(omega) == 0 or not omega.min() >= 0 or not omega.max() > 0:
         raise given.wrong("omega", "be >= 0 rad/s and not all 0", omega[:3])
@@ -79,9 +158,34 @@ def _from_modes(given: Given, blades: int, damping: float) -> ModalModel:
         _check_size(given, "modal_centre", (2, len(omega)))
         shapes = np.vstack([shapes, given["modal_centre"]])
     order = np.argsort(omega, kind="stable")
-    shapes = aligned(np.ascontiguousarray(shapes[:, order]), omega[order], blades)
+    shapes, ratios = np.ascontiguousarray(shapes[:, order]), damping
+    if "damping_ratio" in given:  # of these modes: not of any mixed from them
+        ratios = given["damping_ratio"][order]
+    else:
+        shapes = aligned(shapes, omega[order], blades)
     none = np.zeros((0, 0)), np.zeros((0, 0))
-    return named_modes(none, shapes, omega[order], blades, damping, kept=0)
+    return named_modes(none, shapes, omega[order], blades, ratios, kept=0)
+
+
+def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
+    """Return the rotor with the shares of the shaft's springs that its modes tell."""
+    hub = centre_rows(model, blades)
+    tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
+    try:
+        spring = shaft_stiffness(tips, hub, model.omega)
+    except MisplacedError as found:
+        raise given.refusal(
+            f"has a rotor that its shaft moves as one of tips {found}; they must be "
+            "counted anticlockwise, blade 0 at 0 degrees, tangential with the angle, "
+            "radial outward"
+        ) from None
+    moved = (hub**2).sum(axis=0)
+    if spring is None:
+        unknown = moved > UNSEEN**2 * max(float((model.shapes**2).max()), TINY)
+        share = np.where(unknown, np.nan, 0.0)
+    else:
+        share = spring * moved / np.maximum(model.omega**2, TINY)
+    return replace(model, centre_share=share)
 
 
 def _check_size(given: Given, name: str, size: tuple[int, ...]) -> None:
@@ -181,7 +285,7 @@ def _check_modal_rows(given: Given) -> None:
     Beside matrices, modes that come without all their shapes cannot be compared, and
     are refused: they would be ignored.
     """
-    modal = [name for name in ("omega", *ROWS) if name in given]
+    modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]
     if "shapes" in given:
         for name in ROWS.keys() & set(modal):
             _check_rows(given, name)
@@ -207,6 +311,28 @@ def _check_rows(given: Given, name: str) -> None:
     if not miss <= MODAL * max(np.abs(own).max(initial=0.0), TINY):
         allowed = f"be the rows rotor/{places} of rotor/shapes to {MODAL:g}"
         raise given.wrong(name, allowed, f"a difference of {miss:.2g}")
+
+
+def _check_given_ratios(given: Given) -> None:
+    """Check damping ratios: of modes alone, or the same as rotor/damping."""
+    if "damping_ratio" not in given:
+        return
+    ratios, omega = given["damping_ratio"], given["omega"]
+    _check_size(given, "damping_ratio", omega.shape)
+    if not ratios.min(initial=0.0) >= 0.0:
+        raise given.wrong("damping_ratio", "be >= 0", ratios.min())
+    if "shapes" not in given or "mass" not in given:
+        return
+    if "damping" not in given:
+        raise given.refusal(
+            "has rotor/damping_ratio beside matrices: rotor/damping must be there, too"
+        )
+    _check_shapes(given)
+    own = np.einsum("im,ij,jm->m", s := given["shapes"], given["damping"], s)
+    miss = np.abs(own - 2 * ratios * omega).max() / max(np.abs(own).max(), TINY)
+    if not miss <= MODAL:
+        allowed = f"be those of rotor/damping to {MODAL:g} of the largest"
+        raise given.wrong("damping_ratio", allowed, f"{miss:.2g}")
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.reduction.round_casing import check_lobes
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
@@ -55,18 +56,51 @@ def model_of(scene: Scene) -> Model:
         where the inputs do not lead to a model that double precision holds
     """
     rotor, casing, file = scene.engine.rotor, scene.engine.casing, scene.engine.file
-    ring = None if casing.kind == "rigid" else (casing, rotor.radius + scene.gap)
-    modes = 0 if file else scene.solver.modes
-    return _model(rotor, modes, file, content_digest(file), ring)
+    content, ring = content_digest(file), None
+    if casing.kind != "rigid":
+        source = (file, content) if casing.discretization == "file" else ("", "")
+        if source[0]:
+            check_lobes(*source, scene.nodal_diameter)
+        ring = casing, rotor.radius + scene.gap, source
+    modes = _modes_of_file(scene) if file else scene.solver.modes
+    return _model(rotor, modes, file, content, ring)
+
+
+def _modes_of_file(scene: Scene) -> int | None:
+    """Return the fixed-interface modes of a rotor from file; None: as it comes."""
+    if scene.solver.truncation == 0.0 or not has_families(scene):
+        return None
+    return scene.solver.modes
+
+
+def has_families(scene: Scene) -> bool:
+    """Whether the sectors are equal and the casing is round: no elements.
+
+    Both bodies' modes come in families and harmonics then.
+    """
+    engine = scene.engine
+    if not scene.has_harmonics or engine.rotor.mistuning:
+        return False
+    if not engine.file:
+        return True
+    with representable("the rotor"):
+        return file_model(engine.file, content_digest(engine.file), engine.rotor).cyclic
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def _model(
-    rotor: Rotor, modes: int, file: str, content: str, ring: tuple[Casing, float] | None
+    rotor: Rotor,
+    modes: int | None,
+    file: str,
+    content: str,
+    ring: tuple[Casing, float, tuple[str, str]] | None,
 ) -> Model:
     """Return the model of all that it depends on; rigid casings are no part of it."""
     with representable("the rotor"):
-        body = file_model(file, content, rotor) if file else rotor_model(rotor, modes)
+        if file:
+            body = file_model(file, content, rotor, modes)
+        else:
+            body = rotor_model(rotor, modes or 0)
     if ring is None:
         return Model(body, None, None, rotor.blades)
     with representable("the casing"):

@@ -28,6 +28,22 @@ SUSPENSION_SHARE = 0.5  # of a mode's strain energy in the shaft's springs: susp
 
 
 @dataclass(frozen=True)
+class Symmetry:
+    """What is known of the equality of a rotor's sectors, see `recognise`.
+
+    Attributes
+    ----------
+    deviation : the largest; relative. Infinite where pairs are missing
+    tolerance : up to which sectors are taken for equal
+    where : of what it is, at which frequency and nodal diameter
+    """
+
+    deviation: float
+    tolerance: float
+    where: str
+
+
+@dataclass(frozen=True)
 class ModalModel:
     """A body in reduced physical coordinates, with its modes.
 
@@ -42,11 +58,12 @@ class ModalModel:
         the one that dominates its tips, see `mistuned`
     rank : (m,), place of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
-    centre_share : (m,), share of the strain energy in the shaft's springs; 0 for a
-        rotor from file, whose springs are not known
+    centre_share : (m,), share of the strain energy in the shaft's springs; nan of a
+        rotor from file whose shapes do not tell the springs, see `shaft`
     damping : modal damping ratio xi, of every mode or (m,)
     kept : fixed-interface modes really kept (pairs are never split)
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
+    symmetry : of a rotor from file of three blades and more: what was found
     """
 
     mass: Floats
@@ -60,6 +77,7 @@ class ModalModel:
     damping: float | Floats
     kept: int
     cyclic: bool = True
+    symmetry: Symmetry | None = None
 
     @property
     def ratios(self) -> Floats:
@@ -75,6 +93,18 @@ class ModalModel:
         """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n)."""
         lift = self.mass @ self.shapes
         return (lift * (2 * self.ratios * self.omega)) @ lift.T
+
+
+def has_centre(model: ModalModel, blades: int) -> bool:
+    """Return whether a rotor's centre is free."""
+    return len(model.shapes) > 2 * blades + model.kept
+
+
+def centre_rows(model: ModalModel, blades: int) -> Floats:
+    """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
+    if not has_centre(model, blades):
+        return np.zeros((2, len(model.omega)))
+    return model.shapes[2 * blades : 2 * blades + 2]
 
 
 def with_ratio(

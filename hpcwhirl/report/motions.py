@@ -115,7 +115,7 @@ def draw_contributions(cases: Cases, case: int) -> Any:
     step = max(1, len(traces["time"]) // MOST_POINTS)
     hub.plot(traces["time"][::step], amplitude["suspension"][::step, 1], c="C1", lw=0.7)
     hub.set(title="suspension (k = 1)", xlabel=axis_of("time"))
-    top = amplitude["1F"].max(initial=0.0)
+    top = np.nanmax(amplitude["1F"], initial=0.0)
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
     for axes in figure.axes:
         axes.set_ylabel("|$q_k$|, m √kg")

@@ -20,6 +20,7 @@ from hpcwhirl.scene.quantities import INPUTS, LEAVES
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
+READING = 2  # raise when the same engine's file would give other numbers
 PHYSICS_VERSION = 5  # raise when the same inputs would give other numbers
 MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # bits of a whole number: less than a float's largest
@@ -311,5 +312,6 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
     """Return the `digest` of a scene whose inputs `flatten` has told."""
-    text = json.dumps([PHYSICS_VERSION, values, content], sort_keys=True)
+    read = content and f"{content} {READING}"
+    text = json.dumps([PHYSICS_VERSION, values, read], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

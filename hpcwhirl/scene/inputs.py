@@ -113,7 +113,8 @@ class Rotor(Inputs):
     suspension_damping: OwnRatio = given(
         0.1964,
         "damping ratio of the suspension modes; as a squeeze film gives; -1: as the"
-        " other modes",
+        " other modes; of a rotor from file: taken where it has no damping and its "
+        "modes tell the suspension",
     )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = given(
         (),
@@ -152,8 +153,11 @@ class Casing(Inputs):
         "elastic or rigid; rigid: prescribed distortion -A0 exp(sigma t) cos(k "
         "theta), fixed in the static frame",
     )
-    discretization: Literal["fourier", "elements"] = given(
-        "fourier", "of the ring: harmonics, or the paper's elements"
+    discretization: Literal["fourier", "elements", "file"] = given(
+        "fourier",
+        "of the ring: harmonics, the paper's elements, or file: a round casing of the "
+        "table in engine.file; its sections, support and damping count for nothing "
+        "then",
     )
     harmonics: int = given(
         20,
@@ -237,6 +241,13 @@ class Engine(Inputs):
             raise ValueError(msg)
         return self
 
+    @model_validator(mode="after")
+    def _a_casing_has_its_file(self) -> Self:
+        if self.casing.discretization == "file" and not self.file:
+            msg = "file must be named where casing.discretization is file, got none"
+            raise ValueError(msg)
+        return self
+
 
 class Solver(Inputs):
     """Reduction and time integration."""
@@ -254,13 +265,14 @@ class Solver(Inputs):
     truncation: NonNegative = given(
         0.0,
         "if > 0: relative error of motions by modes left out; sets modes, and of a "
-        "ring of harmonics its harmonics and families; an estimate; of rotors from "
-        "file, mistuned ones and rings of elements it changes nothing",
+        "ring of harmonics its harmonics and families; an estimate; of rotors of "
+        "unequal sectors and rings of elements it changes nothing; of modes alone "
+        "none are left out",
     )
     modes: int = given(
         110,
         "fixed-interface modes eta; of the Craig-Bampton reduction; not used with a"
-        " rotor from file",
+        " rotor from file, whose truncation counts them",
         symbol="η",
         ge=0,
     )
@@ -336,7 +348,7 @@ class Scene(Inputs):
     def _ring_carries_the_load(self) -> Self:
         casing = self.engine.casing
         most, what = casing.elements // 2, f"{casing.elements} elements"
-        if casing.discretization == "fourier":
+        if casing.discretization != "elements":
             most, what = casing.harmonics, f"{casing.harmonics} harmonics"
         if casing.kind == "ring" and self.nodal_diameter > most:
             msg = (
@@ -378,16 +390,10 @@ class Scene(Inputs):
         return end_time(self.duration, self.revolutions, self.speed)
 
     @property
-    def has_families(self) -> bool:
-        """Whether the blades are equal and the casing is round: no elements.
-
-        Both bodies' modes come in families and harmonics then.
-        """
-        engine = self.engine
-        known = (
-            engine.casing.kind == "rigid" or engine.casing.discretization == "fourier"
-        )
-        return known and not engine.file and not engine.rotor.mistuning
+    def has_harmonics(self) -> bool:
+        """Whether the casing is round, no elements: its modes come in harmonics."""
+        casing = self.engine.casing
+        return casing.kind == "rigid" or casing.discretization != "elements"
 
     @property
     def is_loaded(self) -> bool:

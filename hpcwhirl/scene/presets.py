@@ -63,7 +63,10 @@ def preset_in_short(name: str) -> str:
 
 def loss_of(scene: Scene) -> str:
     """Return what the preset of a scene loses, or that nobody has measured it there."""
-    if not scene.has_families or scene.engine.casing.kind == "rigid":
+    if scene.engine.file:
+        return "not measured on rotors from file"
+    equal = scene.has_harmonics and not scene.engine.rotor.mistuning
+    if not equal or scene.engine.casing.kind == "rigid":
         return "not measured but for equal blades in a ring of harmonics: this is other"
     return preset_loss(preset_of(scene))
 

@@ -16,14 +16,28 @@ centre                      (2,), from 0: coordinates x_o, y_o; empty or absent:
 or, instead of matrices,
 
 omega                       (m,), rad/s: frequencies of mass-orthonormal modes
+damping_ratio               (m,), xi of each, if any
 modal_tip_radial,           (N, m), 1/sqrt(kg): tips of each mode
 modal_tip_tangential
 modal_centre                (2, m), 1/sqrt(kg): x_o, y_o of each mode; absent: clamped
 
-With matrices, `shapes` and `omega` may be there too: they are compared with the
-matrices (1e-6), which decide. With modes alone there is no scheme `paper`. The content
-of the file (SHA-256) belongs to a case's identity. It does not tell the shaft's
-springs: `model` prints no share of the centre and no family `suspension` of it.
+The group `casing`, read where `engine.casing.discretization` is "file": a round casing,
+static frame, as a table of m modes, several a harmonic, see `reduction.round_casing`:
+
+modal_harmonic              (m,): h = 0, 1, ...; none may be left out below the highest
+modal_omega                 (m,), rad/s
+modal_damping_ratio         (m,), xi
+modal_radial                (m,), 1/sqrt(kg): W of w = W cos(h theta)
+modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: the turn
+
+With matrices, `shapes`, `omega` and `damping_ratio` may be there too: they are compared
+with the matrices (1e-6), which decide. With modes alone there is no scheme `paper`. The
+content of the file (SHA-256) belongs to a case's identity.
+
+A rotor whose sectors are equal to 2e-5 (frequencies, damping over frequency, shapes of
+tips and centre) is marched as the built-in one, see `reduction.recognise`. The shaft's
+springs are told by the modes where nothing else holds the rotor, see `reduction.shaft`;
+else shares of the centre and families of k = 1 are unknown.
 """
 
 from __future__ import annotations
@@ -50,6 +64,7 @@ DATASETS = {
     "stiffness": (2, False),
     "damping": (2, False),
     "omega": (1, False),
+    "damping_ratio": (1, False),
     "shapes": (2, False),
     "modal_tip_radial": (2, False),
     "modal_tip_tangential": (2, False),
@@ -58,11 +73,21 @@ DATASETS = {
     "tip_tangential": (1, True),
     "centre": (1, True),
 }
-BODY = ("mass", "stiffness", "damping", "omega", "shapes", "nodal_diameter")
-# What `export-model` writes and nobody reads: labels, and the casing.
+BODY = (
+    "mass", "stiffness", "damping", "omega", "damping_ratio", "shapes",
+    "nodal_diameter",
+)  # fmt: skip
+CASING = {
+    "modal_harmonic": (1, True),
+    "modal_omega": (1, False),
+    "modal_damping_ratio": (1, False),
+    "modal_radial": (1, False),
+    "modal_tangential": (1, False),
+}
+# With what `export-model` writes and nobody reads: labels, the casing as it marches.
 LAYOUT = {
     "rotor": (*DATASETS, "nodal_diameter"),
-    "casing": (*BODY, "radial_rows", "tangential_rows"),
+    "casing": (*CASING, *BODY, "radial_rows", "tangential_rows"),
 }
 LARGEST = 4000  # along each axis: coordinates or modes; a matrix is 128 MB then
 WIDEST = 16  # bytes of a number
@@ -72,15 +97,21 @@ CHUNK = 1 << 28  # bytes that one chunk may become
 
 @dataclass(frozen=True)
 class Given:
-    """The arrays of the group `rotor` that are there, by name."""
+    """The arrays of the group `rotor` or `casing` that are there, by name."""
 
     file: str
     arrays: dict[str, Any]
+    group: str = "rotor"
 
     def __contains__(self, name: str) -> bool:
         return name in self.arrays
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self.arrays and self.group == "casing":
+            raise self.refusal(
+                f"has no casing/{name}; the table of a round casing is "
+                f"{', '.join(f'casing/{n}' for n in CASING)}"
+            )
         if name not in self.arrays:
             raise self.refusal(
                 f"has no rotor/{name}; it must hold rotor/mass, rotor/stiffness, "
@@ -96,11 +127,21 @@ class Given:
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
         """Return the error of one array: what, allowed, got."""
-        return self.refusal(f"rotor/{name} must {allowed}, got {got}")
+        return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 
 def read_rotor(file: str) -> Given:
-    """Return the arrays of an engine's file, finite and of the right kind.
+    """Return the rotor's arrays of an engine's file, see `_read`."""
+    return _read(file, "rotor", DATASETS)
+
+
+def read_casing(file: str) -> Given:
+    """Return the arrays of the table of a casing, see `_read`."""
+    return _read(file, "casing", CASING)
+
+
+def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
+    """Return the arrays of a group, finite and of the right kind.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
     `scene.files.MOST_BYTES`. Nothing is read of a file that asks for more.
@@ -114,18 +155,18 @@ def read_rotor(file: str) -> Given:
     """
     import h5py
 
-    given = Given(file, {})
+    given = Given(file, {}, name)
     with _readable(file):
         check_bytes(file, check_regular(file))
         with h5py.File(file, "r") as root:
             _check_layout(given, root)
-            group = root["rotor"]
-            found = {name: group.get(name) for name in DATASETS if name in group}
-            for name, data in found.items():  # all of them before one is read
-                _check_kind(given, name, data)
-            given.arrays.update({name: data[()] for name, data in found.items()})
-    for name in found:
-        given.arrays[name] = _checked(given, name)
+            group = root[name]
+            found = {key: group.get(key) for key in datasets if key in group}
+            for key, data in found.items():  # all of them before one is read
+                _check_kind(given, key, data, datasets[key])
+            given.arrays.update({key: data[()] for key, data in found.items()})
+    for key in found:
+        given.arrays[key] = _checked(given, key, indices=datasets[key][1])
     return given
 
 
@@ -155,8 +196,8 @@ def _check_layout(given: Given, root: h5py.File) -> None:
         body = root.get(name)
         if name in root and isinstance(body, h5py.Group):
             _check_names(given, body, known, f"{name}/")
-    if not isinstance(root.get("rotor"), h5py.Group):
-        raise given.refusal("has no group rotor")
+    if not isinstance(root.get(given.group), h5py.Group):
+        raise given.refusal(f"has no group {given.group}")
 
 
 def _check_names(
@@ -205,9 +246,9 @@ def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
         )
 
 
-def _check_kind(given: Given, name: str, data: Any) -> None:
+def _check_kind(given: Given, name: str, data: Any, kind: tuple[int, bool]) -> None:
     """Check type, dimensions and size of a dataset before it is read."""
-    dimensions, indices = DATASETS[name]
+    dimensions, indices = kind
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
     shape = getattr(data, "shape", None)
     if shape is None:
@@ -240,9 +281,9 @@ def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
         raise given.wrong(name, allowed, f"{size >> 20} MiB")
 
 
-def _checked(given: Given, name: str) -> Array:
+def _checked(given: Given, name: str, *, indices: bool) -> Array:
     """Return the array as float64 or int64, finite."""
-    array, indices = given.arrays[name], DATASETS[name][1]
+    array = given.arrays[name]
     if not np.isfinite(array).all():
         raise given.wrong(name, "be finite", array[~np.isfinite(array)][0])
     return np.asarray(array, dtype=np.int64 if indices else np.float64)

@@ -12,8 +12,8 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return what marches a scene.
 
-    The cyclic kernel, or the general one where the rotor is not cyclic (from file,
-    mistuned), the ring is the paper's elements or there are fewer than three blades.
+    The cyclic kernel, or the general one where the rotor's sectors are not equal, the
+    ring is the paper's elements or there are fewer than three blades.
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)

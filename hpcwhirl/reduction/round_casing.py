@@ -1,0 +1,136 @@
+"""A round casing from elsewhere: a table of its modes by harmonic.
+
+Mode n of harmonic h moves as w = W cos(h theta), u = U sin(h theta) and, the second of
+the pair, as w = W sin(h theta), u = -U cos(h theta); for h = 0 as w = W or as the turn
+u = U. W and U are mass-orthonormal amplitudes where the blades touch: what else the
+casing has (flanges, an axial direction) is in omega and in how small they are.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Casing
+from hpcwhirl.store.engine_file import Given, read_casing
+from hpcwhirl.structure import FourierOperator
+
+Table = dict[str, NDArray[Any]]
+NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
+
+
+@lru_cache(maxsize=16)
+def casing_table(file: str, content: str) -> Table:
+    """Return the table of a file, {name: (m,)}, by harmonic and omega.
+
+    Raises
+    ------
+    InputError
+        where a column is missing, of another length or impossible, or a harmonic has
+        no mode that moves radially: the casing would be rigid there
+    """
+    del content  # with it in the cache's key, a changed file is read again
+    given = read_casing(file)
+    table = {name: given[f"modal_{name}"] for name in NAMES}
+    count = len(table["harmonic"])
+    for name in NAMES:
+        if len(table[name]) != count or not count:
+            told = f"have as many entries as casing/modal_harmonic, {max(count, 1)}"
+            raise given.wrong(f"modal_{name}", told, len(table[name]))
+    for name in NAMES[:3]:
+        if table[name].min() < 0:
+            raise given.wrong(f"modal_{name}", "be >= 0", table[name].min())
+    _check_harmonics(given, table)
+    order = np.lexsort((table["omega"], table["harmonic"]))
+    return {name: column[order] for name, column in table.items()}
+
+
+def _check_harmonics(given: Given, table: Table) -> None:
+    harmonic, radial = table["harmonic"], table["radial"]
+    both = (harmonic == 0) & (radial != 0.0) & (table["tangential"] != 0.0)
+    if both.any():
+        raise given.refusal(
+            "has a casing mode of harmonic 0 with modal_radial and modal_tangential: a "
+            "round casing breathes or turns, one must be 0"
+        )
+    have = set(harmonic[radial != 0.0].tolist())
+    missing = [h for h in range(int(harmonic.max()) + 1) if h not in have]
+    if missing:
+        raise given.refusal(
+            f"has no casing mode that moves radially in harmonic {missing[0]}, but "
+            f"some in {int(harmonic.max())}: the casing would be rigid there"
+        )
+
+
+def check_lobes(file: str, content: str, lobes: int) -> None:
+    """Raise InputError where a table has no harmonic that a load needs."""
+    most = int(casing_table(file, content)["harmonic"].max())
+    if lobes > most:
+        msg = (
+            f"nodal_diameter must be <= {most}, the highest harmonic of the casing of "
+            f"engine.file {file}, got {lobes}"
+        )
+        raise InputError(msg)
+
+
+def round_casing(
+    casing: Casing, radius: float, source: tuple[str, str]
+) -> tuple[ModalModel, FourierOperator]:
+    """Return the modes of a casing from file and its contact operator.
+
+    Parameters
+    ----------
+    casing : `harmonics`, above which modes of the file are left out
+    radius : R_c, m
+    source : file, and the digest of its content
+    """
+    table, operator = casing_table(*source), FourierOperator(casing.harmonics, radius)
+    rows, wide, columns, labels = range(len(table["omega"])), operator.width, [], []
+    for m in rows:
+        h, omega, ratio, w, u = (table[n][m] for n in ("harmonic", *NAMES[1:]))
+        h = int(h)
+        if h > casing.harmonics:
+            continue
+        rank = m - int(np.searchsorted(table["harmonic"], h))
+        cosine, sine = max(2 * h - 1, 0), 2 * h
+        for phase in range(2 if h else 1):
+            shape = np.zeros(2 * wide)
+            places = (cosine, wide + sine) if phase == 0 else (sine, wide + cosine)
+            shape[list(places)] = (w, u) if phase == 0 else (w, -u)
+            columns.append(shape)
+            labels.append((omega, h, rank, phase, ratio))
+    omegas, diameter, ranks, phases, ratios = map(np.array, zip(*labels, strict=True))
+    order = np.lexsort((phases, ranks, diameter, omegas))
+    model = ModalModel(
+        mass=np.zeros((0, 0)),
+        stiffness=np.zeros((0, 0)),
+        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
+        omega=omegas[order],
+        diameter=diameter[order],
+        rank=ranks[order],
+        phase=phases[order],
+        centre_share=np.zeros(len(omegas)),
+        damping=ratios[order],
+        kept=0,
+    )
+    return model, operator
+
+
+def table_of(model: ModalModel, operator: FourierOperator) -> Table:
+    """Return the table of a round casing's modes, as `casing_table` reads it."""
+    own = np.flatnonzero(model.phase == 0)
+    own = own[np.lexsort((model.omega[own], model.diameter[own]))]
+    h = model.diameter[own]
+    cosine, sine = np.maximum(2 * h - 1, 0), operator.width + 2 * h
+    return {
+        "harmonic": h,
+        "omega": model.omega[own],
+        "damping_ratio": model.ratios[own],
+        "radial": model.shapes[cosine, own],
+        "tangential": model.shapes[sine, own],
+    }
