@@ -88,7 +88,7 @@ def test_contributions_are_those_of_the_integrated_modes(model):
 def test_contributions_refuse_what_has_no_nodal_diameters(model):
     spoilt = apply_settings(SCENE, {"mistuning": [0.1] + [0.0] * 21})
     tips, centre = np.zeros((8, 22, 2)), np.zeros((8, 2))
-    with pytest.raises(InputError, match="tuned rotor"):
+    with pytest.raises(InputError, match="equal sectors"):
         contributions(tips, centre, INTERVAL, resolve(spoilt).model, 1)
     with pytest.raises(InputError, match=r"tips must be \(n, 22, 2\)"):
         contributions(tips[:, :5], centre, INTERVAL, model, 1)

@@ -187,6 +187,8 @@ def test_a_short_pulse_on_one_lobe_stretches_the_ring():
     assert of_load(pulse=2.4e-4) > 2.0 * of_load(pulse=1e-3) > 0.0
     assert of_load(pulse=2.4e-4, nodal_diameter=3) < 0.05 * of_load(pulse=2.4e-4)
     assert of_load(pulse=2.4e-4, force=0.0) == 0.0
+    shortest = [of_load(pulse=pulse) for pulse in (1e-5, 1e-6, 1e-300)]
+    assert shortest == pytest.approx([shortest[0]] * 3, rel=0.1)
     assert left_out(scene(pulse=2.4e-4)).load == 0.0
 
 

@@ -214,7 +214,9 @@ def _pushed(
     own = (body.diameter == lobes) & (body.phase == 0)
     crest = body.shapes[operator.radial[max(2 * lobes - 1, 0)]]
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    force = np.where(times < pulse, np.sin(math.pi * times / pulse), 0.0)
+    # what the pulse has given so far, of 1: it may be shorter than the time between
+    given = 0.5 - 0.5 * np.cos(math.pi * np.minimum(times, pulse) / pulse)
+    force = np.diff(given, prepend=0.0)
     swung = struck(body, crest[None] ** 2, own)[0]
     return np.asarray(np.convolve(force, swung)[:TIMES])
 

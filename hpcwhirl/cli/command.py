@@ -146,10 +146,14 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="hpcwhirl",
         description="Whirl of a bladed disk in contact with its casing.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=__version__)
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
-    parser.epilog = "commands: " + "; ".join(f"{k}: {v}" for k, v in COMMANDS.items())
+    wide = max(map(len, COMMANDS))
+    parser.epilog = "commands:\n" + "\n".join(
+        f"  {k:{wide}}  {v}" for k, v in COMMANDS.items()
+    )
     return parser
 
 
