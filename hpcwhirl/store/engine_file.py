@@ -89,6 +89,7 @@ LAYOUT = {
     "rotor": (*DATASETS, "nodal_diameter"),
     "casing": (*CASING, *BODY, "radial_rows", "tangential_rows"),
 }
+UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, TypeError)  # of HDF5
 LARGEST = 4000  # along each axis: coordinates or modes; a matrix is 128 MB then
 WIDEST = 16  # bytes of a number
 DEFLATE = 1032  # times its size that deflated data become, at most
@@ -156,7 +157,7 @@ def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
     import h5py
 
     given = Given(file, {}, name)
-    with _readable(file):
+    with readable(f"engine.file {file}"):
         check_bytes(file, check_regular(file))
         with h5py.File(file, "r") as root:
             _check_layout(given, root)
@@ -171,16 +172,18 @@ def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
 
 
 @contextmanager
-def _readable(file: str) -> Iterator[None]:
-    """Tell in one line what HDF5 says of a damaged file, in any of its ways."""
+def readable(
+    what: str, failures: tuple[type[Exception], ...] = UNREADABLE
+) -> Iterator[None]:
+    """Tell in one line what a library says of a damaged file, in any of its ways."""
     try:
         yield
     except (InputError, MissingFileError):
         raise
-    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as failed:
+    except failures as failed:
         said = getattr(failed, "strerror", None) or str(failed)
         reason = said.splitlines()[0] if said else type(failed).__name__
-        msg = f"cannot read engine.file {file}: {reason}"
+        msg = f"cannot read {what}: {reason}"
         raise MissingFileError(msg) from None
 
 

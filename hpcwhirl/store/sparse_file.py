@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError
 from hpcwhirl.regular import check_regular, open_regular
-from hpcwhirl.store.engine_file import Given, check_chunks, check_link
+from hpcwhirl.store.engine_file import Given, check_chunks, check_link, readable
 
 Array = NDArray[Any]
 MOST_BYTES = 1 << 34  # of a file
@@ -76,26 +75,12 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise source.wrong(name, f"end in {', '.join(READERS)}", path.suffix or "none")
-    with _readable(path):
+    with readable(str(path), UNREADABLE):
         size = check_regular(path)
         if size > MOST_BYTES:
             raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
         matrix = reader(source, name, size)
     return _checked(source, name, matrix)
-
-
-@contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Tell in one line what a damaged file leads to."""
-    try:
-        yield
-    except (InputError, MissingFileError):
-        raise
-    except UNREADABLE as failed:
-        said = getattr(failed, "strerror", None) or str(failed)
-        reason = said.splitlines()[0] if said else type(failed).__name__
-        msg = f"cannot read {path}: {reason}"
-        raise MissingFileError(msg) from None
 
 
 def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
