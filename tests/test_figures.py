@@ -152,7 +152,7 @@ def test_lengths_are_told_in_a_unit_of_their_size(largest, unit):
 def test_amplitudes_and_frames_are_told(cases):
     line = cases.like(0)
     told = texts(sweeps.draw_frequency(cases, line))
-    assert "f, Hz (rotating frame)" in told
+    assert "frequency, Hz (rotating frame)" in told
     assert "amplitude, mm (peak of the sine)" in told
     told = texts(sweeps.draw_cascade(cases, line))
     assert "static frame:\nbackward < 0 < forward" in told

@@ -50,3 +50,9 @@ def test_no_axis_is_named_by_hand_where_the_table_knows_it():
     for path in REPORT.glob("*.py"):
         texts = set(re.findall(r'"([^"\n]*)"', path.read_text(encoding="utf-8")))
         assert not texts & by_hand, path.name
+
+
+def test_charts_of_the_page_write_no_unit_by_hand():
+    charts = REPORT / "page" / "assets" / "charts.js"
+    by_hand = re.compile(r""" (rad/s|Hz|W|J|N s|kg|mm|m|s)["'`;]""")
+    assert not by_hand.findall(charts.read_text("utf-8"))

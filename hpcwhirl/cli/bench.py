@@ -15,6 +15,7 @@ from typing import Any
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 # damped, sustained and divergent on Table 2, and two lobes in a wide gap
@@ -121,7 +122,12 @@ def _show(facts: dict[str, Any]) -> None:
     from rich.table import Table
 
     console = Console()
-    table = Table("scheme", "steps in contact", "us a step", "spread")
+    table = Table(
+        "scheme",
+        "steps in contact",
+        f"{PERFORMANCE['microseconds_per_step'].unit} a step",
+        "spread",
+    )
     for row in facts["rows"]:
         table.add_row(
             str(row["scheme"]), f"{row['contact']:.1%}",

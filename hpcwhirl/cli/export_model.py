@@ -25,13 +25,6 @@ LAYOUT = (
     "sin); "
     "of elements u, u', w, w' at each node, node j at 2 pi j / elements"
 )
-TABLE = {
-    "harmonic": ("1", "h of each mode of a round casing; of pairs one"),
-    "omega": ("rad/s", "frequency"),
-    "damping_ratio": ("1", "xi"),
-    "radial": ("1/sqrt(kg)", "W of w = W cos(h theta)"),
-    "tangential": ("1/sqrt(kg)", "U of u = U sin(h theta); of h = 0: the turn"),
-}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,51 +39,39 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:
-    shapes = (model.shapes, "1/sqrt(kg)", "mass-orthonormal mode shapes, by columns")
-    matrices = {}
-    if model.has_matrices:
-        matrices = {
-            f"{name}/mass": (model.mass, "kg", "reduced mass matrix"),
-            f"{name}/stiffness": (model.stiffness, "N/m", "reduced stiffness matrix"),
-            f"{name}/damping": (model.damping_matrix(), "N s/m", "modal damping, D"),
-        }
-    return matrices | {
-        f"{name}/shapes": shapes,
-        f"{name}/omega": (model.omega, "rad/s", "frequencies of the shapes"),
-        f"{name}/damping_ratio": (np.array(model.ratios), "1", "xi of each shape"),
-        f"{name}/nodal_diameter": (model.diameter, "1", "of each shape"),
+    arrays = {
+        "shapes": model.shapes,
+        "omega": model.omega,
+        "damping_ratio": np.array(model.ratios),
+        "nodal_diameter": model.diameter,
     }
+    if model.has_matrices:
+        arrays["mass"], arrays["stiffness"] = model.mass, model.stiffness
+        arrays["damping"] = model.damping_matrix()
+    return {f"{name}/{part}": array for part, array in arrays.items()}
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {name: (array, unit, meaning)} of everything that is exported."""
+    """Return {name: array} of everything that is exported."""
     tips = 2 * np.arange(model.blades)
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
-    hub = hub[: len(hub) - model.rotor.kept]
     radial, tangential = tip_rows(model.rotor, model.blades)
-    centre = centre_rows(model.rotor, model.blades)
     out = _body("rotor", model.rotor) | {
-        "rotor/tip_radial": (tips, "1", "coordinate of each blade's radial tip"),
-        "rotor/tip_tangential": (tips + 1, "1", "of its tangential tip"),
-        "rotor/centre": (hub, "1", "coordinates x_o, y_o; empty if clamped"),
-        "rotor/modal_tip_radial": (radial, "1/sqrt(kg)", "radial tip of each shape"),
-        "rotor/modal_tip_tangential": (tangential, "1/sqrt(kg)", "tangential tip"),
-        "rotor/modal_centre": (centre, "1/sqrt(kg)", "centre of each shape"),
+        "rotor/tip_radial": tips,
+        "rotor/tip_tangential": tips + 1,
+        "rotor/centre": hub[: len(hub) - model.rotor.kept],
+        "rotor/modal_tip_radial": radial,
+        "rotor/modal_tip_tangential": tangential,
+        "rotor/modal_centre": centre_rows(model.rotor, model.blades),
     }
     if model.casing and model.ring:
         angles = 2 * np.pi * np.arange(model.blades) / model.blades
         rows = model.ring.rows(angles)
-        out |= _body("casing", model.casing) | {
-            "casing/radial_rows": (
-                rows[0],
-                "1",
-                "radial place at the blades, Omega t = 0",
-            ),
-            "casing/tangential_rows": (rows[1], "1", "tangential, Omega t = 0"),
-        }
+        out |= _body("casing", model.casing)
+        out |= {"casing/radial_rows": rows[0], "casing/tangential_rows": rows[1]}
         if isinstance(model.ring, FourierOperator):
             table = table_of(model.casing, model.ring)
-            out |= {f"casing/modal_{n}": (a, *TABLE[n]) for n, a in table.items()}
+            out |= {f"casing/modal_{name}": array for name, array in table.items()}
     return out
 
 

@@ -34,15 +34,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def arrays_of(rotor: Imported) -> dict[str, Any]:
-    """Return {name: (array, unit, meaning)} of the engine's file."""
+    """Return {name: array} of the engine's file."""
     tips = 2 * np.arange(rotor.blades)
     hub = 2 * rotor.blades + np.arange(2 if rotor.centre else 0)
     return {
-        "rotor/mass": (rotor.mass, "kg", "reduced mass matrix"),
-        "rotor/stiffness": (rotor.stiffness, "N/m", "reduced stiffness matrix"),
-        "rotor/tip_radial": (tips, "1", "coordinate of each blade's radial tip"),
-        "rotor/tip_tangential": (tips + 1, "1", "of its tangential tip"),
-        "rotor/centre": (hub, "1", "coordinates x_o, y_o; empty if clamped"),
+        "rotor/mass": rotor.mass,
+        "rotor/stiffness": rotor.stiffness,
+        "rotor/tip_radial": tips,
+        "rotor/tip_tangential": tips + 1,
+        "rotor/centre": hub,
     }
 
 

@@ -17,6 +17,7 @@ from hpcwhirl.cli.options import (
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.families import UNKNOWN, as_records, first_family, modal_table
+from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000
@@ -90,7 +91,8 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
     from rich.table import Table
 
     console = Console()
-    table = Table("body", "family", "nodal diameter", "Hz", "centre share")
+    hertz, speed = DERIVED["frequency"].unit, DERIVED["critical_speed"].unit
+    table = Table("body", "family", "nodal diameter", hertz, "centre share")
     for mode in facts["modes"]:
         if mode["frequency_hz"] <= up_to:
             share = mode["centre_share"]
@@ -102,22 +104,26 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
                 UNKNOWN if share is None else f"{share:.3f}",
             )
     name = escape(one_line(facts["engine"], SHOWN))
-    console.print(f"engine {name}, modes up to {up_to:g} Hz", table)
+    console.print(f"engine {name}, modes up to {up_to:g} {hertz}", table)
     if facts["rotor_from_file"] is None:
-        console.print(f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} N/m")
+        unit = DERIVED["blade_stiffness"].unit
+        console.print(
+            f"blade stiffness k_blade = {facts['blade_stiffness']:.4g} {unit}"
+        )
     else:
         console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
     if facts["critical_speeds"]:
-        heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} rad/s"
+        heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} {speed}"
         speeds = Table("nodal diameter", "order", heading)
         for row in facts["critical_speeds"]:
             if row["speed"] > SHOWN_SPEED:
                 continue
-            speed = f"{row['speed']:.1f}"
-            speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), speed)
+            at = f"{row['speed']:.1f}"
+            speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), at)
         console.print(speeds)
     for body, limit in facts["time_step_limits"].items():
-        console.print(f"time-step limit of the {body}: {limit:.4g} s")
+        unit = DERIVED["time_step_limit"].unit
+        console.print(f"time-step limit of the {body}: {limit:.4g} {unit}")
     plan = facts["plan"]
     console.print(f"coordinates: {plan['coordinates']}")
     _show_plan(plan)

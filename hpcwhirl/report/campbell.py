@@ -49,7 +49,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     axes.axvspan(*(np.abs(speeds).min(), np.abs(speeds).max()), color="#EEEEEE", lw=0,
                  zorder=0, label="speeds of the campaign")  # fmt: skip
     axes.set(xlim=(0.0, most), ylim=(0.0, top), xlabel=axis_of("speed"),
-             ylabel="frequency, Hz (rotating frame)")  # fmt: skip
+             ylabel=axis_of("frequency") + " (rotating frame)")  # fmt: skip
     axes.set_title(f"{scene.engine.name}: casing of k = {k}", parse_math=False)
     axes.legend(fontsize=8, loc="upper left")
     return figure

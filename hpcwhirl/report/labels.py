@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES, variable_name
+from hpcwhirl.scene.quantities import (
+    AXES,
+    DERIVED,
+    INPUTS,
+    ROW,
+    TRACES,
+    variable_name,
+)
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.store.select import told
 
-KNOWN = AXES | TRACES | ROW
+KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): told for name, told in INPUTS.items()} | KNOWN
 
 

@@ -109,7 +109,11 @@ def draw_frequency(cases: Cases, line: list[int], title: str = "") -> Any:
     for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
-        axes.set(xlabel=axis_of("speed"), ylabel="f, Hz (rotating frame)", title=label)
+        axes.set(
+            xlabel=axis_of("speed"),
+            ylabel=axis_of("frequency") + " (rotating frame)",
+            title=label,
+        )
         if (amplitude > AT_REST).any():
             figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
     figure.suptitle(

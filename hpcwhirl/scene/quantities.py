@@ -129,6 +129,42 @@ TRACES: dict[str, Quantity] = {
         axes=("harmonic", "phase"),
     ),
 }
+# what commands and pictures make of these
+DERIVED: dict[str, Quantity] = {
+    **_table("f8", "Hz", frequency="of a line or a mode"),
+    **_table("f8", "W", power="work a second"),
+    **_table("f8", "N/m", blade_stiffness="of a blade clamped at its root, k_blade"),
+    **_table("f8", "rad/s", critical_speed="where a line of Eq. 13 meets k Omega"),
+    **_table("f8", "s", time_step_limit="largest stable step of central differences"),
+    **_table("f8", "1", centre_share="of a mode's energy that moves the centre"),
+}
+# arrays of a model's file, by the last part of their names
+ARRAYS: dict[str, Quantity] = {
+    **_table("f8", "kg", mass="reduced mass matrix"),
+    **_table("f8", "N/m", stiffness="reduced stiffness matrix"),
+    **_table("f8", "N s/m", damping="modal damping, D"),
+    **_table("f8", "1/sqrt(kg)", shapes="mass-orthonormal mode shapes, by columns"),
+    **_table("f8", "rad/s", omega="frequencies of the shapes"),
+    **_table("f8", "1", damping_ratio="xi of each shape"),
+    **_table("i8", "1", nodal_diameter="of each shape"),
+    **_table("i8", "1", tip_radial="coordinate of each blade's radial tip"),
+    **_table("i8", "1", tip_tangential="of its tangential tip"),
+    **_table("i8", "1", centre="coordinates x_o, y_o; empty if clamped"),
+    **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial tip of each shape"),
+    **_table("f8", "1/sqrt(kg)", modal_tip_tangential="tangential tip of each shape"),
+    **_table("f8", "1/sqrt(kg)", modal_centre="centre of each shape"),
+    **_table("f8", "1", radial_rows="radial place at the blades, Omega t = 0"),
+    **_table("f8", "1", tangential_rows="tangential, Omega t = 0"),
+    **_table(
+        "i8", "1", modal_harmonic="h of each mode of a round casing; of pairs one"
+    ),
+    **_table("f8", "rad/s", modal_omega="frequency of each"),
+    **_table("f8", "1", modal_damping_ratio="xi of each"),
+    **_table("f8", "1/sqrt(kg)", modal_radial="W of w = W cos(h theta)"),
+    **_table(
+        "f8", "1/sqrt(kg)", modal_tangential="U of u = U sin(h theta); turn, if h = 0"
+    ),
+}
 AXES = {
     "case": Quantity("1", "case of the campaign"),
     "worker": Quantity("1", "rank of a run"),

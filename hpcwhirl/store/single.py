@@ -8,10 +8,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.quantities import ARRAYS
 from hpcwhirl.store.atomic import replacing
 from hpcwhirl.store.hdf5 import refusal, writing
 
-Arrays = Mapping[str, tuple[NDArray[Any], str, str]]
+Arrays = Mapping[str, NDArray[Any]]
 
 
 def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
@@ -20,15 +21,17 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
     Parameters
     ----------
     path : file to replace, whole or not at all
-    arrays : {name, with groups by '/': (array, unit, long name)}
+    arrays : {name, with groups by '/': array}; unit and meaning are those that
+        `scene.quantities.ARRAYS` gives for the last part of the name
     facts : {attribute: text or number}
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as part, writing(part) as file:
-            for name, (array, unit, meaning) in arrays.items():
+            for name, array in arrays.items():
+                told = ARRAYS[name.rpartition("/")[2]]
                 data = file.create_dataset(name, data=array)
-                data.attrs["units"], data.attrs["long_name"] = unit, meaning
+                data.attrs["units"], data.attrs["long_name"] = told.unit, told.meaning
             for name, value in facts.items():
                 file.attrs[name] = value
     except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
@@ -23,6 +24,7 @@ FACTS = (
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
 LEFT_OUT = ("message", "rank")  # of the columns: told elsewhere, or of no interest
+CHARTED = ("time", "energy", "power", "line_frequency")  # the axes of a case's figures
 DERIVED = {  # {name: (condition's language, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
     "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
@@ -56,6 +58,7 @@ def told_of(excerpt: Excerpt) -> Told:
         "facts": {n: excerpt.facts[n] for n in FACTS if n in excerpt.facts},
         "digest": excerpt.digest(),
         "inputs": _inputs(excerpt),
+        "labels": {name: axis_of(name) for name in CHARTED},
         "swept": [_swept(excerpt, name) for name in plan.swept],
         "columns": table,
         "derived": {n: dict(zip(("is", "unit", "meaning"), d, strict=True))

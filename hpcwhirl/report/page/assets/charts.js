@@ -1,6 +1,7 @@
 // The small figures of one case.
 
-const LENGTHS = [[1, "m"], [1e3, "mm"], [1e6, "µm"], [1e9, "nm"], [1e12, "pm"]];
+const LENGTHS = [[1, ""], [1e3, "m"], [1e6, "µ"], [1e9, "n"], [1e12, "p"]]
+  .map(([factor, prefix]) => [factor, prefix + columns.get("gap").unit]);
 const GAP_FITS = 0.05; // of the gap that an orbit must reach for its circle to be drawn
 
 function lengthUnit(largest) {
@@ -71,7 +72,7 @@ function orbitFigure(record, i, frame, whole) {
     ],
   });
   const milliseconds = short(1e3 * record.step * Math.max(drawn.length - 1, 0));
-  const circled = withGap ? "dashed: the gap" : `the gap, ${short(gap)} m, lies outside`;
+  const circled = withGap ? "dashed: the gap" : `the gap, ${short(gap)} ${columns.get("gap").unit}, lies outside`;
   return figureOf(
     `Orbit, ${frame} frame`, plot,
     `last ${milliseconds} ms, ${drawn.length} places ${short(1e3 * record.step)} ms apart; ` +
@@ -89,7 +90,7 @@ function overTime(record, i, curves, { label, log, rules = [], domain }) {
   const names = curves.map((c) => c.name);
   return Plot.plot({
     ...CHART,
-    x: { label: "time, s", domain: [0, end || 1], ticks: 6 },
+    x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, domain, clamp: Boolean(domain), tickFormat: short, ticks: 5, grid: true },
     color: { domain: names, range: ["var(--line)", "var(--second)", "var(--third)"].slice(0, names.length), legend: names.length > 1 },
     marks: [
@@ -119,7 +120,7 @@ function radiusFigure(record, i) {
   const ends = [d3.min(rows, (r) => r.low), d3.max(rows, (r) => r.high)];
   const plot = Plot.plot({
     ...CHART,
-    x: { label: "time, s", domain: [0, end || 1], ticks: 6 },
+    x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: log ? decades(`|Z|, ${unit}`, ends) : { label: `|Z|, ${unit}`, ticks: 5, tickFormat: short, grid: true, zero: true },
     marks: [
       Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
@@ -144,7 +145,7 @@ function spectrumFigure(record, i) {
   const top = d3.max(rows, (r) => r.v) ?? 1;
   const plot = Plot.plot({
     ...CHART,
-    x: { label: "rad/s; right of 0 anticlockwise", domain: [-record.reach || -1, record.reach || 1], ticks: 6 },
+    x: { label: `${told.labels.line_frequency}; right of 0 anticlockwise`, domain: [-record.reach || -1, record.reach || 1], ticks: 6 },
     y: { ...decades(`line of Z, ${unit}`, [1e-4 * top, 2 * top]), clamp: true },
     marks: [
       Plot.ruleX([0]),
@@ -152,17 +153,17 @@ function spectrumFigure(record, i) {
       Plot.line(rows, { x: "w", y: "v", stroke: "var(--line)", curve: "step", strokeWidth: 1.2 }),
     ],
   });
-  const width = short((2 * record.reach) / count);
+  const [width, turning] = [short((2 * record.reach) / count), columns.get("speed").unit];
   return figureOf(
     "Spectrum, static frame", plot,
-    `window of the words; largest line of each ${width} rad/s; dashed: Ω = ${short(speed)} rad/s`,
+    `window of the words; largest line of each ${width} ${turning}; dashed: Ω = ${short(speed)} ${turning}`,
   );
 }
 
 function energyFigure(record, i) {
   const count = used(record.energy);
   const plot = overTime(record, i, [{ name: "energy", values: record.energy }], {
-    label: "energy, J", log: spansDecades(record.energy.subarray(0, count)),
+    label: told.labels.energy, log: spansDecades(record.energy.subarray(0, count)),
   });
   return figureOf("Energy of both bodies", plot, `mean of each of ${count} pieces of the run`);
 }
@@ -180,10 +181,10 @@ function powerFigure(record, i) {
   const most = d3.max(curves, ({ values }) => d3.max(values));
   const room = 0.15 * (high - low) || 1;
   const cut = most > 4 * high ? [low - room, high + room] : undefined;
-  const plot = overTime(record, i, curves, { label: "power, W", log: false, rules: [0], domain: cut });
+  const plot = overTime(record, i, curves, { label: told.labels.power, log: false, rules: [0], domain: cut });
   return figureOf(
     "What feeds it, and what it loses", plot,
     `mean power of each of ${count} pieces; lost: damping and impacts` +
-      (cut ? `; cut off at the top: ${short(most)} W at most` : ""),
+      (cut ? `; cut off at the top: ${short(most)} at most` : ""),
   );
 }
