@@ -224,7 +224,7 @@ class Casing(Inputs):
 class Engine(Inputs):
     """The structures; `salvat2016` is the default."""
 
-    name: str = given("salvat2016", "name of the engine")
+    name: str = given("salvat2016", "name of the engine", max_length=200)
     file: Annotated[str, AfterValidator(anchored)] = given(
         "",
         "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"

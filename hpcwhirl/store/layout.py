@@ -31,7 +31,7 @@ from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
-LIBVER = ("earliest", "v110")
+LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
 CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
 CONVENTIONS = "CF-1.11"  # from 1.9 it knows integers of 64 bits
 # The same on every day, after every kill: who ran when stands in other attributes.
