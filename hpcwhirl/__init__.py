@@ -4,7 +4,8 @@
 of a campaign; `campaign` integrates them, on all ranks of an MPI script, and returns
 its results. `open_results` reads those of any campaign as an `xarray.Dataset`, `words`
 gives the words of a variable such as `regime`, `grid` turns cases into axes of what was
-swept. They are imported on first use.
+swept, `shares` tells how probable each regime is where inputs were drawn. They are
+imported on first use.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ TYPE_CHECKING = False  # `typing` itself would delay the first look at signals
 if TYPE_CHECKING:
     from typing import Any
 
+    from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign.design import Design
     from hpcwhirl.campaign.python import campaign
     from hpcwhirl.campaign.simulate import simulate
@@ -30,6 +32,7 @@ __all__ = [
     "campaign",
     "grid",
     "open_results",
+    "shares",
     "simulate",
     "words",
 ]
@@ -38,6 +41,7 @@ _HOMES = {
     "Design": "hpcwhirl.campaign.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
+    "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reader",
     "words": "hpcwhirl.store.reader",

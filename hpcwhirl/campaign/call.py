@@ -18,6 +18,7 @@ from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.policy import CHECKS, Policy, options_of, retries, with_rules
 from hpcwhirl.campaign.resume import check_folder
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.errors import (
     InputError,
@@ -112,13 +113,15 @@ class Call:
         if comm.rank:
             return (), None
         try:
-            design = replace(Design.of(self.design), measure=self._measure())
+            design = Design.of(self.design)
             rules = design.rules | self._options()
             own = options_of(rules)
             folder = Path(self.out if self.out is not None else own.get("out", FOLDER))
             policy = with_rules(_policy(own), rules)
             check_folder(folder)
             flags = {name: bool(self.options.get(name)) for name in FLAGS}
+            design = design if flags["fresh"] else as_begun(design, folder)
+            design = replace(design, measure=self._measure())
             claim = begin(design, folder, policy, stopping, **flags)
         except WhirlError as failed:
             return (None, None, None, failed), None

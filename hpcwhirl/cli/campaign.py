@@ -16,6 +16,7 @@ from hpcwhirl.campaign.policy import (
     PATIENCE,
     Policy,
 )
+from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli.campaign_options import MOST_ON_PAGE, arguments, fill, policy_of
 from hpcwhirl.cli.command import (
@@ -137,6 +138,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)
     fill(args, design.rules)
+    design = design if args.fresh else as_begun(design, args.out)
     policy = policy_of(args, design)
     check_folder(args.out)
     tell_preset(design.base)

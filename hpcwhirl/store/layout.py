@@ -30,6 +30,7 @@ from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import measured_of
 from hpcwhirl.store.runs import Share
+from hpcwhirl.store.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
 LIBVER = ("earliest", "v110")
@@ -156,7 +157,7 @@ def _define_head(
         "title": f"hpcwhirl campaign, {plan.engine}",
         "history": HISTORY,
     }
-    for name, value in {**head, **facts}.items():
+    for name, value in {**head, **facts, **sample_attribute(plan)}.items():
         plain = value.encode() if isinstance(value, str) else value
         file.attrs[name] = np.asarray(plain)[()]
     file.attrs["format"] = np.int64(FORMAT)

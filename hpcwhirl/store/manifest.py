@@ -32,8 +32,9 @@ from hpcwhirl.store.schema import FORMAT
 NAME = "campaign.json"
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
 MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
+SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
-BEYOND = (MEASURE,)  # of these, that there is none counts, too
+BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
