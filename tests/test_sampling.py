@@ -146,7 +146,7 @@ def test_saltelli_draws_differ_in_one_input_alone():
         ({"count": 4}, "must have an input and its distribution"),
         ({"count": 4, "gab": GAP}, "did you mean 'gap'?"),
         ({"count": 4, "gap": 1e-4}, "[sample] gap must be a table such as"),
-        ({"count": 4, "gap": {**GAP, "distribution": "unifrom"}}, "mean 'uniform'?"),
+        ({"count": 4, "gap": {**GAP, "distribution": "unifor"}}, "mean 'uniform'?"),
         ({"count": 4, "gap": {**GAP, "hihg": 1}}, "did you mean 'high'?"),
         ({"count": 4, "gap": {**GAP, "high": 1e-5}}, "high must be > low"),
         ({"count": 4, "gap": {**GAP, "high": math.nan}}, "must be a finite number"),

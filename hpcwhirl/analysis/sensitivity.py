@@ -1,7 +1,7 @@
 """Sobol' indices: which drawn input makes a quantity vary, alone and with others.
 
 Of independent draws A, B, and of A_i, which is A with input i of B (Saltelli et al.,
-Comput. Phys. Commun. 181, 2010, doi:10.1016/j.cpc.2009.09.018, Table 2, b and f):
+Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018, Table 2):
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V,   T_i = mean((f(A) - f(A_i))^2) / (2 V)
 

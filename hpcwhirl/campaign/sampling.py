@@ -4,7 +4,7 @@ Every point gets the same draws, so that points differ by what was swept alone. 
 methods but `latin_hypercube` go on where they were: a larger `count` keeps the draws
 that there are. With `saltelli` each of `count` draws is a pair A, B of independent
 ones, and for each sampled input a copy of A with this input of B (Saltelli et al.,
-Comput. Phys. Commun. 181, 2010, doi:10.1016/j.cpc.2009.09.018).
+Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
 
 A directory keeps the draws: one that is continued has those it was begun with, whatever
 another version of SciPy would draw.
