@@ -30,6 +30,7 @@ from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Journal, Record
+from hpcwhirl.store.measured import WHY_NOT
 from hpcwhirl.store.running import Running
 
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
@@ -150,12 +151,8 @@ class Evaluator:
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
             self.desk.checkpoints.drop(self._digests[case])
-        self.told += 1
-        if self.told <= MOST_TOLD:
-            where = f"{self.where['host']}, rank {self.where['rank']}"
-            say(f"case {case} {status} on {where}: {message}")
-        if self.told == MOST_TOLD:
-            say("further cases of this rank without a result are counted only")
+        where = f"{self.where['host']}, rank {self.where['rank']}"
+        self._tell(f"case {case} {status} on {where}: {message}")
         return status
 
     def _record(self, case: int) -> Record:
@@ -167,9 +164,26 @@ class Evaluator:
             return self._fail(case, changed, float(result.performance["seconds"]))
         record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
         record["performance"] = self.where | result.performance
-        self._append(record, result.traces)
+        self._append(record | self._measured(case, result), result.traces)
         self.desk.checkpoints.drop(self._digests[case])
         return "ok"
+
+    def _measured(self, case: int, result: Result) -> Record:
+        """Return what the user's own function makes of a case, or why it does not."""
+        if self.design.measure is None:
+            return {}
+        found = self.design.measure(self.design.scenes[case], result)
+        if WHY_NOT in found:
+            self._tell(f"case {case}: measure gave no numbers: {found[WHY_NOT]}")
+        return found
+
+    def _tell(self, text: str) -> None:
+        """Say the first of what went wrong on this rank."""
+        self.told += 1
+        if self.told <= MOST_TOLD:
+            say(text)
+        if self.told == MOST_TOLD:
+            say("further cases of this rank without a result are counted only")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Journal a record; a disk that takes no more ends the campaign, cleanly."""

@@ -14,6 +14,7 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
+from hpcwhirl.store.measured import WHY_NOT
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
 
@@ -84,6 +85,7 @@ def learn_ends(
         status = str(record["status"])
         seconds = record["performance"].get("seconds", math.nan)
         damaged = retry and status == "ok" and not is_whole(folder, record)
+        damaged = damaged or (retry and WHY_NOT in record)
         return status, seconds, bool(status in retry or damaged)
 
     found = scan(folder, brief)

@@ -16,6 +16,7 @@ from hpcwhirl.campaign.policy import (
     PATIENCE,
     Policy,
 )
+from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli.campaign_options import MOST_ON_PAGE, arguments, fill, policy_of
 from hpcwhirl.cli.command import (
@@ -119,23 +120,13 @@ def _owned(
     stack: ExitStack,
 ) -> Any:
     """Claim the directory until the stack ends, and prepare it; None for a dry run."""
-    from hpcwhirl.campaign.owning import asking_of, claim_of
-    from hpcwhirl.campaign.resume import prepare, put_aside
-    from hpcwhirl.store.owner import CAMPAIGN, claim, claimed
+    from hpcwhirl.campaign.begin import begin
 
     if args.dry_run:
         return None
-    asking = asking_of(stopping, take_over=args.take_over)
-    if args.fresh and args.out.exists():
-        with claimed(args.out, CAMPAIGN, asking) as old:  # no shard may be at it
-            aside = put_aside(args.out)
-            if aside:
-                old.moved(aside)
-                told = f"hpcwhirl: what was in {args.out} is now {aside}"
-                print(told, file=sys.stderr)
-    own = claim(args.out, claim_of(policy.shard), asking)
+    flags = {"fresh": args.fresh, "take_over": args.take_over}
+    own = begin(design, args.out, policy, stopping, **flags)
     stack.callback(own.release)
-    prepare(design, args.out)
     return own
 
 
@@ -147,6 +138,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         settings |= {"output.traces": "summary", "solver.until": "certain"}
     design = load_design(args.file, settings)
     fill(args, design.rules)
+    design = design if args.fresh else as_begun(design, args.out)
     policy = policy_of(args, design)
     check_folder(args.out)
     tell_preset(design.base)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest, read_manifest
+from hpcwhirl.store.measured import bytes_measured
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
@@ -80,6 +81,7 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
+        row += bytes_measured(self.plan)
         return self.cases * (row + self.bytes_of_traces())
 
     def bytes_of_traces(self) -> int:

@@ -28,7 +28,9 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.measured import measured_of
 from hpcwhirl.store.runs import Share
+from hpcwhirl.store.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
 LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
@@ -138,6 +140,7 @@ def define(
         data = file.create_dataset(name, (contents.cases,), kind)
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
+    _define_table(file, file["case"], measured_of(plan))
     performance = file.create_group("performance")
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
@@ -154,7 +157,7 @@ def _define_head(
         "title": f"hpcwhirl campaign, {plan.engine}",
         "history": HISTORY,
     }
-    for name, value in {**head, **facts}.items():
+    for name, value in {**head, **facts, **sample_attribute(plan)}.items():
         plain = value.encode() if isinstance(value, str) else value
         file.attrs[name] = np.asarray(plain)[()]
     file.attrs["format"] = np.int64(FORMAT)

@@ -31,7 +31,10 @@ from hpcwhirl.store.schema import FORMAT
 
 NAME = "campaign.json"
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
+MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
+SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
+BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
@@ -193,7 +196,8 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     if not set(old.swept) <= set(new.swept):
         msg = f"{folder} sweeps {', '.join(old.swept)}; this sweeps "
         raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
-    for name in new.base:
+    own_kinds = [name for name in BEYOND if name in old.base]
+    for name in dict.fromkeys([*new.base, *own_kinds]):
         was, now = old.base.get(name), _values(new, name, old.swept)
         begun_before = name == PHYSICS and was is None
         if now and was not in now and not begun_before:
@@ -213,7 +217,7 @@ def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
     if name in swept:
         return []
     if name not in plan.swept:
-        return [plan.base[name]]
+        return [plan.base.get(name)]
     values = (settings.get(name, plan.base[name]) for settings in plan.settings)
     return list({json.dumps(value): value for value in values}.values())
 
