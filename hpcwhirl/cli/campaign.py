@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -34,6 +35,7 @@ from hpcwhirl.cli.options import (
 )
 from hpcwhirl.errors import NoRoomError, WhirlError
 from hpcwhirl.launch import Communicator, Shard, communicator
+from hpcwhirl.scene import load_document
 
 __all__ = ["arguments", "run"]
 
@@ -144,7 +146,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
 
     settings = parsed(args.settings)
     if args.regimes_only:
-        settings |= {"output.traces": "summary", "solver.until": "certain"}
+        settings |= _words_alone(args.file, settings)
     design = load_design(args.file, settings)
     fill(args, design.rules)
     policy = policy_of(args, design)
@@ -156,6 +158,15 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         check_steps(design)
         _dry_run(args, design, policy.shard)
     return design, policy
+
+
+def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return what --regimes-only sets: cases that are to be decided go on to be."""
+    solver = load_document(file).get("solver") if file else {}
+    asked = solver.get("until") if isinstance(solver, Mapping) else None
+    until = "solver.until"
+    decided = settings.get(until, asked) == "decided"
+    return {"output.traces": "summary", until: "decided" if decided else "certain"}
 
 
 def _explain(design: Design) -> None:

@@ -22,7 +22,7 @@ from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.listing import listed
 
 Arrays = dict[str, NDArray[Any]]
-FORMAT = 1
+FORMAT = 2
 TYPES = ("<f8", "<i8")
 
 
