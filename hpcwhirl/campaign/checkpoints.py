@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from hpcwhirl.campaign.simulate import Course
@@ -15,7 +16,13 @@ from hpcwhirl.dynamics.snapshot import (
     steps_of,
 )
 from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
+from hpcwhirl.store.states import (
+    drop_state,
+    hand_over,
+    read_state,
+    stored_states,
+    write_state,
+)
 
 FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
 
@@ -99,6 +106,13 @@ class Checkpoints:
             if not self.mute:
                 self.say(f"{failed}: a stop costs what has been computed of this case")
             self.mute = True
+
+    def hand_over(self, digest: str, after: str) -> None:
+        """Let a case go on from the last state of another, unless it has its own."""
+        if digest in self.kept and after not in self.kept:
+            with suppress(MissingFileError):  # it can start anew
+                if hand_over(self.folder, digest, after):
+                    self.kept.add(after)
 
     def drop(self, digest: str) -> None:
         """Forget the state of a case that has ended."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.simulate import Course, Result, is_open
+from hpcwhirl.campaign.simulate import Course, Result
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import CaseError
+from hpcwhirl.scene.words import is_open
 
 
 class LateError(CaseError):

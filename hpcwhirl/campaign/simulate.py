@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.words import is_open
 
 Value = float | int | str
 SCENE_ROW = (
@@ -59,11 +60,6 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     return Course(resolve(scene)).run(between_slices)
 
 
-def is_open(row: Mapping[str, Value]) -> bool:
-    """Return whether a longer run may tell what a row of `undecided` does not."""
-    return row["regime"] == "undecided" and row["stop"] == "end"
-
-
 class Course:
     """A case on its way to its word: a march, and longer ones until it is decided.
 
@@ -106,11 +102,20 @@ class Course:
 
     def run(self, between_slices: Callable[[], None] | None = None) -> Result:
         """March on until the case is decided, or has lasted as long as it may."""
-        while True:
-            result = self._to_the_end(between_slices)
-            if self.number + 1 == len(self.ends) or not is_open(result.row):
-                return result
+        results = self.results(between_slices)
+        result = next(results)
+        while self.number + 1 < len(self.ends) and is_open(result.row):
+            result = next(results)
+        return result
+
+    def results(
+        self, between_slices: Callable[[], None] | None = None
+    ) -> Iterator[Result]:
+        """Yield the result of a run to each of the ends, whatever its word."""
+        yield self._to_the_end(between_slices)
+        while self.number + 1 < len(self.ends):
             self._go_on()
+            yield self._to_the_end(between_slices)
 
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
         """March to the present end; return the result that a run so long has."""

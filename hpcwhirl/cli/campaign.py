@@ -11,14 +11,21 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.design import Design, load_design
+from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.policy import (
     PATIENCE,
     Policy,
 )
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.cli.campaign_options import MOST_ON_PAGE, arguments, fill, policy_of
+from hpcwhirl.cli.campaign_options import (
+    MOST_ON_PAGE,
+    arguments,
+    design_of_call,
+    extension,
+    fill,
+    policy_of,
+)
 from hpcwhirl.cli.command import (
     COMPLETE,
     FAILED,
@@ -137,7 +144,7 @@ def _owned(
                 print(told, file=sys.stderr)
     own = claim(args.out, claim_of(policy.shard), asking)
     stack.callback(own.release)
-    prepare(design, args.out)
+    prepare(design, args.out, args.to)
     return own
 
 
@@ -147,7 +154,8 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     settings = parsed(args.settings)
     if args.regimes_only:
         settings |= _words_alone(args.file, settings)
-    design = load_design(args.file, settings)
+    args.to = extension(args)
+    design = design_of_call(args, settings)
     fill(args, design.rules)
     policy = policy_of(args, design)
     check_folder(args.out)
@@ -162,6 +170,7 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
     """Return what --regimes-only sets: cases that are to be decided go on to be."""
+    file = None if file is None or file.is_dir() else file
     solver = load_document(file).get("solver") if file else {}
     asked = solver.get("until") if isinstance(solver, Mapping) else None
     until = "solver.until"
@@ -188,8 +197,10 @@ def _explain(design: Design) -> None:
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
     from hpcwhirl.campaign.forecast import forecast
+    from hpcwhirl.campaign.resume import extended_by
 
-    found = forecast(design, args.out, shard)
+    times = extended_by(design, args.out, args.to)
+    found = forecast(design, args.out, shard, times)
     step = 1e6 * found.seconds / found.steps if found.steps else 0.0
     disk = found.disk
     facts = {
@@ -199,6 +210,7 @@ def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> N
         "steps": found.steps,
         "microseconds_per_step": step,
         "core_hours": found.seconds / 3600,
+        "core_hours_most": found.most / 3600,
         "learned_from": {"finished": found.finished, "probed": found.probed},
         "bytes": {**asdict(disk), "total": disk.total},
     }
@@ -211,7 +223,8 @@ def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> N
     if found.finished:
         how = f"learned from {found.finished} finished cases"
     print(f"{found.steps:.4g} steps at {step:.2f} us ({how})")
-    print(f"predicted: {found.seconds / 3600:.3g} core-hours")
+    most = f", at most {found.most / 3600:.3g}" if found.most > found.seconds else ""
+    print(f"predicted: {found.seconds / 3600:.3g} core-hours{most}")
     print(
         f"on disk: {_size(disk.results)} results.h5, {_size(disk.traces)} traces, "
         f"{_size(disk.journal)} journal"

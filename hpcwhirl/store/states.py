@@ -96,6 +96,28 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
     return out
 
 
+def hand_over(folder: Path, digest: str, after: str) -> bool:
+    """Keep the state of a case as that of another, too, which it may go on as.
+
+    Returns
+    -------
+    whether there was one, whole; what it belongs to stays
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be written
+    """
+    try:
+        with open_regular(_path(folder, digest)) as file:
+            head, data = opened(file.readline()), file.read()
+        _arrays(head, data, {"format": FORMAT, "digest": digest})
+    except (OSError, KeyError, TypeError, ValueError):
+        return False
+    write_whole(_path(folder, after), sealed({**(head or {}), "digest": after}) + data)
+    return True
+
+
 def drop_state(folder: Path, digest: str) -> None:
     """Remove the state of a case, if there is one."""
     with suppress(OSError):  # it is in nobody's way
