@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.campaign.begin import begin
+from hpcwhirl.campaign.begin import Manner, begin
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending
 from hpcwhirl.campaign.measure import Measure, measure_of
@@ -119,10 +119,10 @@ class Call:
             folder = Path(self.out if self.out is not None else own.get("out", FOLDER))
             policy = with_rules(_policy(own), rules)
             check_folder(folder)
-            flags = {name: bool(self.options.get(name)) for name in FLAGS}
-            design = design if flags["fresh"] else as_begun(design, folder)
+            manner = Manner(*(bool(self.options.get(name)) for name in FLAGS))
+            design = design if manner.fresh else as_begun(design, folder)
             design = replace(design, measure=self._measure())
-            claim = begin(design, folder, policy, stopping, **flags)
+            claim = begin(design, folder, policy, stopping, manner)
         except WhirlError as failed:
             return (None, None, None, failed), None
         return (design, policy, folder, None), claim

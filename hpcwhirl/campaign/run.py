@@ -18,6 +18,7 @@ from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
+from hpcwhirl.campaign.stages import Stages
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
@@ -64,7 +65,8 @@ def run_campaign(
         stopping.watch(None if node.rank else folder, policy.seconds)
         work, agenda = work_of(design, folder, policy, comm)
         with _desk(folder, work, comm, policy, stopping) as desk:
-            evaluate = Evaluator(design, work.units, desk)
+            stages = Stages(design, work.extended)
+            evaluate = Evaluator(design, work.units, desk, stages, work.begun)
             if work.units:
                 _warm(evaluate, node)
             if comm.rank == 0:

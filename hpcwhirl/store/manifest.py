@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +55,7 @@ class Manifest:
     digests : one for each case, in the order of `case`
     settings : the swept inputs' values of each case
     version, format : of the program and of this file
+    extended : s, to what its undecided cases were extended, in this order
     """
 
     engine: str
@@ -64,6 +65,7 @@ class Manifest:
     settings: list[dict[str, Any]]
     version: str
     format: int = FORMAT
+    extended: list[float] = field(default_factory=list)
 
 
 def write_manifest(folder: Path, plan: Manifest) -> None:
@@ -116,6 +118,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
+    data.setdefault("extended", [])  # no plan of before it could be
     if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
@@ -125,6 +128,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
+    kinds["extended"] = list
     lists = data["digests"], data["settings"]
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
@@ -132,6 +136,7 @@ def _has_types(data: dict[str, Any]) -> bool:
         and len(lists[0]) == len(lists[1])
         and all(isinstance(name, str) for name in (*data["swept"], *lists[0]))
         and all(isinstance(settings, dict) for settings in lists[1])
+        and all(isinstance(time, float) for time in data["extended"])
     )
 
 
