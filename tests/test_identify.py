@@ -64,7 +64,8 @@ def as_the_paper():
     rows += [row(410.0, "sustained"), row(420.0, "divergent", orbit_radius=4e-3)]
     for kind in ("clamped", "table 1, k=1", "table 1, k=2"):
         rows += [row(float(s), "damped", kind=kind) for s in range(20, 521, 50)]
-    return rows
+    four = [r for r in rows if r["speed"] in guide.SCATTERED and r["kind"] == "table 2"]
+    return rows + [r | {"kind": f"scatter {i}"} for i in range(2) for r in four]
 
 
 def changed(rows, speed, kind="table 2", **change):
@@ -218,7 +219,9 @@ def playing(words):
     def compute(engine, kind, speed):
         del engine
         asked.append((kind, speed))
-        return row(speed, words.get((kind, speed), "damped")) | {"kind": kind}
+        whirl = "backward" if speed == 270.0 else "forward"
+        word = words.get((kind, speed), "damped")
+        return row(speed, word, whirl, kind=kind)
 
     return compute, asked
 
@@ -230,11 +233,12 @@ def test_hopeless_engines_are_given_up_early_and_good_ones_are_not():
     paper = {("table 2", 410.0): "sustained", ("table 2", 420.0): "divergent",
              ("table 2", 270.0): "divergent"}  # fmt: skip
     compute, asked = playing(paper)
-    rows = screen.screened({}, compute)
+    rows = screen.screened(default_engine(), compute)
     told = {kind: {s for k, s in asked if k == kind} for kind, _ in asked}
     assert {270.0, 520.0, *screen.OTHERS} < told["table 2"]
     assert told["clamped"] == set(screen.CLAMPED)
     assert len(asked) == len(set(asked)) == len(rows)
+    assert len([k for k in told if k.startswith("scatter")]) == screen.DRAWS
     gone = {("table 2", s): "divergent" for s in (410.0, 420.0, 520.0, 390.0, 360.0)}
     compute, asked = playing(gone)
     screen.screened({}, compute)

@@ -27,9 +27,11 @@ SHOWN = 1.4  # gaps: radius at which a kept-up motion loses its bound
 WEIGHTS = {
     "step": 2.0, "step forward": 0.3, "270": 1.0, "270 backward": 0.3,
     "520": 1.0, "520 forward": 0.1, "others": 1.0, "clamped": 0.3, "table 1, k=1": 0.3,
+    "sure": 1.0,
 }  # fmt: skip
 WORDS = ((270.0, "divergent", "backward"), (410.0, "sustained", "forward"),
          (420.0, "divergent", "forward"), (520.0, "damped", "forward"))  # fmt: skip
+SCATTERED = (270.0, 410.0, 420.0)  # rad/s, asked of engines a little off
 ABOUT_270 = (250.0, 270.0, 300.0)
 
 
@@ -125,7 +127,16 @@ def misses(rows: Sequence[Row]) -> dict[str, float]:
     if 520.0 in sweep:
         out["520"] = miss(sweep[520.0], "damped")
         out["520 forward"] = turned(sweep[520.0], "forward")
-    return out | _groups(rows, sweep)
+    return out | _groups(rows, sweep) | _sure(rows)
+
+
+def _sure(rows: Sequence[Row]) -> dict[str, float]:
+    """Return the mean over engines a little off of their worst motion, if computed."""
+    kinds = {row["kind"] for row in rows if row["kind"].startswith("scatter")}
+    wanted = {speed: regime for speed, regime, _ in WORDS}
+    worst = [max(miss(row, wanted[speed]) for speed, row in pick(rows, kind).items())
+             for kind in sorted(kinds)]  # fmt: skip
+    return {"sure": _mean(worst)} if worst else {}
 
 
 def _groups(rows: Sequence[Row], sweep: dict[float, Row]) -> dict[str, float]:

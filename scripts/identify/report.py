@@ -181,6 +181,11 @@ def determined(engines: Sequence[Engine]) -> Lines:
     return [*lines, ""]
 
 
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Lines:
+    """Return a table in Markdown and the empty line after it."""
+    return [*_head(heads), *(_line(cells) for cells in rows), ""]
+
+
 def _line(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 

@@ -122,3 +122,15 @@ def drawn(count: int, seed: int) -> NDArray[np.float64]:
     power = max(0, math.ceil(math.log2(count)))
     points = qmc.Sobol(len(COORDINATES), seed=seed).random_base2(power)
     return np.asarray(points[:count])
+
+
+def scattered(
+    engine: Engine, scatter: float, draws: int, seed: int = 1
+) -> list[Engine]:
+    """Return engines whose unknowns are off by a scatter, each draw its own."""
+    chance = np.random.default_rng([seed, round(1e6 * scatter)])
+    factors = np.exp(scatter * chance.standard_normal((draws, len(UNKNOWNS))))
+    return [
+        {n: float(f"{engine[n] * f:.6g}") for n, f in zip(UNKNOWNS, own, strict=True)}
+        for own in factors
+    ]
