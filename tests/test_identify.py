@@ -15,6 +15,7 @@ from identify import engine as engines
 from identify import full, guide, screen
 from identify import score as scoring
 from identify.kept import Kept, NotKept
+from identify.linear import SPEEDS, WANTED, closed, linear_cost, linear_miss
 from identify.search import Plan, Screen, descend, next_start, search
 from identify.space import (
     COORDINATES,
@@ -57,6 +58,11 @@ def row(speed, regime, whirl="forward", **more):
     return {"speed": speed, "regime": regime, "whirl": whirl} | usual | more
 
 
+def likely(speed):
+    grows = {root: 5.0 if yes else -5.0 for s, root, yes in WANTED if s == speed}
+    return {"kind": "linear", "speed": speed, "forward": -5.0, "backward": -5.0} | grows
+
+
 def as_the_paper():
     rows = [row(float(s), "damped") for s in range(20, 521, 10)]
     rows = [r for r in rows if r["speed"] not in (270.0, 410.0, 420.0)]
@@ -65,7 +71,8 @@ def as_the_paper():
     for kind in ("clamped", "table 1, k=1", "table 1, k=2"):
         rows += [row(float(s), "damped", kind=kind) for s in range(20, 521, 50)]
     four = [r for r in rows if r["speed"] in guide.SCATTERED and r["kind"] == "table 2"]
-    return rows + [r | {"kind": f"scatter {i}"} for i in range(2) for r in four]
+    rows += [r | {"kind": f"scatter {i}"} for i in range(2) for r in four]
+    return rows + [likely(speed) for speed in SPEEDS]
 
 
 def changed(rows, speed, kind="table 2", **change):
@@ -197,14 +204,16 @@ def test_computing_more_never_costs():
     for wrong in (rows, changed(rows, 270.0, regime="damped", whirl="forward")):
         stages = [[r for r in wrong if r["speed"] in (410.0, 420.0)]]
         stages.append(stages[0] + [r for r in wrong if r["speed"] in (520.0, 270.0)])
-        stages.append(wrong)
+        stages.append(wrong[:-1])
+        stages.append(wrong)  # linear theory is whole with its last
         costs = [guide.cost(some) for some in [[], *stages]]
         assert costs == sorted(costs, reverse=True)
         assert len(set(costs)) == len(costs)
 
 
 def test_an_engine_that_damps_everything_does_not_lead():
-    still = [row(r["speed"], "damped", kind=r["kind"]) for r in as_the_paper()]
+    still = [row(r["speed"], "damped", kind=r["kind"]) for r in as_the_paper()
+             if r["kind"] != "linear"]  # fmt: skip
     half = [r for r in still if r["speed"] not in (410.0, 420.0)]
     half += [row(410.0, "sustained"), row(420.0, "divergent")]
     assert scoring.score(scoring.score_parts(still)) > 0.4
@@ -219,6 +228,8 @@ def playing(words):
     def compute(engine, kind, speed):
         del engine
         asked.append((kind, speed))
+        if kind == "linear":
+            return likely(speed)
         whirl = "backward" if speed == 270.0 else "forward"
         word = words.get((kind, speed), "damped")
         return row(speed, word, whirl, kind=kind)
@@ -229,7 +240,7 @@ def playing(words):
 def test_hopeless_engines_are_given_up_early_and_good_ones_are_not():
     compute, asked = playing({})
     screen.screened({}, compute)
-    assert len(asked) == 4
+    assert len(asked) == len(SPEEDS) + 4
     paper = {("table 2", 410.0): "sustained", ("table 2", 420.0): "divergent",
              ("table 2", 270.0): "divergent"}  # fmt: skip
     compute, asked = playing(paper)
@@ -254,6 +265,18 @@ def test_a_screened_motion_is_that_of_the_program_at_that_preset():
     found = screen.motion(refused, "table 2", 520.0)
     assert (found["status"], found["regime"]) == ("failed", "none")
     assert guide.cost([found]) == pytest.approx(sum(guide.WEIGHTS.values()), rel=0.1)
+
+
+def test_linear_theory_is_that_of_the_roots_and_of_the_frame():
+    found = closed(default_engine(), 420.0)
+    assert found["forward"] < 0.0  # which is why the default never diverged
+    growing = engine_of_scene(named_scene("four_motions"))
+    at = {speed: closed(growing, speed) for speed in (270.0, 400.0, 430.0)}
+    assert at[270.0]["backward"] > 0.0 > at[400.0]["backward"]
+    assert at[400.0]["forward"] < 0.0 < at[430.0]["forward"]
+    assert linear_miss([]) == 1.0
+    assert linear_miss([likely(speed) for speed in SPEEDS]) == 0.0
+    assert linear_cost(growing) < linear_cost(default_engine())
 
 
 # -- coordinates -----------------------------------------------------------------------
@@ -320,7 +343,7 @@ class Bowl(Screen):
         return np.array([r[0]["away"] for r in self.rows(list(map(engine_at, points)))])
 
 
-PLAN = Plan(drawn=16, batch=8, population=8, patience=5, generations=6)
+PLAN = Plan(drawn=32, screened=16, batch=8, population=8, patience=5, generations=6)
 
 
 def sequence(screened, batches):

@@ -191,7 +191,10 @@ def main(words: Sequence[str] | None = None) -> int:
     limits = Limits(args.minutes, args.engines, args.enough, args.workers)
     plan = Plan(seed=args.seed)
     if args.short:
-        limits, plan = short_limits(limits), replace(plan, drawn=4, generations=1)
+        limits, plan = (
+            short_limits(limits),
+            replace(plan, drawn=16, screened=4, generations=1),
+        )
     run = Search(args.out, plan, limits, tuple(args.seed_engine))
     run.run()
     print(f"identify: {len(run.found)} engines with all four motions; report in "

@@ -7,9 +7,11 @@ reached. `miss` is how far it is from a word, `cost` the sum over what the paper
 What has not been computed counts as missed whole, so that an engine that was given up
 early never passes one that was not, and computing more never costs.
 
-The step from sustained (410 rad/s) to divergent (420) and the divergence at 270 may lie
-at other speeds: the cost then is that of the best place plus how far away it is. The
-guide leads and decides nothing; engines are judged by words, at full numerics.
+Distances to thresholds of linear theory (`identify.linear`) are there before the first
+contact. The step from sustained (410 rad/s) to divergent (420) and the divergence at
+270 may lie at other speeds: the cost then is that of the best place plus how far away
+it is. The guide leads and decides nothing; engines are judged by words, at full
+numerics.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from identify.linear import linear_miss
 from identify.score import Row, is_other, pick
 
 WRONG = 0.2  # of a word that is wrong, however near
@@ -27,7 +30,7 @@ SHOWN = 1.4  # gaps: radius at which a kept-up motion loses its bound
 WEIGHTS = {
     "step": 2.0, "step forward": 0.3, "270": 1.0, "270 backward": 0.3,
     "520": 1.0, "520 forward": 0.1, "others": 1.0, "clamped": 0.3, "table 1, k=1": 0.3,
-    "sure": 1.0,
+    "sure": 1.0, "linear": 2.0,
 }  # fmt: skip
 WORDS = ((270.0, "divergent", "backward"), (410.0, "sustained", "forward"),
          (420.0, "divergent", "forward"), (520.0, "damped", "forward"))  # fmt: skip
@@ -109,10 +112,10 @@ def _step_cost(below: Row, above: Row) -> float:
     return (wrong[1] + 0.2 * wrong[0]) / 1.2 + away / (2 * FAR)
 
 
-def misses(rows: Sequence[Row]) -> dict[str, float]:
+def misses(rows: list[Row]) -> dict[str, float]:
     """Return {part: 0 to 1} of each of `WEIGHTS`; 1 of what was not computed."""
     sweep = pick(rows, "table 2")
-    out = dict.fromkeys(WEIGHTS, 1.0)
+    out = dict.fromkeys(WEIGHTS, 1.0) | {"linear": linear_miss(rows)}
     found = step(sweep)
     if found is not None:
         out["step"] = min(found.cost, 1.0)
@@ -160,7 +163,7 @@ def _mean(values: Iterable[float]) -> float:
     return sum(held) / len(held) if held else 1.0
 
 
-def cost(rows: Sequence[Row]) -> float:
+def cost(rows: list[Row]) -> float:
     """Return what a search makes small: 0 where all is as in the paper."""
     found = misses(rows)
     return sum(weight * found[part] for part, weight in WEIGHTS.items())

@@ -13,6 +13,7 @@ from typing import Any
 
 from identify.guide import SCATTERED, step, vigour, words_right
 from identify.guide import WORDS as MOTIONS
+from identify.linear import SPEEDS, WANTED, closed, linear_miss
 from identify.score import Row, pick
 from identify.space import GAP, Engine, scattered
 
@@ -42,6 +43,7 @@ BESIDE_270 = (250.0, 300.0)
 OTHERS = (60.0, 100.0, 150.0, 200.0, 240.0, 330.0, 370.0, 490.0)
 CLAMPED, TABLE1 = (270.0, 420.0), (270.0,)
 LEAST_STEPS = 10.5  # of a pulse
+UNLIKELY = 0.3  # of what linear theory wants, beyond which nothing is integrated
 HOPELESS = 0.4  # cost of the step beyond which the rest is not computed
 DRAWS, SCATTER = 6, 0.01  # engines beside one that has all motions
 NEAR = 0.12  # and within which all of it is, where 520 is right
@@ -53,8 +55,8 @@ def about() -> dict[str, Any]:
     speeds = (UP, DOWN, BESIDE_270, OTHERS, CLAMPED, TABLE1, SCATTERED)
     return {
         "physics": PHYSICS_VERSION, "preset": SCREEN, "kinds": KINDS,
-        "speeds": speeds, "given up": (HOPELESS, NEAR), "scatter": (DRAWS, SCATTER),
-        "numbers": NUMBERS,
+        "speeds": speeds, "given up": (UNLIKELY, HOPELESS, NEAR),
+        "linear": WANTED, "scatter": (DRAWS, SCATTER), "numbers": NUMBERS,
     }  # fmt: skip
 
 
@@ -63,6 +65,8 @@ def motion(engine: Engine, kind: str, speed: float) -> Row:
 
     So they are the same whether computed now or read from what was kept.
     """
+    if kind == "linear":
+        return closed(engine, speed)
     step = min(SCREEN["solver.time_step"], engine["pulse"] / LEAST_STEPS)
     own = {"speed": speed, "solver.time_step": step}
     usual = KINDS["table 2" if kind.startswith("scatter") else kind]
@@ -81,13 +85,16 @@ def motion(engine: Engine, kind: str, speed: float) -> Row:
 def screened(engine: Engine, compute: Compute = motion) -> list[Row]:
     """Return the rows of an engine, as many as it is worth.
 
-    First 410 and 420 rad/s, then where the step is, if not there. Engines without a
-    step, or without rest at 520, are given up; those near the paper's are asked for
-    the other speeds, which the paper has damped; those with all motions, whether they
-    keep them where every unknown is a little off.
+    First what linear theory says, then 410 and 420 rad/s, then where the step is, if
+    not there. Engines without a step, or without rest at 520, are given up; those near
+    the paper's are asked for the other speeds, which the paper has damped; those with
+    all motions, whether they keep them where every unknown is a little off.
     """
-    rows = [compute(engine, "table 2", speed) for speed in (410.0, 420.0)]
-    rows += _looked_for(engine, rows, compute)
+    rows = [compute(engine, "linear", speed) for speed in SPEEDS]
+    if linear_miss(rows) > UNLIKELY:
+        return rows
+    pair = [compute(engine, "table 2", speed) for speed in (410.0, 420.0)]
+    rows += pair + _looked_for(engine, pair, compute)
     found = step(pick(rows, "table 2"))
     if found is None or found.cost > HOPELESS:
         return rows
@@ -135,7 +142,7 @@ def _along(
 
 def _the_rest(engine: Engine, rows: list[Row], compute: Compute) -> list[Row]:
     """Return what the paper has damped: other speeds, clamped centre, Table 1."""
-    have = {row["speed"] for row in rows}
+    have = pick(rows, "table 2")
     out = [compute(engine, "table 2", s) for s in OTHERS if s not in have]
     out += [compute(engine, "clamped", speed) for speed in CLAMPED]
     return out + [compute(engine, "table 1, k=1", speed) for speed in TABLE1]

@@ -1,10 +1,11 @@
 """The search: Sobol's points, then CMA-ES from the best of them, again and again.
 
-Words are flat and most engines give none of the motions, so the first engines fill the
-box evenly. CMA-ES (Hansen; package `cma`) then starts at the best engine so far that
-lies away from all earlier starts, and makes `guide.cost` small until it stands still.
-All chance is seeded and each population follows from the costs before it: with what was
-kept of an earlier run the same questions are asked, and answered without computing.
+Words are flat and most engines give none of the motions. The first engines fill the box
+evenly; linear theory, which costs some 5 ms, says which of them are integrated. CMA-ES
+(Hansen; package `cma`) then starts at the best engine so far that lies away from all
+earlier starts, and makes `guide.cost` small until it stands still. All chance is seeded
+and each population follows from the costs before it: with what was kept of an earlier
+run the same questions are asked, and answered without computing.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 from identify.guide import cost, words_right
 from identify.kept import Kept, key_of
+from identify.linear import linear_cost
 from identify.score import Row
 from identify.screen import timed
 from identify.space import COORDINATES, Engine, drawn, engine_at, point_of
@@ -34,8 +36,9 @@ class Plan:
     """How the box is searched; engines are counted, not seconds."""
 
     seed: int = 1
-    drawn: int = 256
-    batch: int = 64
+    drawn: int = 4096  # by linear theory
+    screened: int = 128  # of them, the best
+    batch: int = 32
     population: int = 16
     spread: float = 0.12  # of the box, the first standard deviation
     patience: int = 12  # generations without a better engine that end a start
@@ -73,10 +76,12 @@ class Screen:
 
 
 def first_points(plan: Plan, seeds: Sequence[Engine]) -> Iterator[Points]:
-    """Yield batches: engines that were given, then those that fill the box."""
+    """Yield batches: engines that were given, then of the box the likeliest."""
     if seeds:
         yield np.array([point_of(engine) for engine in seeds])
-    points = drawn(plan.drawn, plan.seed)
+    filled = drawn(plan.drawn, plan.seed)
+    costs = [linear_cost(engine_at(point)) for point in filled]
+    points = filled[np.argsort(costs, kind="stable")[: plan.screened]]
     for at in range(0, len(points), plan.batch):
         yield points[at : at + plan.batch]
 
