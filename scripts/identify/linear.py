@@ -14,7 +14,7 @@ import numpy as np
 from identify.score import Row
 from identify.space import GAP, Engine
 
-from hpcwhirl.analysis.stability import closed_roots, coupled
+from hpcwhirl.analysis.stability import closed_roots, coupled, static_line
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings
 
@@ -41,7 +41,7 @@ def closed(engine: Engine, speed: float) -> Row:
     settings = engine | SMALL | {"speed": speed, "gap": GAP, "friction": FRICTION}
     model = resolve(apply_settings(Scene(), settings)).model
     roots = closed_roots(coupled(model, 1, speed, FRICTION))
-    lines = speed - roots.imag  # an orbit's, static frame, forward positive
+    lines = static_line(roots.imag, 1, speed)
     row: Row = {"kind": "linear", "speed": speed}
     for name, (low, high) in (("forward", FORWARD), ("backward", BACKWARD)):
         own = roots.real[(lines > low) & (lines < high)]

@@ -29,8 +29,9 @@ from identify.screen import SCREEN
 
 from hpcwhirl import simulate
 from hpcwhirl.analysis.spectrum import full_spectrum
-from hpcwhirl.analysis.stability import SLOW, coupled, growth_of_diameter, sprung_roots
+from hpcwhirl.analysis.stability import coupled, sprung_roots, static_line
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import Scene, apply_settings, engine_names, named_scene
 from hpcwhirl.scene.words import SHOWN
@@ -93,16 +94,24 @@ def _window(time: Floats, orbit: Any, impulse: Floats) -> tuple[float, float, fl
     return radius, line, float((impulse[-1] - impulse[0]) / (time[-1] - time[0]))
 
 
-def sprung(scene: Scene) -> tuple[Floats, Floats]:
-    """Return (growth, line), 1/s and rad/s (static), of the fastest root by spring."""
-    pair = coupled(resolve(scene).model, 1, scene.speed, scene.friction)
-    found = []
-    for spring in SPRINGS:
+def branch(scene: Scene, whirl: str) -> Any:
+    """Return a root by spring, (springs,), 1/s and i rad/s of the static frame.
+
+    It begins, without springs, at 1F's backward wave where the motion is forward, at
+    the ring's backward one where it is backward, and is followed from there.
+    """
+    model = resolve(scene).model
+    pair = coupled(model, 1, scene.speed, scene.friction)
+    at = 1j * (scene.speed - first_family(modal_table(model), "rotor")[1])
+    if whirl == "backward":
+        at = -1j * first_family(modal_table(model), "casing")[1]
+    out = []
+    for spring in np.r_[0.0, SPRINGS]:
         roots = sprung_roots(pair, float(spring))
-        slow = roots[np.abs(roots.imag) < SLOW]
-        found.append(slow[np.argmax(slow.real)])
-    at = np.array(found)
-    return at.real, at.imag + scene.speed
+        static = roots.real + 1j * static_line(roots.imag, 1, scene.speed)
+        at = static[np.argmin(np.abs(static - at))]
+        out.append(at)
+    return np.array(out[1:])
 
 
 def basin(scene: Scene) -> NDArray[np.str_]:
@@ -169,31 +178,45 @@ def _fed(motion: Motion) -> str:
 def _lies(motion: Motion, words: NDArray[np.str_]) -> str:
     count = Counter(words.ravel().tolist())
     told = ", ".join(f"{n} {word}" for word, n in count.most_common())
-    scene, line = motion.scene, float(motion.row["line_frequency"])
-    model = resolve(scene).model
-    linear = growth_of_diameter(model, 1, scene.speed, scene.friction)
-    closed = f"{linear['slow']:.2g} 1/s, line {linear['slow_line'] + scene.speed:+.0f}"
-    fast = f"{linear['sprung']:.2g} 1/s, {linear['sprung_line'] + scene.speed:+.0f}"
-    near, spring = nearest_root(scene, line)
+    line = float(motion.row["line_frequency"])
+    root = branch(motion.scene, str(motion.row["whirl"]))
     return (
         f"Of {words.size} pairs of force and gap, {FACTORS[0]:g} to {FACTORS[-1]:g} "
-        f"times the paper's, {told}; linear, contacts held closed grow at {closed} "
-        f"rad/s, with the worst springs in their place at {fast}; nearest to the "
-        f"line computed, {line:+.0f} rad/s, is a root at {near.imag:+.0f} with springs "
-        f"of {spring:.2g} N/m a blade, growing at {near.real:.2g} 1/s."
+        f"times the paper's, {told}; linear, with springs for contacts, the "
+        f"{motion.row['whirl']} root grows {_where(root)}, held closed at "
+        f"{root[-1].real:+.2g} 1/s on {root[-1].imag:+.0f} rad/s; the line computed is "
+        f"{line:+.0f} rad/s{_met(root, line)}."
     )
 
 
-def nearest_root(scene: Scene, line: float) -> tuple[complex, float]:
-    """Return (root, spring) nearest to a line, 1/s and rad/s, static frame."""
-    pair = coupled(resolve(scene).model, 1, scene.speed, scene.friction)
-    found = []
-    for spring in SPRINGS:
-        roots = sprung_roots(pair, float(spring)) + 1j * scene.speed
-        root = roots[np.argmin(np.abs(roots.imag - line))]
-        found.append((abs(root.imag - line), complex(root), float(spring)))
-    _, root, spring = min(found, key=lambda each: each[0])
-    return root, spring
+def _where(root: Any) -> str:
+    """Say for which springs a root grows, and how fast at most."""
+    growing = SPRINGS[root.real > 0.0]
+    if not len(growing):
+        return "for none"
+    end = f"{growing[-1]:.2g} N/m a blade" if root[-1].real <= 0.0 else "closed"
+    return f"from {growing[0]:.2g} to {end}, at most at {root.real.max():.2g} 1/s"
+
+
+def _met(root: Any, line: float) -> str:
+    """Say with which spring a root has a line, where it has."""
+    crossed = np.flatnonzero(np.diff(np.sign(root.imag - line)))
+    if not len(crossed):
+        return ""
+    at = crossed[0]
+    return f", the root's at {SPRINGS[at]:.2g} N/m, growing at {root[at].real:+.2g} 1/s"
+
+
+def linear_sentence(growth: Sequence[float]) -> str:
+    """Return where the forward root of closed contacts begins to grow."""
+    up = [i for i in range(len(growth) - 1) if growth[i] <= 0.0 < growth[i + 1]]
+    if not up:
+        return "Linear theory has no step here: closed contacts cross no zero."
+    at = up[0] - growth[up[0]] / (growth[up[0] + 1] - growth[up[0]])
+    speed = float(np.interp(at, np.arange(len(STEP)), STEP))
+    return (
+        f"Linear, the forward root of closed contacts grows from {speed:.0f} rad/s on."
+    )
 
 
 def step_sentence(rows: Sequence[dict[str, Any]]) -> str:
@@ -220,7 +243,9 @@ def figure_of(motion: Motion, words: NDArray[np.str_]) -> Any:
     row = motion.row
     figure.suptitle(f"{row['speed']:g} rad/s: {row['regime']} {row['whirl']}")
     line.plot(motion.radius, motion.line, "o", ms=4, c="#2F6DB3")
-    line.set(xscale="log", xlabel="orbit radius, gaps", ylabel="line, rad/s (static)")
+    line.set(xlabel="orbit radius, gaps", ylabel="line, rad/s (static)")
+    if motion.radius.max(initial=0.0) > 10.0 * motion.radius.min(initial=np.inf):
+        line.set_xscale("log")
     line.set_title(f"Windows of {WINDOW:g} s with contact")
     other = line.twinx()
     other.plot(motion.radius, motion.stiffness, "x", ms=4, c="#C63D0F")
@@ -252,18 +277,27 @@ def _draw_basin(axes: Any, words: NDArray[np.str_]) -> None:
     axes.set(xscale="log", yscale="log", xlabel="force, of the paper's",
              ylabel="gap, of the paper's", title="Basin")  # fmt: skip
     axes.plot(1.0, 1.0, "s", ms=16, mfc="none", mec="k")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_ticks(FACTORS, [f"{factor:g}" for factor in FACTORS])
+        axis.set_ticks([], minor=True)
 
 
 def _draw_linear(axes: Any, motion: Motion) -> None:
-    growth, line = sprung(motion.scene)
-    axes.semilogx(SPRINGS, growth, "k-", lw=1, label="growth, 1/s")
+    root = branch(motion.scene, str(motion.row["whirl"]))
+    axes.semilogx(SPRINGS, root.real, "k-", lw=1)
     axes.axhline(0.0, c="grey", lw=0.6)
-    axes.set_yscale("symlog", linthresh=1.0)
     axes.set(xlabel="springs for contacts, N/m a blade", ylabel="growth, 1/s",
-             title="Linear: the fastest root below 150 Hz")  # fmt: skip
+             title=f"Linear: the {motion.row['whirl']} root")  # fmt: skip
     other = axes.twinx()
-    other.semilogx(SPRINGS, line, ":", c="#2F6DB3")
-    other.set_ylabel("its line, rad/s (static, dotted)")
+    other.semilogx(SPRINGS, root.imag, ":", c="#2F6DB3")
+    other.axhline(float(motion.row["line_frequency"]), c="#2F6DB3", lw=0.6)
+    other.set_ylabel("its line, rad/s (static, dotted; thin: computed)")
+
+
+def closed_growth(engine: Scene) -> list[float]:
+    """Return the growth of the forward root of closed contacts by speed, 1/s."""
+    scenes = [apply_settings(engine, {"speed": float(s)}) for s in STEP]
+    return [float(branch(scene, "forward")[-1].real) for scene in scenes]
 
 
 def draw_step(rows: Sequence[dict[str, Any]]) -> Any:
@@ -298,7 +332,8 @@ def page(name: str, out: Path) -> list[str]:
         lines += [*sentences(motion, words), ""]
     rows = step_of(engine)
     save(draw_step(rows), out / f"{name}_step.png")
-    return [*lines, "## The step", "", step_sentence(rows)]
+    told = [step_sentence(rows), linear_sentence(closed_growth(engine))]
+    return [*lines, "## The step", "", *told]
 
 
 def main(words: Sequence[str] | None = None) -> int:
