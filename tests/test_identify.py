@@ -15,7 +15,7 @@ from identify import engine as engines
 from identify import full, guide, screen
 from identify import score as scoring
 from identify.kept import Kept, NotKept
-from identify.linear import SPEEDS, WANTED, closed, linear_cost, linear_miss
+from identify.linear import SPEEDS, WANTED, growths, linear_miss, linear_rows, model_at
 from identify.search import Plan, Screen, descend, next_start, search
 from identify.space import (
     COORDINATES,
@@ -60,7 +60,7 @@ def row(speed, regime, whirl="forward", **more):
 
 def likely(speed):
     grows = {root: 5.0 if yes else -5.0 for s, root, yes in WANTED if s == speed}
-    return {"kind": "linear", "speed": speed, "forward": -5.0, "backward": -5.0} | grows
+    return {"kind": "linear", "speed": speed} | grows
 
 
 def as_the_paper():
@@ -228,8 +228,6 @@ def playing(words):
     def compute(engine, kind, speed):
         del engine
         asked.append((kind, speed))
-        if kind == "linear":
-            return likely(speed)
         whirl = "backward" if speed == 270.0 else "forward"
         word = words.get((kind, speed), "damped")
         return row(speed, word, whirl, kind=kind)
@@ -238,21 +236,25 @@ def playing(words):
 
 
 def test_hopeless_engines_are_given_up_early_and_good_ones_are_not():
+    good = engine_of_scene(named_scene("four_motions"))
     compute, asked = playing({})
-    screen.screened({}, compute)
-    assert len(asked) == len(SPEEDS) + 4
+    worst = max(map(engine_at, drawn(8, 1)), key=lambda e: linear_miss(linear_rows(e)))
+    assert len(screen.screened(worst, compute)) == len(SPEEDS)
+    assert not asked  # linear theory gives it up
+    screen.screened(good, compute)
+    assert len(asked) == 4
     paper = {("table 2", 410.0): "sustained", ("table 2", 420.0): "divergent",
              ("table 2", 270.0): "divergent"}  # fmt: skip
     compute, asked = playing(paper)
-    rows = screen.screened(default_engine(), compute)
+    rows = screen.screened(good, compute)
     told = {kind: {s for k, s in asked if k == kind} for kind, _ in asked}
     assert {270.0, 520.0, *screen.OTHERS} < told["table 2"]
     assert told["clamped"] == set(screen.CLAMPED)
-    assert len(asked) == len(set(asked)) == len(rows)
+    assert len(asked) == len(set(asked)) == len(rows) - len(SPEEDS)
     assert len([k for k in told if k.startswith("scatter")]) == screen.DRAWS
     gone = {("table 2", s): "divergent" for s in (410.0, 420.0, 520.0, 390.0, 360.0)}
     compute, asked = playing(gone)
-    screen.screened({}, compute)
+    screen.screened(good, compute)
     assert ("table 2", 270.0) not in asked
 
 
@@ -268,15 +270,17 @@ def test_a_screened_motion_is_that_of_the_program_at_that_preset():
 
 
 def test_linear_theory_is_that_of_the_roots_and_of_the_frame():
-    found = closed(default_engine(), 420.0)
+    found = growths(model_at(default_engine()), 420.0)
     assert found["forward"] < 0.0  # which is why the default never diverged
     growing = engine_of_scene(named_scene("four_motions"))
-    at = {speed: closed(growing, speed) for speed in (270.0, 400.0, 430.0)}
+    at = {row["speed"]: row for row in linear_rows(growing)}
     assert at[270.0]["backward"] > 0.0 > at[400.0]["backward"]
     assert at[400.0]["forward"] < 0.0 < at[430.0]["forward"]
     assert linear_miss([]) == 1.0
     assert linear_miss([likely(speed) for speed in SPEEDS]) == 0.0
-    assert linear_cost(growing) < linear_cost(default_engine())
+    assert linear_miss(linear_rows(growing)) < linear_miss(
+        linear_rows(default_engine())
+    )
 
 
 # -- coordinates -----------------------------------------------------------------------

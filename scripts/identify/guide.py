@@ -24,13 +24,13 @@ from identify.linear import linear_miss
 from identify.score import Row, is_other, pick
 
 WRONG = 0.2  # of a word that is wrong, however near
+TURNED = 0.3  # of a motion that turns the wrong way altogether
 FAR = 60.0  # rad/s from where the paper sees a motion: as bad as not at all
 RISEN = 0.4  # ln amplitude over the window that the word `divergent` wants
 SHOWN = 1.4  # gaps: radius at which a kept-up motion loses its bound
 WEIGHTS = {
-    "step": 2.0, "step forward": 0.3, "270": 1.0, "270 backward": 0.3,
-    "520": 1.0, "520 forward": 0.1, "others": 1.0, "clamped": 0.3, "table 1, k=1": 0.3,
-    "sure": 1.0, "linear": 2.0,
+    "step": 2.5, "270": 1.3, "520": 1.1, "others": 1.0, "clamped": 0.3,
+    "table 1, k=1": 0.3, "sure": 1.0, "linear": 2.0,
 }  # fmt: skip
 WORDS = ((270.0, "divergent", "backward"), (410.0, "sustained", "forward"),
          (420.0, "divergent", "forward"), (520.0, "damped", "forward"))  # fmt: skip
@@ -88,6 +88,11 @@ def turned(row: Row, whirl: str) -> float:
     return clip(0.5 - 0.5 * sign * row["whirl_ratio"], 0.0, 1.0)
 
 
+def off(row: Row, regime: str, whirl: str) -> float:
+    """Return 0 where a motion is as it should be, else up to 1 by both its words."""
+    return min(miss(row, regime) + TURNED * turned(row, whirl), 1.0)
+
+
 class Step(NamedTuple):
     """From sustained to divergent between two speeds: how badly, and where."""
 
@@ -108,7 +113,8 @@ def step(sweep: dict[float, Row]) -> Step | None:
 
 def _step_cost(below: Row, above: Row) -> float:
     away = abs(below["speed"] - 410.0) + abs(above["speed"] - 420.0)
-    wrong = sorted((miss(below, "sustained"), miss(above, "divergent")))
+    two = off(below, "sustained", "forward"), off(above, "divergent", "forward")
+    wrong = sorted(two)
     return (wrong[1] + 0.2 * wrong[0]) / 1.2 + away / (2 * FAR)
 
 
@@ -119,17 +125,11 @@ def misses(rows: list[Row]) -> dict[str, float]:
     found = step(sweep)
     if found is not None:
         out["step"] = min(found.cost, 1.0)
-        ways = [turned(row, "forward") for row in (found.below, found.above)]
-        out["step forward"] = sum(ways) / 2
-    low = {s: miss(sweep[s], "divergent") + abs(s - 270.0) / FAR
-           for s in ABOUT_270 if s in sweep}  # fmt: skip
-    if low:
-        speed = min(low, key=lambda s: low[s])
-        out["270"] = min(low[speed], 1.0)
-        out["270 backward"] = turned(sweep[speed], "backward")
+    low = [off(sweep[s], "divergent", "backward") + abs(s - 270.0) / FAR
+           for s in ABOUT_270 if s in sweep]  # fmt: skip
+    out["270"] = min([*low, 1.0])
     if 520.0 in sweep:
-        out["520"] = miss(sweep[520.0], "damped")
-        out["520 forward"] = turned(sweep[520.0], "forward")
+        out["520"] = off(sweep[520.0], "damped", "forward")
     return out | _groups(rows, sweep) | _sure(rows)
 
 

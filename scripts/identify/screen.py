@@ -13,7 +13,7 @@ from typing import Any
 
 from identify.guide import SCATTERED, step, vigour, words_right
 from identify.guide import WORDS as MOTIONS
-from identify.linear import SPEEDS, WANTED, closed, linear_miss
+from identify.linear import WANTED, linear_miss, linear_rows
 from identify.score import Row, pick
 from identify.space import GAP, Engine, scattered
 
@@ -43,7 +43,7 @@ BESIDE_270 = (250.0, 300.0)
 OTHERS = (60.0, 100.0, 150.0, 200.0, 240.0, 330.0, 370.0, 490.0)
 CLAMPED, TABLE1 = (270.0, 420.0), (270.0,)
 LEAST_STEPS = 10.5  # of a pulse
-UNLIKELY = 0.3  # of what linear theory wants, beyond which nothing is integrated
+UNLIKELY = 0.24  # of what linear theory wants, beyond which nothing is integrated
 HOPELESS = 0.4  # cost of the step beyond which the rest is not computed
 DRAWS, SCATTER = 6, 0.01  # engines beside one that has all motions
 NEAR = 0.12  # and within which all of it is, where 520 is right
@@ -65,8 +65,6 @@ def motion(engine: Engine, kind: str, speed: float) -> Row:
 
     So they are the same whether computed now or read from what was kept.
     """
-    if kind == "linear":
-        return closed(engine, speed)
     step = min(SCREEN["solver.time_step"], engine["pulse"] / LEAST_STEPS)
     own = {"speed": speed, "solver.time_step": step}
     usual = KINDS["table 2" if kind.startswith("scatter") else kind]
@@ -90,7 +88,7 @@ def screened(engine: Engine, compute: Compute = motion) -> list[Row]:
     the paper's are asked for the other speeds, which the paper has damped; those with
     all motions, whether they keep them where every unknown is a little off.
     """
-    rows = [compute(engine, "linear", speed) for speed in SPEEDS]
+    rows = linear_rows(engine)
     if linear_miss(rows) > UNLIKELY:
         return rows
     pair = [compute(engine, "table 2", speed) for speed in (410.0, 420.0)]

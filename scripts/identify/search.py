@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from identify.guide import cost, words_right
 from identify.kept import Kept, key_of
-from identify.linear import linear_cost
+from identify.linear import linear_miss, linear_rows
 from identify.score import Row
 from identify.screen import timed
 from identify.space import COORDINATES, Engine, drawn, engine_at, point_of
@@ -36,9 +36,9 @@ class Plan:
     """How the box is searched; engines are counted, not seconds."""
 
     seed: int = 1
-    drawn: int = 4096  # by linear theory
-    screened: int = 128  # of them, the best
-    batch: int = 32
+    drawn: int = 1024  # by linear theory
+    screened: int = 64  # of them, the best
+    batch: int = 16
     population: int = 16
     spread: float = 0.12  # of the box, the first standard deviation
     patience: int = 12  # generations without a better engine that end a start
@@ -80,7 +80,7 @@ def first_points(plan: Plan, seeds: Sequence[Engine]) -> Iterator[Points]:
     if seeds:
         yield np.array([point_of(engine) for engine in seeds])
     filled = drawn(plan.drawn, plan.seed)
-    costs = [linear_cost(engine_at(point)) for point in filled]
+    costs = [linear_miss(linear_rows(engine_at(point))) for point in filled]
     points = filled[np.argsort(costs, kind="stable")[: plan.screened]]
     for at in range(0, len(points), plan.batch):
         yield points[at : at + plan.batch]
