@@ -38,7 +38,7 @@ from hpcwhirl.scene.words import SHOWN
 
 Floats = NDArray[np.float64]
 PAGE = Path(__file__).with_name("why.md")
-WINDOW = 0.1  # s: of a line and a radius
+WINDOW = 0.1  # s: of a line and a radius; slower ones than 63 rad/s are not resolved
 SPRINGS = np.geomspace(1e3, 1e9, 121)  # N/m a blade
 FACTORS = (0.25, 0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0)  # of force, of gap
 STEP = np.arange(350.0, 461.0, 5.0)  # rad/s
