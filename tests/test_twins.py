@@ -11,6 +11,7 @@ from scipy.stats import binomtest, kstest
 import hpcwhirl
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
@@ -199,6 +200,22 @@ def test_more_twins_are_welcome_and_none_is_computed_again(
     again, _ = run(tmp_path, twins=FIRST["twins"] | {"count": 2})
     assert again == few
     assert made == []
+
+
+def test_progress_counts_a_case_when_its_twins_are_there(tmp_path):
+    for of in ("all", "boundary"):
+        folder, table = tmp_path / of, {"twins": FIRST["twins"] | {"of": of}}
+        without = design_of({n: t for n, t in FIRST.items() if n != "twins"})
+        prepare(without, folder)
+        run_campaign(without, folder)
+        assert progress_of(folder).left == 0
+        prepare(design_of(FIRST | table), folder)
+        words = hpcwhirl.words(hpcwhirl.open_results(folder).regime)
+        differ = words[:-1] != words[1:]
+        edge = np.r_[differ, False] | np.r_[False, differ]
+        assert progress_of(folder).left == (3 if of == "all" else edge.sum()) > 0
+        run(folder, **table)
+        assert (progress_of(folder).left, progress_of(folder).done) == (0, 3)
 
 
 def test_another_spread_is_refused(whole):

@@ -91,7 +91,7 @@ def forecast(
         most=float(seconds @ spans[:, 1]),
         probed=probed,
         finished=finished,
-        disk=_disk(design),
+        disk=_disk(design, stages),
     )
 
 
@@ -148,13 +148,14 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
     return True
 
 
-def _disk(design: Design) -> Bytes:
-    """Return the bytes of the campaign, if every case runs to its end."""
+def _disk(design: Design, stages: Stages) -> Bytes:
+    """Return the bytes of the campaign, if every case runs to its longest end."""
     samples = np.zeros(len(design.scenes), dtype=np.int64)
     intervals = np.full(len(design.scenes), np.nan)
     for case, scene in enumerate(design.scenes):
         count, intervals[case] = _sampling(design.resolved(case))
-        samples[case] = count if _keeps(scene) else 0
+        longest = _span(stages, case, 0)[1]
+        samples[case] = int(longest * count) if _keeps(scene) else 0
     sizes = sizes_of(_kinds(design))
     return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
 

@@ -46,8 +46,8 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
         if len(known) == 1 and name not in shown:
             parts.append(_fixed(data, name, known.pop(), rpm=wish.rpm))
     end = np.unique(data["duration"].to_numpy()[picture.case])
-    if len(end) == 1 and "duration" not in shown:
-        parts.append(f"{told(end[0])} s")
+    if "duration" not in shown:  # some may have gone on for longer
+        parts.append(" to ".join(told(t) for t in np.unique(end[[0, -1]])) + " s")
     if data.attrs.get("preset"):
         parts.append(f"preset {data.attrs['preset']}")
     whole = [part.replace(" ", NO_BREAK) for part in parts]

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
+import numpy as np
+
 from hpcwhirl.scene.words import is_open
 from hpcwhirl.store.journal import Record
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.neighbours import at_boundary
 
 
 class Place(NamedTuple):
@@ -59,6 +62,8 @@ def extending(
 ) -> tuple[frozenset[str], frozenset[str]]:
     """Return digests of the cases that are still to go on, and of those that failed to.
 
+    Where all have gone on, those still count whose twins are not all there.
+
     Parameters
     ----------
     records : all there are, one of each digest
@@ -73,4 +78,23 @@ def extending(
         later = [time for time in plan.extended if time > row.get("duration", 0.0)]
         if record["status"] == "ok" and is_open(row) and later:
             (failed if (name, later[0]) in tried else left).add(name)
+    if not left:
+        left |= _without_twins(records, plan) - failed
     return frozenset(left), frozenset(failed)
+
+
+def _without_twins(records: Collection[Record], plan: Manifest) -> set[str]:
+    """Return digests of the cases whose twins are not all there yet."""
+    wanted = range(1, plan.twins.get("count", 0) + 1)
+    counts = counting(records, plan)
+    known = [counts.get(name) for name in plan.digests]
+    edge = np.array([r is not None and r["status"] == "ok" for r in known], dtype=bool)
+    if plan.twins.get("of") == "boundary":
+        words = [word_of(record) if record else "" for record in known]
+        every = all(record is not None for record in known)
+        edge &= at_boundary(plan.settings, plan.swept, words) & every
+    there: dict[str, set[int]] = {}
+    for record in records:
+        there.setdefault(str(record.get("of")), set()).add(record.get("twin", 0))
+    names = np.array(plan.digests)[edge]
+    return {str(name) for name in names if set(wanted) - there.get(str(name), set())}
