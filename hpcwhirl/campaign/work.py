@@ -12,7 +12,7 @@ from hpcwhirl.campaign.agenda import Agenda, Unit
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.stages import End, Stages, end_of
+from hpcwhirl.campaign.stages import Ended, Stages, Todo, ended_of
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
 from hpcwhirl.store.manifest import read_manifest
@@ -34,7 +34,7 @@ class Work:
     mine : all cases that this run is asked for, those of its shard
     run : its number
     extended : s, to what undecided cases go on, see `stages`
-    begun : {case: stage to begin with} of those that have been through the first
+    begun : {case: what is to do of it} of those that are begun, see `stages`
     """
 
     units: list[Unit]
@@ -42,7 +42,7 @@ class Work:
     mine: Collection[int]
     run: int
     extended: tuple[float, ...] = ()
-    begun: Mapping[int, int] = field(default_factory=dict)
+    begun: Mapping[int, Todo] = field(default_factory=dict)
 
 
 def work_of(
@@ -73,7 +73,7 @@ def _found(
     units: list[Unit] = [(case,) for case in order]
     last = range(len(units), len(units) + len(alone))
     units += [(case,) for case in sorted(alone)]
-    begun = {case: stage for case, stage in begun.items() if stage}
+    begun = {case: todo for case, todo in begun.items() if todo != stages.whole()}
     run = claim_run(folder)
     work = Work(units, alone, mine, run, stages.extended, begun)
     return work, Agenda(units, costs, ranks, last)
@@ -81,7 +81,7 @@ def _found(
 
 def learn_ends(
     folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
-) -> dict[str, End]:
+) -> dict[str, Ended]:
     """Let costs learn from a directory; return {digest: how it ended} of what has.
 
     Parameters
@@ -91,8 +91,8 @@ def learn_ends(
     retry : statuses to be computed again; if any, damaged traces are, too
     """
 
-    def brief(record: Record) -> tuple[End, float, bool]:
-        end, status = end_of(record), str(record["status"])
+    def brief(record: Record) -> tuple[Ended, float, bool]:
+        end, status = ended_of(record), str(record["status"])
         seconds = record["performance"].get("seconds", math.nan)
         damaged = retry and status == "ok" and not is_whole(folder, record)
         damaged = damaged or (retry and WHY_NOT in record)
@@ -105,7 +105,7 @@ def learn_ends(
     return {name: end for name, (end, _, again) in found.items() if not again}
 
 
-def _tidy(folder: Path, ended: dict[str, End]) -> None:
+def _tidy(folder: Path, ended: dict[str, Ended]) -> None:
     """Forget states and crashes of cases that have ended since.
 
     From those of cases that are open a longer run may go on.

@@ -168,6 +168,7 @@ ARRAYS: dict[str, Quantity] = {
 AXES = {
     "case": Quantity("1", "case of the campaign"),
     "worker": Quantity("1", "rank of a run"),
+    "twin": Quantity("1", "twin of a case, perturbed"),
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),
