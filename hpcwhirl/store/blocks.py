@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.blades import amplification
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra
@@ -61,9 +62,27 @@ def read_block(contents: Contents, cases: range) -> Block:
     for name, dotted in swept_extra(plan).items():
         values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
         out[name] = np.array([stored(value) for value in values])
+    out |= _blades(contents, rows, records, cases)
     own = [measured_row(records.get(case)) for case in cases]
     out |= _table(measured_of(plan), own)
     return out | _traces(contents, cases, records)
+
+
+def _blades(
+    contents: Contents,
+    rows: list[dict[str, Any]],
+    records: dict[int, Record],
+    cases: range,
+) -> Block:
+    """Return the variables of blades, if the plan has any."""
+    table, twins = contents.blades, contents.twins
+    if "amplification" in table:
+        first = {twins[case]: None for case in cases if case in twins}
+        tuned = {t: records_of(contents, range(t, t + 1)).get(t) for t in first}
+        for case, row in zip(cases, rows, strict=True):
+            twin = tuned.get(twins.get(case, -1))
+            row.update(amplification(records.get(case), twin))
+    return _table(table, rows)
 
 
 def _status(record: Record | None) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.blades import blade_quantities, tuned_twins
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.measured import bytes_measured
@@ -55,6 +58,16 @@ class Contents:
         """Number of cases."""
         return len(self.plan.digests)
 
+    @cached_property
+    def blades(self) -> dict[str, Quantity]:
+        """Variables of blades."""
+        return blade_quantities(self.plan)
+
+    @cached_property
+    def twins(self) -> dict[int, int]:
+        """The tuned case beside each one that has such a twin."""
+        return tuned_twins(self.plan)
+
     @property
     def common_interval(self) -> float | None:
         """Seconds between samples where all cases share them, else None."""
@@ -82,7 +95,7 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
-        row += bytes_measured(self.plan)
+        row += bytes_measured(self.plan) + 8 * len(self.blades)
         return self.cases * (row + self.bytes_of_traces())
 
     def bytes_of_traces(self) -> int:

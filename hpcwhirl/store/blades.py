@@ -1,0 +1,54 @@
+"""Variables of blades in a plan: where they were looked at, and whose twin is tuned."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.scene.quantities import BLADES, TUNED
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.manifest import Manifest
+
+if TYPE_CHECKING:
+    from hpcwhirl.store.journal import Record
+
+DETAIL = "output.traces"
+MISTUNING = "engine.rotor.mistuning"
+LOOKED_AT = {"blades", "full"}
+
+
+def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
+    """Return the variables of blades that the results of a plan have."""
+    details = {plan.base.get(DETAIL), *(row.get(DETAIL) for row in plan.settings)}
+    if not details & LOOKED_AT:
+        return {}
+    return BLADES | (TUNED if tuned_twins(plan) else {})
+
+
+def tuned_twins(plan: Manifest) -> dict[int, int]:
+    """Return {case: the one that is tuned and has the same other inputs}."""
+    if MISTUNING not in plan.swept:
+        return {}
+    keys = [_others(row) for row in plan.settings]
+    patterns = [row.get(MISTUNING, plan.base[MISTUNING]) for row in plan.settings]
+    tuned = {key: case for case, key in enumerate(keys) if not any(patterns[case])}
+    return {case: tuned[key] for case, key in enumerate(keys) if key in tuned}
+
+
+def _others(row: Mapping[str, Any]) -> str:
+    own = {name: value for name, value in row.items() if name != MISTUNING}
+    return json.dumps(own, sort_keys=True)
+
+
+def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
+    """Return {"amplification": value} of a case, {} where one of both has none."""
+    own, tuned = (_amplitude(one) for one in (record, twin))
+    return {"amplification": own / tuned} if tuned > 0.0 else {}
+
+
+def _amplitude(record: Record | None) -> float:
+    """Return how far the blade of a case that moves most does, NaN if unknown."""
+    row = (record or {}).get("row") or {}
+    return float(row.get("blade_amplitude", math.nan))
