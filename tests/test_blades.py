@@ -91,6 +91,19 @@ def test_without_a_tuned_engine_or_blades_there_is_none(tmp_path):
         assert "localisation" not in data
 
 
+def test_what_was_modelled_otherwise_is_not_compared(tmp_path):
+    swept = {"mistuning": [[], [0.1, -0.1, 0.0, 0.05, 0.0]]}
+    chosen = {**SMALL, "solver": {"truncation": 0.3, "modes": 10}, "sweep": swept}
+    with hpcwhirl.campaign(chosen, tmp_path / "out") as data:
+        modes = data.modes.to_numpy()
+        assert modes[0] != modes[1] == 10
+        np.testing.assert_equal(data.amplification.to_numpy(), [1.0, np.nan])
+    sample = {"count": 4, "tuned": True, "mistuning": LAW}
+    for name in ("accuracy", "truncation"):
+        with pytest.raises(InputError, match=f"{name} must be 0, got 0.05"):
+            design_of({**SMALL, "solver": {name: 0.05}, "sample": sample})
+
+
 def test_over_a_tuned_engine_at_rest_there_is_no_number(tmp_path):
     swept = {"mistuning": [[], [0.1, -0.1, 0.0, 0.05, 0.0]]}
     still = {**SMALL, "scene": {"duration": 3e-3, "force": 0.0}, "sweep": swept}

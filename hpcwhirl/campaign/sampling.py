@@ -220,11 +220,24 @@ def sampled_rows(
     if BLADES in swept and any(map(takes_list, sample.laws)):
         msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
         raise InputError(msg)
+    _check_twin(sample, base)
     if len(rows) * sample.each > MOST:
         many = f"{len(rows)} points of {sample.each} draws"
         raise InputError(f"a campaign has at most {MOST} cases, got {many}")
     draws = sample.draws(base.engine.rotor.blades)
     return [row | draw for row in rows for draw in draws]
+
+
+def _check_twin(sample: Sample, base: Scene) -> None:
+    """Refuse to compare a tuned engine that would be modelled otherwise."""
+    for name in ("truncation", "accuracy"):
+        value = getattr(base.solver, name)
+        if sample.tuned and value:
+            msg = (
+                f"[sample] {TUNED} goes with modes and time_step for all: {name} must "
+            )
+            msg += f"be 0, got {value:g}, which chooses others for the tuned engine"
+            raise InputError(msg)
 
 
 def scenes_of(

@@ -99,7 +99,7 @@ BLADES: dict[str, Quantity] = {
 # of those among them that have a tuned twin
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
-             " with the same other inputs"),
+             " with the same other inputs, modes and step"),
 }  # fmt: skip
 PERFORMANCE: dict[str, Quantity] = {
     **_table("f8", "s", seconds="wall time in the kernel"),

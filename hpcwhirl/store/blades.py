@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 DETAIL = "output.traces"
 MISTUNING = "engine.rotor.mistuning"
+MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared
 LOOKED_AT = {"blades", "full"}
 
 
@@ -43,12 +44,13 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": value} of a case, {} where one of both has none."""
-    own, tuned = (_amplitude(one) for one in (record, twin))
-    return {"amplification": own / tuned} if tuned > 0.0 else {}
+    """Return {"amplification": value} of a case.
 
-
-def _amplitude(record: Record | None) -> float:
-    """Return how far the blade of a case that moves most does, NaN if unknown."""
-    row = (record or {}).get("row") or {}
-    return float(row.get("blade_amplitude", math.nan))
+    {} where one of both has no amplitude, the tuned one is at rest, or they were
+    modelled otherwise, as where `truncation` chooses.
+    """
+    own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
+    if any(own.get(name) != tuned.get(name) for name in MODEL):
+        return {}
+    size = float(tuned.get("blade_amplitude", math.nan))
+    return {"amplification": own["blade_amplitude"] / size} if size > 0.0 else {}
