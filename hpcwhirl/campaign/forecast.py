@@ -177,7 +177,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _keeps(scene: Scene) -> bool:
-    return scene.output.traces != "summary"
+    return scene.output.traces not in {"summary", "blades"}
 
 
 def _sampling(case: Case) -> tuple[int, float]:

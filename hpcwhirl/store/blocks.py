@@ -12,6 +12,7 @@ from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.blades import amplification
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra
@@ -63,6 +64,7 @@ def read_block(contents: Contents, cases: range) -> Block:
     for name, dotted in swept_extra(plan).items():
         values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
         out[name] = np.array([stored(value) for value in values])
+    out |= _blades(contents, rows, records, cases)
     own = [measured_row(records.get(case)) for case in cases]
     out |= _table(measured_of(plan), own)
     out |= _twins(contents, cases, out)
@@ -97,6 +99,23 @@ def _twin_row(record: Record | None) -> dict[str, Any]:
 
 def _words(codes: Array, name: str) -> Array:
     return np.array(ENUMS[name])[codes]
+
+
+def _blades(
+    contents: Contents,
+    rows: list[dict[str, Any]],
+    records: dict[int, Record],
+    cases: range,
+) -> Block:
+    """Return the variables of blades, if the plan has any."""
+    table, tuned_of = contents.blades, contents.tuned
+    if "amplification" in table:
+        first = {tuned_of[case]: None for case in cases if case in tuned_of}
+        tuned = {t: records_of(contents, range(t, t + 1)).get(t) for t in first}
+        for case, row in zip(cases, rows, strict=True):
+            beside = tuned.get(tuned_of.get(case, -1))
+            row.update(amplification(records.get(case), beside))
+    return _table(table, rows)
 
 
 def _status(record: Record | None) -> dict[str, Any]:

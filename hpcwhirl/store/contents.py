@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest, read_manifest
 from hpcwhirl.store.measured import bytes_measured
@@ -60,6 +63,16 @@ class Contents:
         """Number of cases."""
         return len(self.plan.digests)
 
+    @cached_property
+    def blades(self) -> dict[str, Quantity]:
+        """Variables of blades."""
+        return blade_quantities(self.plan)
+
+    @cached_property
+    def tuned(self) -> dict[int, int]:
+        """The tuned case beside each one that has such a one."""
+        return tuned_cases(self.plan)
+
     @property
     def common_interval(self) -> float | None:
         """Seconds between samples where all cases share them, else None."""
@@ -87,7 +100,8 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
-        each = row * (1 + self.twins.shape[1]) + bytes_measured(self.plan)
+        each = row * (1 + self.twins.shape[1])
+        each += bytes_measured(self.plan) + 8 * len(self.blades)
         return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:

@@ -26,6 +26,7 @@ from hpcwhirl.scene.quantities import (
 )
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.blades import blade_quantities
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import measured_of
@@ -142,7 +143,7 @@ def define(
         data = file.create_dataset(name, (contents.cases,), kind)
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
-    _define_table(file, file["case"], measured_of(plan))
+    _define_table(file, file["case"], blade_quantities(plan) | measured_of(plan))
     if contents.plan.twins:
         _define_twins(file, contents)
     performance = file.create_group("performance")
