@@ -24,12 +24,12 @@ from hpcwhirl.store.journal import read_records
 from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.shares import interval, shares
 
-# at 300 rad/s hardly anything changes, at 410 a word is that of a coin
+# at 250 rad/s hardly anything changes, at 330 a word is that of a coin
 FIRST = {
-    "scene": {"duration": 0.8},
+    "scene": {"duration": 0.3},
     "solver": {"time_step": 8e-6},
     "output": {"traces": "summary"},
-    "sweep": {"speed": [300.0, 400.0, 410.0]},
+    "sweep": {"speed": [250.0, 330.0, 400.0]},
     "twins": {"count": 3, "spread": {"force": 0.3, "friction": 0.3}},
 }
 
@@ -161,7 +161,7 @@ def test_a_kill_among_twins_changes_no_bit(tmp_path, monkeypatch, of):
     expected, _ = run(tmp_path / "whole", **table)
     advance, deaths = March.advance, 0
     while True:
-        left = [9]
+        left = [15]
 
         def counted(march, steps, left=left):
             left[0] -= 1
