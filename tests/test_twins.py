@@ -294,10 +294,10 @@ def test_twins_go_on_with_their_case(tmp_path):
 WRONG = {
     "count = 1": "[twins] count must be a whole number, 2 to 1000, got 1",
     'of = "speckle"': "[twins] of must be all or boundary (speckle is not known here)",
-    'of = "boundry"': "unknown [twins] of 'boundry'; did you mean 'boundary'?",
+    'of = "boundaryy"': "unknown [twins] of 'boundaryy'; did you mean 'boundary'?",
     "cuont = 3": "unknown key in [twins] 'cuont'; did you mean 'count'?",
     "sure = 2": "[twins] sure must be a number > 0, at most 1, got 2",
-    "spread = {forse = 1e-6}": "unknown scene input 'forse'",
+    "spread = {forcee = 1e-6}": "unknown scene input 'forcee'",
     "spread = {blades = 0.1}": "spread blades must be of an input that is a real",
     "spread = {force = 2}": "spread force must be a number > 0 and < 1, got 2",
     "spread = 3": "[twins] spread must be a table such as {force = 1e-6}, got 3",
