@@ -11,10 +11,10 @@ from scipy.linalg import expm
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCHEMES = ["modal", "general", "paper", "exact"]
@@ -450,6 +450,7 @@ def test_the_guess_is_the_solution_or_says_no():
         if gaps.min() >= 0:
             continue
         space = circulant.circulant_space(22, wide, column, known)
+        circulant.recall(22, space)
         row = gaps[fold].copy()
         active = circulant.guess(row, 0, gaps.min(), 22, wide, 24, *space[:6])
         if active >= 0:
@@ -521,3 +522,35 @@ def test_no_slice_outgrows_what_the_last_one_showed(made):
         size = marching.next_slice(size, made, seconds)
     shown = made * marching.SLICE_SECONDS / seconds
     assert size == max(round(shown), marching.LEAST_SLICE)
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact"])
+@pytest.mark.parametrize(("blades", "k"), [(3, 1), (8, 3), (21, 4), (36, 2)])
+@pytest.mark.parametrize("kind", ["ring", "rigid"])
+def test_one_kernel_marches_every_number_of_blades(blades, k, kind, scheme):
+    # odd and even, slots with and without padding; the oracle has no slots at all
+    settings = {"blades": blades, "modes": 5 * blades, "nodal_diameter": k,
+                "duration": 3e-3, "friction": 0.2}  # fmt: skip
+    if kind == "rigid":
+        settings |= {"kind": kind, "amplitude": 4e-4, "growth": 40.0}
+    own, general = ended(scheme=scheme, **settings), ended(scheme="general", **settings)
+    if scheme == "modal":
+        assert_equal_runs(own, general)
+    assert own[1].contacts > 0
+    assert own[1].gap_error < 1e-9
+    assert own[1].contacts == pytest.approx(general[1].contacts, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["rotor", "turns", "column"])
+def test_arrays_of_another_size_are_not_marched(name):
+    # the kernel reads sizes off the state and loads vectors unchecked
+    march = March(resolve(scene()))
+    arrays, state = march.scheme.arrays, march.state
+    if name == "rotor":
+        state = state._replace(rotor=state.rotor[:-4])
+    else:
+        short = getattr(arrays.contact, name)[:-1]
+        arrays = arrays._replace(contact=arrays.contact._replace(**{name: short}))
+    with pytest.raises(ModelError, match=f"{name} of the cyclic kernel"):
+        cyclic.space_of(arrays, state)
+    cyclic.space_of(march.scheme.arrays, march.state)

@@ -29,8 +29,9 @@ def words(march):
 
 
 def items(march, body):
-    """Return the items of a body of the cyclic kernel, (ITEMS, size), to write in."""
-    return getattr(march.scheme.arrays, body).items.reshape(passes.ITEMS, -1)
+    """Return the items of a body of the cyclic kernel, (ITEMS, n, 4), to write in."""
+    packed = getattr(march.scheme.arrays, body).items
+    return packed.reshape(-1, passes.ITEMS, 4).transpose(1, 0, 2)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -115,12 +115,12 @@ class Coast:
             msg = "only the cyclic kernel's steps can be ended"
             raise ModelError(msg)
         self.ended = scheme.ended
-        (rotor, hub), ring = scheme.arrays.rotor, scheme.arrays.casing.items
+        rotor, hub = scheme.arrays.rotor
         self.step = step
         self.slots, _ = widths(blades)
-        parts = rotor.reshape(passes.ITEMS, -1, 2, self.slots)
+        parts = passes.unpacked(rotor).reshape(passes.ITEMS, -1, 2, self.slots)
         self.rotor_items = parts[:, :, 0].reshape(passes.ITEMS, -1)
-        self.ring_items = ring.reshape(passes.ITEMS, -1)
+        self.ring_items = passes.unpacked(scheme.arrays.casing.items)
         self.rotor, self.ring = roots_of(self.rotor_items), roots_of(self.ring_items)
         axes = hub.reshape(2, -1, 2, self.slots)
         self.hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)

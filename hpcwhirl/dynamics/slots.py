@@ -18,6 +18,7 @@ from hpcwhirl.dynamics.kernels.named import (
     CyclicRotor,
     Load,
 )
+from hpcwhirl.dynamics.kernels.vectors import aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -58,7 +59,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     columns = np.zeros(wide, dtype=int)
     columns[:half] = np.arange(half)
     wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
-    return turns.ravel(), np.ascontiguousarray(wave).ravel()
+    return aligned(turns.ravel()), aligned(wave.ravel())
 
 
 @dataclass(frozen=True)
@@ -256,12 +257,12 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
     if casing_rows:
         symbol = symbol + _symbol(ring.reshape(passes.ITEMS, casing_rows, -1))
     half = blades // 2 + 1
-    column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
+    column = (blade_waves(blades) @ symbol[:half]).real.copy()  # W of j to blade 0
     flight = flight_arrays(scene, beat, rotor, ring)
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
-        CyclicRotor(rotor, hub),
-        CyclicCasing(ring, slot, sign),
+        CyclicRotor(passes.packed(rotor), hub),
+        CyclicCasing(passes.packed(ring), slot, sign),
         CyclicContact(column, turns, wave, flight),
     )
     return arrays, rows, casing_rows

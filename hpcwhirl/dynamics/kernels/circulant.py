@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.contact import complementarity, contact_space
-from hpcwhirl.dynamics.kernels.named import CirculantSpace
+from hpcwhirl.dynamics.kernels.contact import pivot
+from hpcwhirl.dynamics.kernels.named import CirculantSpace, ContactSpace
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    aligned,
     broadcast,
     element,
     fma,
@@ -21,6 +23,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
     lower_of,
     store,
 )
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 @njit(error_model="numpy", cache=True)
@@ -63,32 +68,39 @@ def remember(where, size, blades, known, inverse, column, stride):
     known[blades + 1] = 1 if invert(inverse, stride, size) else 0
 
 
-@njit(error_model="numpy", cache=True)
-def circulant_space(blades, wide, column, known):
-    """Return the work space of `guess` and `solve_any`."""
+def circulant_space(
+    blades: int, wide: int, column: Floats, known: Integers
+) -> CirculantSpace:
+    """Return the work space of `guess` and `solve_any`; `recall` completes it."""
     padded = -(-blades // FOUR) * FOUR
-    rows = np.zeros(blades * 2 * wide)
-    for j in range(blades):
-        for i in range(2 * wide):
-            blade = i if i < wide else blades - (i - wide)
-            if 2 * (i % wide) > blades:  # padding repeats blade 0
-                blade = 0
-            rows[j * 2 * wide + i] = column[(blade - j) % blades]
-    fallback = contact_space(blades, 0)
-    for j in range(blades):
-        for i in range(blades):
-            fallback.w[j, i] = column[(i - j) % blades]
-        fallback.have[j] = 1
-    push, inverse = np.zeros(padded), np.zeros(padded * padded)
+    j, i = np.arange(blades), np.arange(wide)
+    i = np.where(2 * i > blades, 0, i)  # padding repeats blade 0
+    folded = np.concatenate([i, blades - i])
+    rows = aligned(column[(folded - j[:, None]) % blades].ravel())
+    w, have = column[(j - j[:, None]) % blades], np.ones(blades, np.int64)
+    fallback = ContactSpace(
+        np.zeros(0), w, have, np.zeros((blades, blades)), np.zeros(blades),
+        np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
+    )  # fmt: skip
+    work = [np.zeros(blades) for _ in range(3)]
+    return CirculantSpace(
+        aligned(np.zeros(padded)), known, aligned(np.zeros(padded * padded)), rows,
+        fallback.where, column, fallback, *work,
+    )  # fmt: skip
+
+
+@njit(error_model="numpy", cache=True)
+def recall(blades, space):
+    """Invert W of the blades of the last solution, which the state remembers."""
+    known, inverse, padded = space.known, space.inverse, len(space.push)
     if known[blades] > 0:
-        remember(known, known[blades], blades, known, inverse, column, padded)
-    return CirculantSpace(push, known, inverse, rows, fallback.where, column, fallback)
+        remember(known, known[blades], blades, known, inverse, space.column, padded)
 
 
 @njit(error_model="numpy", cache=True, inline="always")
 def penetrating(gaps, row, blades, wide, where):
     """Set `where` to the penetrating blades of a folded row; return their number."""
-    size = 0
+    size = blades - blades  # a literal 0 would be compiled for by itself
     for j in range(blades // 2 + 1):
         where[size] = j
         size += gaps[row + j] < 0.0
@@ -151,14 +163,10 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
 @njit(error_model="numpy", cache=True)
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
-    push, known, inverse, _, where, column, fallback = space
-    nothing, no_index = np.zeros((0, 0)), np.zeros((blades, 0), np.int64)
-    near, lam, opened = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+    push, known, inverse, _, where, column, fallback, near, lam, opened = space
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]
-    size = complementarity(
-        near, nothing, nothing, no_index, nothing, lam, opened, fallback
-    )
+    size = pivot(near, lam, opened, fallback)
     for j in range(blades):
         gaps[row + place_of(j, blades, wide)] = opened[j]
     for s in range(size):

@@ -232,6 +232,63 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 
 @njit(error_model="numpy", cache=True)
+def begin(gaps, lam, active):
+    """Take the penetrating blades for the active ones; return the largest |gap|."""
+    largest = 0.0
+    for i in range(len(gaps)):
+        active[i] = 1 if gaps[i] < 0.0 else 0
+        lam[i] = 0.0
+        largest = max(largest, abs(gaps[i]))
+    return largest
+
+
+@njit(error_model="numpy", cache=True)
+def gather(active, where):
+    """Set the first of `where` to the active blades; return their number."""
+    size = 0
+    for i in range(len(active)):
+        if active[i] == 1:
+            where[size] = i
+            size += 1
+    return size
+
+
+@njit(error_model="numpy", cache=True)
+def attempts_of(blades):
+    """Return the most exchanges; from the 3 N-th on one index at a time."""
+    return 3 * blades + 200
+
+
+@njit(error_model="numpy", cache=True)
+def improve(gaps, size, lam, opened, attempt, largest, space):
+    """Try a set of active blades; return whether it is wrong: 0 no, > 0 yes, -1 stuck.
+
+    What violates complementarity is exchanged, and where nothing does, `lam` set.
+    """
+    _, w, _, small, right, active, where = space
+    if not solve_active(gaps, w, where, size, opened, small, right):
+        return -1
+    whole = attempt < 3 * len(gaps)
+    wrong = exchange(active, size, where, right, opened, 1e-13 * largest, whole)
+    if wrong == 0:
+        for s in range(size):
+            lam[where[s]] = right[s]
+    return wrong
+
+
+@njit(error_model="numpy", cache=True)
+def pivot(gaps, lam, opened, space):
+    """Solve as `complementarity`, W being known already, each row of it."""
+    largest = begin(gaps, lam, space.active)
+    for attempt in range(attempts_of(len(gaps))):
+        size = gather(space.active, space.where)
+        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
+        if wrong <= 0:
+            return size if wrong == 0 else -1
+    return -1
+
+
+@njit(error_model="numpy", cache=True)
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
@@ -247,29 +304,17 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     lam, opened : (N,), out: multipliers, N, and corrected gaps, m
     space : of `contact_space`; its transposed W is used as it is where `have` says so
     """
-    response, w, have, small, right, active, where = space
-    n = len(gaps)
-    largest = 0.0
-    for i in range(n):
-        active[i] = 1 if gaps[i] < 0.0 else 0
-        lam[i] = 0.0
-        largest = max(largest, abs(gaps[i]))
-    for attempt in range(3 * n + 200):
-        size = 0
-        for i in range(n):
-            if active[i] == 1:
-                where[size] = i
-                size += 1
-                if have[i] == 0:
-                    delassus_row(i, w_rotor, compliance, index, shape, response, w)
-                    have[i] = 1
-        if not solve_active(gaps, w, where, size, opened, small, right):
-            return -1
-        limit, whole = 1e-13 * largest, attempt < 3 * n
-        if exchange(active, size, where, right, opened, limit, whole) == 0:
-            for s in range(size):
-                lam[where[s]] = right[s]
-            return size
+    response, w, have, _, _, active, where = space
+    largest = begin(gaps, lam, active)
+    for attempt in range(attempts_of(len(gaps))):
+        size = gather(active, where)
+        for s in range(size):
+            if have[where[s]] == 0:
+                delassus_row(where[s], w_rotor, compliance, index, shape, response, w)
+                have[where[s]] = 1
+        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
+        if wrong <= 0:
+            return size if wrong == 0 else -1
     return -1
 
 
@@ -350,9 +395,11 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     tracks.rubbed[s] = ledger[FRICTION]
     tracks.lost[s] = lost + ledger[IMPACT]
     if len(tracks.tips) > 0:
-        tracks.tips[s] = tips[:blades]
-        tracks.blade_impulse[s, :] = impulse
-        tracks.casing[s, :] = casing
+        for j in range(blades):
+            tracks.tips[s, j, 0], tracks.tips[s, j, 1] = tips[j, 0], tips[j, 1]
+            tracks.blade_impulse[s, j] = impulse[j]
+        for m in range(tracks.casing.shape[1]):
+            tracks.casing[s, m] = casing[m]
     counter[SAMPLE] += 1
 
 

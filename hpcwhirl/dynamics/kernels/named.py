@@ -184,7 +184,7 @@ class CirculantSpace(NamedTuple):
     rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
     where : (N + 1,), the active blades
     column : (N,), W to blade 0, m/N
-    fallback : of `contact.complementarity`
+    fallback, near, lam, opened : of `contact.complementarity`, and its arguments
     """
 
     push: Floats
@@ -194,6 +194,9 @@ class CirculantSpace(NamedTuple):
     where: Integers
     column: Floats
     fallback: ContactSpace
+    near: Floats
+    lam: Floats
+    opened: Floats
 
 
 class ModalBody(NamedTuple):
@@ -238,14 +241,14 @@ class DenseBody(NamedTuple):
 
 
 class CyclicRotor(NamedTuple):
-    """Items (ITEMS size,), see `passes`; hub (2, size), x_o, y_o; size = 2 k rows."""
+    """Packed items (ITEMS size,), `passes`; hub (2, size), x_o, y_o; size 2 k rows."""
 
     items: Floats
     hub: Floats
 
 
 class CyclicCasing(NamedTuple):
-    """Items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
+    """Packed items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
 
     items: Floats
     slot: int
@@ -282,6 +285,40 @@ class SampleSpace(NamedTuple):
     ledger: Floats
     again: Floats
     wall: Floats
+
+
+class Sizes(NamedTuple):
+    """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
+
+    blades: int
+    rows: int
+    ring_rows: int
+    k: int
+    wide: int
+
+
+class CyclicSpace(NamedTuple):
+    """Work space of the cyclic kernel.
+
+    Attributes
+    ----------
+    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
+    rates : (2 wide,), m/s, of the gaps
+    between : spectra of rotor and ring, of copies of a jump
+    before : (N,), m, gaps before contact
+    sample, contact : of `samples` and `circulant`
+    aside : of the exact flow: a state with copies of what a jump changes
+    """
+
+    out_b: Floats
+    out_c: Floats
+    spectrum: Floats
+    rates: Floats
+    between: tuple[Floats, Floats]
+    before: Floats
+    sample: SampleSpace
+    contact: CirculantSpace
+    aside: CyclicState
 
 
 class Flight(NamedTuple):

@@ -13,7 +13,13 @@ from numba import njit
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.contact import MISS
-from hpcwhirl.dynamics.kernels.passes import RADIAL, RING_STATE, ROTOR_STATE, to_gaps
+from hpcwhirl.dynamics.kernels.passes import (
+    RADIAL,
+    RING_STATE,
+    ROTOR_STATE,
+    item,
+    to_gaps,
+)
 
 
 @njit(cache=True)
@@ -43,9 +49,9 @@ def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, 
     width, size, ring = len(spectrum), len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
     k, wide = width // 2, len(wave) // width
     for m in range(size):
-        spectrum[m % width] += c_b[RADIAL * size + m] * t_b[m]
+        spectrum[m % width] += item(c_b, RADIAL, m) * t_b[m]
     for m in range(ring):
-        psi = c_c[RADIAL * ring + m]
+        psi = item(c_c, RADIAL, m)
         spectrum[m % k] += psi * t_c[m]
         spectrum[k + m % k] += psi * t_c[ring + m]
     to_gaps(spectrum, wave, gap, k, wide, again, 0)
