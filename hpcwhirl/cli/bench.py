@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
@@ -25,12 +26,19 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 START = (
+    "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
     "from hpcwhirl.dynamics.march import March\n"
     "from hpcwhirl.scene import apply_settings, named_scene\n"
-    "scene = apply_settings(named_scene('table2'), {'scheme': '%s'})\n"
-    "March(resolve(scene)).advance(10)\n"
+    "chosen = dict(word.split('=') for word in sys.argv[1:])\n"
+    "March(resolve(apply_settings(named_scene('table2'), chosen))).advance(10)\n"
 )
+# of a process that takes ten steps, one after the other with one cache: empty at first
+STARTS: dict[str, tuple[str, ...]] = {
+    "cold": (),
+    "new_size": ("blades=13", "modes=52", "harmonics=7"),
+    "warm": (),
+}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +49,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--cases", action="store_true", help="also whole cases, one of each regime"
     )
     parser.add_argument(
-        "--compile", action="store_true", help="also the first start ever, and the next"
+        "--compile",
+        action="store_true",
+        help="also the first start ever, one with a new size, and the next",
     )
 
 
@@ -99,17 +109,33 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Return seconds of a process that takes ten steps, cache empty and cache full."""
+    """Return what processes cost that take ten steps, the first with an empty cache.
+
+    Of each of `STARTS`: seconds, those of the processor, and what it left in the cache.
+    """
+    facts: dict[str, Any] = {"scheme": scheme}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:
-        spent = []
-        for _ in range(2):
-            start = time.perf_counter()
+        for name, settings in STARTS.items():
+            before, start = _compiled(cache), time.perf_counter()
+            busy = _of_children()
             subprocess.run(
-                [sys.executable, "-c", START % scheme],
+                [sys.executable, "-c", START, f"scheme={scheme}", *settings],
                 env=os.environ | {"NUMBA_CACHE_DIR": cache}, check=True,
             )  # fmt: skip
-            spent.append(time.perf_counter() - start)
-    return {"scheme": scheme, "cold_seconds": spent[0], "warm_seconds": spent[1]}
+            facts[f"{name}_seconds"] = time.perf_counter() - start
+            facts[f"{name}_processor_seconds"] = _of_children() - busy
+            facts[f"{name}_compiled"] = _compiled(cache) - before
+    return facts
+
+
+def _compiled(cache: str) -> int:
+    """Return how many compiled functions there are in a cache."""
+    return sum(1 for _ in Path(cache).rglob("*.nbc"))
+
+
+def _of_children() -> float:
+    """Return the processor's seconds of all ended children, in user mode."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
 
 def _peak_memory() -> float:
@@ -149,8 +175,20 @@ def _show(facts: dict[str, Any]) -> None:
             f"{case['regime']}, {case['whirl']}, {case['steps']} steps "
             f"({case['end_time']:.2f} s of engine time) in {case['seconds']:.3f} s"
         )
-    for start in facts.get("starts", []):
-        console.print(
-            f"{start['scheme']}: first start ever {start['cold_seconds']:.1f} s, next "
-            f"{start['warm_seconds']:.1f} s"
-        )
+    if "starts" in facts:
+        console.print(_table_of_starts(facts["starts"]))
+
+
+def _table_of_starts(starts: list[dict[str, Any]]) -> Any:
+    from rich.table import Table
+
+    heads = ("first start ever", "a new size", "next start")
+    table = Table("seconds (of the processor)", *heads, "compiled")
+    for facts in starts:
+        cells = [
+            f"{facts[f'{name}_seconds']:.1f} ({facts[f'{name}_processor_seconds']:.1f})"
+            for name in STARTS
+        ]
+        counts = [str(facts[f"{name}_compiled"]) for name in STARTS]
+        table.add_row(facts["scheme"], *cells, ", ".join(counts))
+    return table

@@ -7,9 +7,9 @@ step before: the inverse of their part of W is kept until they change.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import pivot
 from hpcwhirl.dynamics.kernels.named import CirculantSpace, ContactSpace
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def invert(a, stride, size):
     """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
 
@@ -51,13 +51,13 @@ def invert(a, stride, size):
     return sound
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def place_of(j, blades, wide):
     """Return where a folded row, blades 0 .. N // 2 then N - j, has blade j."""
     return j if 2 * j <= blades else wide + blades - j
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def remember(where, size, blades, known, inverse, column, stride):
     """Invert W of the blades where[:size] and keep it."""
     for r in range(size):
@@ -89,7 +89,7 @@ def circulant_space(
     )  # fmt: skip
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def recall(blades, space):
     """Invert W of the blades of the last solution, which the state remembers."""
     known, inverse, padded = space.known, space.inverse, len(space.push)
@@ -97,7 +97,7 @@ def recall(blades, space):
         remember(known, known[blades], blades, known, inverse, space.column, padded)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def penetrating(gaps, row, blades, wide, where):
     """Set `where` to the penetrating blades of a folded row; return their number."""
     size = blades - blades  # a literal 0 would be compiled for by itself
@@ -110,7 +110,7 @@ def penetrating(gaps, row, blades, wide, where):
     return size
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
           column):  # fmt: skip
     """Open the gaps of a folded row with a likely set of active blades.
@@ -160,7 +160,7 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
     return size
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
     push, known, inverse, _, where, column, fallback, near, lam, opened = space

@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.named import ContactSpace
 
 # ledger slots
@@ -41,7 +41,7 @@ RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def place_on_elements(turned, size, length, index, shape):
     """Set what the blades read of a ring of `size` elements at angle `turned`.
 
@@ -61,7 +61,7 @@ def place_on_elements(turned, size, length, index, shape):
         shape[j, 3] = x * x * (x - 1.0) * length
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def place_on_waves(turned, size, index, shape):
     """Set what the blades read of harmonics 0 .. `size`: 1, cos h theta, sin h theta.
 
@@ -79,7 +79,7 @@ def place_on_waves(turned, size, index, shape):
             shape[j, 2 * h - 1], shape[j, 2 * h] = x, y
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def read_ring(radial, index, shape, j):
     """Return the radial displacement at blade j from the radial coordinates, m."""
     total = 0.0
@@ -88,13 +88,13 @@ def read_ring(radial, index, shape, j):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def rigid_radial(wall, time, angle):
     """Return the radial place of a rigid casing distorted on k lobes, m."""
     return -rigid_amplitude(wall, time) * math.cos(wall.lobes * angle)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def rigid_amplitude(wall, time):
     """Return A0 e^{sigma t} with its smooth rise, m.
 
@@ -108,7 +108,7 @@ def rigid_amplitude(wall, time):
     return wall.amplitude * math.exp(wall.growth * time) * ramp
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
 
@@ -126,7 +126,7 @@ def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def pulse_of(time, force, pulse):
     """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
     if 0.0 < time < pulse:
@@ -134,7 +134,7 @@ def pulse_of(time, force, pulse):
     return 0.0
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j]: how a unit multiplier on blade j opens every gap, m/N.
 
@@ -155,7 +155,7 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
         w[j, i] += read_ring(response, index, shape, i)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def solve_dense(matrix, right, size):
     """Solve in place by Gauss with partial pivoting; return whether it could."""
     for c in range(size):
@@ -184,7 +184,7 @@ def solve_dense(matrix, right, size):
     return True
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def solve_active(gaps, w, where, size, opened, small, right):
     """Solve g + W lam = 0 on the blades where[:size]; return whether it could.
 
@@ -207,7 +207,7 @@ def solve_active(gaps, w, where, size, opened, small, right):
     return True
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
     """Exchange what violates complementarity; return how much did.
 
@@ -231,7 +231,7 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
     return wrong
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def begin(gaps, lam, active):
     """Take the penetrating blades for the active ones; return the largest |gap|."""
     largest = 0.0
@@ -242,7 +242,7 @@ def begin(gaps, lam, active):
     return largest
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def gather(active, where):
     """Set the first of `where` to the active blades; return their number."""
     size = 0
@@ -253,13 +253,7 @@ def gather(active, where):
     return size
 
 
-@njit(error_model="numpy", cache=True)
-def attempts_of(blades):
-    """Return the most exchanges; from the 3 N-th on one index at a time."""
-    return 3 * blades + 200
-
-
-@njit(error_model="numpy", cache=True)
+@inlined
 def improve(gaps, size, lam, opened, attempt, largest, space):
     """Try a set of active blades; return whether it is wrong: 0 no, > 0 yes, -1 stuck.
 
@@ -276,11 +270,11 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
     return wrong
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def pivot(gaps, lam, opened, space):
     """Solve as `complementarity`, W being known already, each row of it."""
     largest = begin(gaps, lam, space.active)
-    for attempt in range(attempts_of(len(gaps))):
+    for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)
         wrong = improve(gaps, size, lam, opened, attempt, largest, space)
         if wrong <= 0:
@@ -288,7 +282,7 @@ def pivot(gaps, lam, opened, space):
     return -1
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
@@ -306,7 +300,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     """
     response, w, have, _, _, active, where = space
     largest = begin(gaps, lam, active)
-    for attempt in range(attempts_of(len(gaps))):
+    for attempt in range(3 * len(gaps) + 200):
         size = gather(active, where)
         for s in range(size):
             if have[where[s]] == 0:
@@ -318,7 +312,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     return -1
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def contact_space(blades, coordinates):
     """Return the work space of `complementarity`."""
     return ContactSpace(
@@ -332,7 +326,7 @@ def contact_space(blades, coordinates):
     )
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
     """Enter the multipliers `push` of blades where[:active].
 
@@ -356,7 +350,7 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
     counter[TOUCHED] += 1
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def write_sample(
     counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
 ):
@@ -384,7 +378,7 @@ def write_sample(
         judge_sample(counter, ledger, tips, len(impulse), energies, lost, tracks)
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     """Write one sample of the traces."""
     s, blades = counter[SAMPLE], len(impulse)
@@ -403,7 +397,7 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     counter[SAMPLE] += 1
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
     """Write one row of evidence, and the ledger as it stands."""
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed

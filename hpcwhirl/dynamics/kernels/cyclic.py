@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
@@ -32,6 +31,7 @@ from hpcwhirl.dynamics.kernels.circulant import (
     recall,
     solve_any,
 )
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
     AMPLITUDE,
     COMPLEMENTARITY,
@@ -79,7 +79,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 from hpcwhirl.errors import ModelError
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then (im, -re) of it."""
     half = width // 2
@@ -94,7 +94,7 @@ def to_spectrum(push, where, size, turns, width, lam):
         store(lam, width + half + v, broadcast(0.0) - load(lam, v))
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def flush(s):
     """Zero amplitudes below 1e-150 before their products become denormal."""
     for m in range(len(s)):
@@ -149,7 +149,7 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     )  # fmt: skip
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def sizes_of(state):
     """Return the sizes of a state's arrays."""
     k, blades = len(state.lam) // 4, len(state.impulse)
@@ -158,13 +158,13 @@ def sizes_of(state):
     return Sizes(blades, rows // ROTOR_STATE, ring_rows // RING_STATE, k, wide)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def angle_of(wall, speed, time):
     """Return k Omega t."""
     return wall.lobes * ((speed * time) % (2.0 * math.pi))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
             sizes):  # fmt: skip
     """Set a row of the gaps, at `time`, from the passes' spectra; return the lowest."""
@@ -175,21 +175,21 @@ def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, r
     return to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def is_far(out_b, turns, limit, sizes):
     """Return whether a tip is beyond the limit."""
     far = size_of(out_b, 2 * sizes.k) > LESS * limit
     return far and farthest(out_b, turns, sizes.blades, 2 * sizes.k) > limit
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def read_before(gaps, row, where, active, sizes, before):
     """Set the gaps of the active blades in a row, for the impact's loss."""
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], sizes.blades, sizes.wide)]
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def prepare(step, speed, wall, slot, sign, state, sample):
     """Set copies of the sums, to be ended, and a rigid casing's spectrum."""
     copy_to(sample.sums_b, state.sums_b)
@@ -201,7 +201,7 @@ def prepare(step, speed, wall, slot, sign, state, sample):
         write_wall(wall, time, speed, slot, sign, sample.wall)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
                        keep, judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""
@@ -219,7 +219,7 @@ def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state,
     )  # fmt: skip
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
                 judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""
@@ -237,7 +237,7 @@ def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample
     )  # fmt: skip
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def march_differences(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks, space,
@@ -306,7 +306,7 @@ def march_differences(
             )  # fmt: skip
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def try_to_fly(strides, step, mu, wall, loading, rotor, casing, contact, state, space,
                tracks, sizes):  # fmt: skip
     """Jump if no blade can touch, with the samples in between; return whether so."""
@@ -327,7 +327,7 @@ def try_to_fly(strides, step, mu, wall, loading, rotor, casing, contact, state, 
     return jumped
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def march_flow(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks, space,

@@ -5,8 +5,7 @@ A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
 
 from __future__ import annotations
 
-from numba import njit
-
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -35,7 +34,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
     """End a step of four modes; return (q, d), loss and works with theirs."""
     if touched:
@@ -48,7 +47,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
     return q, d, loss, works
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
     """End a step of four modes, as `end_rotor`; y, d, old : re and im."""
     if touched:
@@ -64,7 +63,7 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
     return y, d, loss, works
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums):
     """Do `pass_rotor`, with or without contact."""
     for col in range(0, width, FOUR):
@@ -90,7 +89,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums):
         store(out, col, spectrum)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums):
     """Do `pass_ring`, with or without contact."""
     size = rows * k
@@ -118,7 +117,7 @@ def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums):
         store_both(out, k, col, (real, imag))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def pass_rotor(s, c, lam, rows, width, counter, out, sums):
     """End a step of the rotor and predict the next.
 
@@ -139,7 +138,7 @@ def pass_rotor(s, c, lam, rows, width, counter, out, sums):
         rotor_columns(s, c, lam, rows, width, now, then, False, out, sums)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums):
     """End a step of the ring and predict the next; as `pass_rotor`.
 
@@ -153,7 +152,7 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums):
         ring_columns(s, c, lam, rows, k, now, then, False, out, sums)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
     k, touched, zero = len(sums_c) // 4, counter[LAST] == counter[STEP], broadcast(0.0)
@@ -188,7 +187,7 @@ def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
             book_ring(sums_c, k, col, push, works)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def energy_of(s, c, place, increment, size, step):
     """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} at n + 1/2, J.
 
@@ -203,7 +202,7 @@ def energy_of(s, c, place, increment, size, step):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def energies_of(t_b, c_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from ended states, J.
 
@@ -216,7 +215,7 @@ def energies_of(t_b, c_b, t_c, c_c, now, step):
     return energy_of(t_b, c_b, m - m, (1 + now) * m, m, step), ring
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def column_sums(sums_b, sums_c, _):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 

@@ -16,8 +16,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
     CERTIFICATE,
     CERTIFIED,
@@ -62,7 +61,7 @@ PASSES = 2  # jumps of powers of two that make up one
 LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def bound_rotor(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the rotor; set rate (2 k,), the spectrum of its velocity."""
     width, size = 2 * k, 2 * k * rows
@@ -93,7 +92,7 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
     return total_of(bend), total_of(reach)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def bound_ring(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the ring; add to rate (2 k,)."""
     size = rows * k
@@ -125,13 +124,13 @@ def bound_ring(s, c, bound, rows, k, now, rate):
     return total_of(bend), total_of(reach)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def total_of(four):
     """Return the sum of four doubles."""
     return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def open_until(gap, rate, bend):
     """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
     if gap <= 0.0 and rate <= 0.0:
@@ -142,7 +141,7 @@ def open_until(gap, rate, bend):
     return (rate + apex) / bend if rate >= 0.0 else 2.0 * gap / (apex - rate)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the steps, at most `longest`, in which no blade can touch."""
     time = longest * step
@@ -154,7 +153,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     return int(LESS * time / step)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def jump_rotor(s, c, table, rows, width, now, then, out, sums):
     """Jump: q, d at `now` to q, d at `then`; set out (width,); add damping loss."""
     size = rows * width
@@ -177,7 +176,7 @@ def jump_rotor(s, c, table, rows, width, now, then, out, sums):
         store(sums, 2 * width + col, loss)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
     """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
     size = rows * k
@@ -211,7 +210,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
         store(sums, 2 * k + col, loss)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring_rows,
                k, wide):  # fmt: skip
     """End the step; return the steps free of contact from here; certify if possible."""
@@ -234,7 +233,7 @@ def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring
     return free_steps(gaps, row, rates, 2 * wide, bend + more, step, longest) - 1
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
     """Jump over `count` steps, or the most of them that a few jumps make; return it."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
@@ -264,7 +263,7 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
     return count - left
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, space, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
@@ -303,7 +302,7 @@ def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, space, sizes):
     return True
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def land(gap, wave, state, space, k, wide):
     """Set the gaps after a jump, and keep the largest miss of what the bounds allow."""
     spectrum, ledger = space.spectrum, state.ledger

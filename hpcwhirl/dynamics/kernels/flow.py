@@ -7,8 +7,7 @@ normal forces over what the ring's shape passes below the blades in a second.
 
 from __future__ import annotations
 
-from numba import njit
-
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -45,7 +44,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, store
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def lose_rotor(c, at, q, d, loss):
     """Return `loss` with that of a step of four modes."""
     part = load(c, at + LOSS_DQ * FOUR) * q
@@ -54,7 +53,7 @@ def lose_rotor(c, at, q, d, loss):
     return fma(load(c, at + LOSS_QQ * FOUR) * q, q, loss)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def lose_ring(c, at, y, d, loss):
     """Return `loss` with that of a step of four modes; y, d : re and im."""
     part = fma(d[0], d[0], d[1] * d[1])
@@ -65,7 +64,7 @@ def lose_ring(c, at, y, d, loss):
     return fma(load(c, at + LOSS_QQ * FOUR), part, loss)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
     """End a step of four modes; s, old : state and place of the d before."""
     if touched:
@@ -80,7 +79,7 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
     return q, d, loss, works
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def mean_ring(c, at, y, d, old):
     """Return dt (v- + v+) of four modes: re, im."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
@@ -91,7 +90,7 @@ def mean_ring(c, at, y, d, old):
     return br, fma(was, bi, fma(new, d[1], place * y[1]))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     """End a step of four modes, as `end_rotor`; y, d, passing : re and im."""
     if touched:
@@ -106,14 +105,14 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     return y, d, loss, works, passing
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def book_passing(sums, k, col, push, passing):
     """Enter the fourth part of the ring's sums."""
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums):
     """Do `pass_rotor`, with or without a step that waits, or contact."""
     for col in range(0, width, FOUR):
@@ -140,7 +139,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums):
         store(out, col, spectrum)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums):
     """Do `pass_ring`, with or without a step that waits, or contact."""
     size = rows * k
@@ -170,7 +169,7 @@ def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums):
         store_both(out, k, col, (real, imag))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def pass_rotor(s, c, lam, rows, width, counter, out, sums):
     """End a step of the rotor, if one waits, and predict; as in `differences`."""
     now, then = places(counter, rows * width)
@@ -182,7 +181,7 @@ def pass_rotor(s, c, lam, rows, width, counter, out, sums):
         rotor_columns(s, c, lam, rows, width, now, then, True, False, out, sums)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums):
     """End a step of the ring, if one waits, and predict; as in `differences`."""
     now, then = places(counter, 2 * rows * k)
@@ -194,7 +193,7 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums):
         ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
     size, ring = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
@@ -204,7 +203,7 @@ def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     settle_ring(s_c, t_c, c_c, lam, ring, counter, ended, touched, sums_c)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def settle_rotor(s, t, c, lam, size, counter, ended, touched, sums):
     """Do `end_step` for the rotor."""
     width, zero = len(sums) // 3, broadcast(0.0)
@@ -225,7 +224,7 @@ def settle_rotor(s, t, c, lam, size, counter, ended, touched, sums):
             book_rotor(sums, width, col, push, works)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def settle_ring(s, t, c, lam, size, counter, ended, touched, sums):
     """Do `end_step` for the ring."""
     k, zero = len(sums) // 4, broadcast(0.0)
@@ -248,7 +247,7 @@ def settle_ring(s, t, c, lam, size, counter, ended, touched, sums):
             book_passing(sums, k, col, push, passing)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def energy_of(s, c, place, increment, size):
     """Return the energy of modes, J; place, increment : in s, of q and d."""
     total = 0.0
@@ -260,7 +259,7 @@ def energy_of(s, c, place, increment, size):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def energies_of(t_b, c_b, t_c, c_c, now, _):
     """Return the energies of rotor and ring from ended states at n, J.
 
@@ -272,7 +271,7 @@ def energies_of(t_b, c_b, t_c, c_c, now, _):
     return energy_of(t_b, c_b, m - m, (1 + now) * m, m), ring
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def column_sums(sums_b, sums_c, step):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
+from hpcwhirl.dynamics.kernels.compiled import part
 from hpcwhirl.dynamics.kernels.contact import MISS
 from hpcwhirl.dynamics.kernels.passes import (
     RADIAL,
@@ -37,7 +38,7 @@ def note_miss(actual, solved, u, gap, ledger):
         ledger[MISS] = worst / (gap + reach + apart)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
     """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.

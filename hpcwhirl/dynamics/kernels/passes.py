@@ -23,9 +23,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, rigid_amplitude
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -62,20 +62,20 @@ def unpacked(items: Floats) -> Floats:
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def item(c, which, m):
     """Return an item of mode m."""
     return c[(m - m % FOUR) * ITEMS + which * FOUR + m % FOUR]
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def places(counter, size):
     """Return the places of an array of bodies for d now and for the d before it."""
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def push_rotor(c, at, push):
     """Return what the multipliers add to q and to d of four modes.
 
@@ -85,27 +85,27 @@ def push_rotor(c, at, push):
     return fma(load(c, at + NORMAL * FOUR), push[0], change)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def push_ring(c, at, push):
     """Return what the multipliers add to y and to d: re, im; push : re, im."""
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def turn(er, ei, re, im):
     """Return (er + i ei) (re + i im)."""
     return fnma(ei, im, er * re), fma(er, im, ei * re)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def ahead_rotor(c, at, q, d):
     """Return (q', d') without forces."""
     d = fnma(load(c, at + PULL * FOUR), q, load(c, at + KEEP * FOUR) * d)
     return q + d, d
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def ahead_ring(c, at, y, d):
     """Return (y', d') without forces, re and im each, both turned."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
@@ -116,7 +116,7 @@ def ahead_ring(c, at, y, d):
     return (zr + dr, zi + di), (dr, di)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def work_rotor(c, at, both, works):
     """Add to (normal, drag's re, drag's im) what `both`, dt (v- + v+), makes work."""
     normal, re, im = works
@@ -125,7 +125,7 @@ def work_rotor(c, at, both, works):
     return normal, re, fma(load(c, at + SI * FOUR), both, im)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def work_ring(c, at, br, bi, works):
     """Add to (normal, drag), re and im each, as `work_rotor`."""
     normal_re, normal_im, drag_re, drag_im = works
@@ -136,7 +136,7 @@ def work_ring(c, at, br, bi, works):
     return normal_re, normal_im, drag_re, fma(si, br, fma(sr, bi, drag_im))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def book_rotor(sums, width, col, push, works):
     """Enter the works of a column; sums : normal, drag (twice, over mu), loss."""
     normal, re, im = works
@@ -145,7 +145,7 @@ def book_rotor(sums, width, col, push, works):
     store(sums, width + col, fma(push[0], re, drag))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def book_ring(sums, k, col, push, works):
     """Enter the works of a column; as `book_rotor`."""
     normal_re, normal_im, drag_re, drag_im = works
@@ -155,27 +155,27 @@ def book_ring(sums, k, col, push, works):
     store(sums, k + col, fma(push[0], drag_re, drag))
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def load_both(a, size, m):
     """Return a[m : m + 4] and the same `size` on: re and im."""
     return load(a, m), load(a, size + m)
 
 
-@njit(error_model="numpy", inline="always")
+@inlined
 def store_both(a, size, m, value):
     """Set a[m : m + 4] and the same `size` on."""
     store(a, m, value[0])
     store(a, size + m, value[1])
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def copy_to(out, values):
     """Set out to the first of values."""
     for i in range(len(out)):
         out[i] = values[i]
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def sum_of(values, first, last):
     """Return the sum of values[first:last], in order."""
     total = 0.0
@@ -184,7 +184,7 @@ def sum_of(values, first, last):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def write_wall(wall, time, speed, slot, sign, spectrum):
     """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""
     angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
@@ -193,7 +193,7 @@ def write_wall(wall, time, speed, slot, sign, spectrum):
     spectrum[len(spectrum) // 2 + slot] -= sign * out * math.sin(angle)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
     """Add the loading's increments to the ring, its place turned by `angle`.
 
@@ -213,7 +213,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
             out[k + m % k] += item(c, RADIAL, m) * im
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
     """Return the loading's work in the step that waits to be ended, J."""
     total, touched = 0.0, counter[LAST] == counter[STEP]
@@ -237,7 +237,7 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
     return total
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
     """Transform; set gaps[row :][: 2 wide]: of blades j, then of N - j; return least.
 

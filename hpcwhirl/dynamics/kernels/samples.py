@@ -6,8 +6,8 @@ Nothing here moves the motion: samples are made of copies with their step ended.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
 from hpcwhirl.dynamics.kernels.contact import (
     ENDED,
     FRICTION,
@@ -44,7 +44,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def at_blade(spectrum, turns, j, width):
     """Return Re sum_kappa spectrum e^{2 pi i kappa j / N}."""
     total = 0.0
@@ -53,7 +53,7 @@ def at_blade(spectrum, turns, j, width):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def read_tips(q, c, hub, turns, width, work, tips):
     """Set tips (N + 1, 2): radial and tangential of each blade, but not the centre."""
     size = hub.shape[1]
@@ -75,7 +75,7 @@ def read_tips(q, c, hub, turns, width, work, tips):
             tips[j, direction] = at_blade(work, turns, j, width)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def size_of(spectrum, width):
     """Return a bound of every blade's |Re sum_kappa spectrum e^{...}|: the 1-norm."""
     total = broadcast(0.0)
@@ -88,7 +88,7 @@ def size_of(spectrum, width):
     return bound
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def farthest(spectrum, turns, blades, width):
     """Return the largest radial displacement of a tip, m, from the rotor's spectrum."""
     most = 0.0
@@ -97,7 +97,7 @@ def farthest(spectrum, turns, blades, width):
     return most
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def radial_bound(q, c, size, width):
     """Return a bound of every tip's radial displacement, m."""
     total = broadcast(0.0)
@@ -113,7 +113,7 @@ def radial_bound(q, c, size, width):
     return bound
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def read_centre(q, hub, tips):
     """Set the last of tips (N + 1, 2): x_o, y_o."""
     for axis in range(2):
@@ -123,7 +123,7 @@ def read_centre(q, hub, tips):
         tips[-1, axis] = total
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def sample_cyclic(mu, gap, row, rotor, c_c, turns, wave, state, energies, works, sample,
                   keep, judge, tracks):  # fmt: skip
     """Write a sample of the state as it is with its step ended, as `sample` has it.
@@ -168,7 +168,7 @@ def aside_space(state: CyclicState) -> CyclicState:
     return state._replace(**own)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def put_aside(state, aside):
     """Copy what a jump changes."""
     copy_to(aside.rotor, state.rotor)
@@ -179,7 +179,7 @@ def put_aside(state, aside):
         aside.counter[entry] = state.counter[entry]
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, state,
                  space, tracks, sizes):  # fmt: skip
     """Write the samples of the traces that a jump has passed over, from copies of it.
