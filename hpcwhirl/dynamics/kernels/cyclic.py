@@ -47,7 +47,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     carried_by_wall,
     pulse_of,
 )
-from hpcwhirl.dynamics.kernels.flight import LESS, fly
+from hpcwhirl.dynamics.kernels.flight import LESS, fly, total_of
 from hpcwhirl.dynamics.kernels.named import Arrays, CyclicSpace, CyclicState, Sizes
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -66,13 +66,13 @@ from hpcwhirl.dynamics.kernels.samples import (
     put_aside,
     sample_cyclic,
     sample_space,
-    size_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     aligned,
     broadcast,
     fma,
+    higher_of,
     load,
     store,
 )
@@ -167,19 +167,29 @@ def angle_of(wall, speed, time):
 @inlined
 def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
             sizes):  # fmt: skip
-    """Set a row of the gaps, at `time`, from the passes' spectra; return the lowest."""
+    """Set a row of the gaps, at `time`, from the passes' spectra.
+
+    Return the lowest, and a bound of the tips' displacements, see `bound_of`.
+    """
+    tips = broadcast(0.0)
     for c in range(0, 2 * sizes.k, FOUR):
-        store(spectrum, c, load(out_b, c) + load(out_c, c))
+        part = load(out_b, c)
+        tips = tips + higher_of(part, broadcast(0.0) - part)
+        store(spectrum, c, part + load(out_c, c))
     if sizes.ring_rows == 0 and wall.amplitude != 0.0:
         write_wall(wall, time, speed, slot, sign, spectrum)
-    return to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
+    lowest = to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
+    return lowest, total_of(tips)
 
 
 @inlined
-def is_far(out_b, turns, limit, sizes):
-    """Return whether a tip is beyond the limit."""
-    far = size_of(out_b, 2 * sizes.k) > LESS * limit
-    return far and farthest(out_b, turns, sizes.blades, 2 * sizes.k) > limit
+def bound_of(out_b, sizes):
+    """Return a bound of every tip's displacement: the 1-norm of its spectrum, m."""
+    tips = broadcast(0.0)
+    for c in range(0, 2 * sizes.k, FOUR):
+        part = load(out_b, c)
+        tips = tips + higher_of(part, broadcast(0.0) - part)
+    return total_of(tips)
 
 
 @inlined
@@ -267,7 +277,7 @@ def march_differences(
                 s_c, c_c, ring_size, thrust, lobe, sign, angle_of(wall, speed, time),
                 counter, out_c, k,
             )  # fmt: skip
-        lowest = predict(
+        lowest, far = predict(
             out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
             sizes,
         )  # fmt: skip
@@ -295,7 +305,7 @@ def march_differences(
         if counter[STEP] % FLUSH_EVERY == 0:
             flush(s_b)
             flush(s_c)
-        if is_far(out_b, turns, limit, sizes):
+        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
             counter[STOP] = AMPLITUDE
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0
@@ -344,13 +354,15 @@ def march_flow(
     recall(blades, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
-        jumped = False
+        jumped, far = False, 0.0
         if counter[STEP] >= counter[NEXT_TRY] and counter[LAST] != counter[STEP]:
             jumped = try_to_fly(
                 strides, step, mu, wall, loading, rotor, casing, contact, state, space,
                 tracks, sizes,
             )  # fmt: skip
-        if not jumped:
+        if jumped:
+            far = bound_of(out_b, sizes)
+        else:
             flow.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
             flow.pass_ring(s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c)
             thrust = pulse_of(counter[STEP] * step, force, pulse)
@@ -361,7 +373,7 @@ def march_flow(
                     s_c, c_c, ring_size, thrust, lobe, sign,
                     angle_of(wall, speed, time), counter, out_c, k,
                 )  # fmt: skip
-            lowest = predict(
+            lowest, far = predict(
                 out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
                 sizes,
             )  # fmt: skip
@@ -393,7 +405,7 @@ def march_flow(
             if counter[STEP] % FLUSH_EVERY == 0:
                 flush(s_b)
                 flush(s_c)
-        if is_far(out_b, turns, limit, sizes):
+        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
             counter[STOP] = AMPLITUDE
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0

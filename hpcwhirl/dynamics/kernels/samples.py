@@ -36,7 +36,6 @@ from hpcwhirl.dynamics.kernels.vectors import (
     broadcast,
     element,
     fma,
-    higher_of,
     load,
     root,
 )
@@ -73,19 +72,6 @@ def read_tips(q, c, hub, turns, width, work, tips):
                 work[col] -= re + im
         for j in range(blades):
             tips[j, direction] = at_blade(work, turns, j, width)
-
-
-@inlined
-def size_of(spectrum, width):
-    """Return a bound of every blade's |Re sum_kappa spectrum e^{...}|: the 1-norm."""
-    total = broadcast(0.0)
-    for c in range(0, width, FOUR):
-        part = load(spectrum, c)
-        total = total + higher_of(part, broadcast(0.0) - part)
-    bound = 0.0
-    for i in range(FOUR):
-        bound += element(total, i)
-    return bound
 
 
 @part
