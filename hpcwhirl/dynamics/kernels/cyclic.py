@@ -316,27 +316,6 @@ def march_differences(
             )  # fmt: skip
 
 
-@part
-def try_to_fly(strides, step, mu, wall, loading, rotor, casing, contact, state, space,
-               tracks, sizes):  # fmt: skip
-    """Jump if no blade can touch, with the samples in between; return whether so."""
-    begun = state.counter[STEP]
-    c_b, c_c = rotor.items, casing.items
-    between = strides.traces % strides.evidence != 0  # traces end no jump
-    if between:
-        put_aside(state, space.aside)
-    jumped = fly(
-        strides.evidence, step, wall, loading, c_b, c_c, contact.wave, contact.flight,
-        state, space, sizes,
-    )  # fmt: skip
-    if jumped and between:
-        keep_between(
-            begun, strides.traces, step, mu, wall.gap, rotor, c_c, contact.turns,
-            contact.wave, contact.flight, state, space, tracks, sizes,
-        )  # fmt: skip
-    return jumped
-
-
 @kernel
 def march_flow(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
@@ -344,9 +323,11 @@ def march_flow(
 ):  # fmt: skip
     """March `steps` steps of the exact flow, as `march_differences`; see `flight`."""
     force, pulse, lobe = loading
-    (c_b, _), (c_c, slot, sign), (_, turns, wave, _) = rotor, casing, contact
+    (c_b, _), (c_c, slot, sign), (_, turns, wave, flight) = rotor, casing, contact
     s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    out_b, out_c, spectrum, _, _, before, sample, solver, _ = space
+    out_b, out_c, spectrum, rates, _, before, sample, solver, _ = space
+    outs = out_b, out_c, spectrum, rates
+    between = strides.traces % strides.evidence != 0  # traces end no jump
     push, known, inverse, opening, where, column, _, _, _, _ = solver
     sizes = sizes_of(state)
     blades, rows, ring_rows, k, wide = sizes
@@ -356,10 +337,18 @@ def march_flow(
     while counter[STEP] < goal and counter[STOP] == RUNNING:
         jumped, far = False, 0.0
         if counter[STEP] >= counter[NEXT_TRY] and counter[LAST] != counter[STEP]:
-            jumped = try_to_fly(
-                strides, step, mu, wall, loading, rotor, casing, contact, state, space,
-                tracks, sizes,
+            begun = counter[STEP]
+            if between:
+                put_aside(state, space.aside)
+            jumped = fly(
+                strides.evidence, step, wall, loading, c_b, c_c, wave, flight, state,
+                outs, sizes,
             )  # fmt: skip
+            if jumped and between:
+                keep_between(
+                    begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns, wave,
+                    flight, state, space, tracks, sizes,
+                )  # fmt: skip
         if jumped:
             far = bound_of(out_b, sizes)
         else:

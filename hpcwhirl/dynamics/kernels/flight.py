@@ -234,10 +234,9 @@ def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring
 
 
 @part
-def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
+def leap(count, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     """Jump over `count` steps, or the most of them that a few jumps make; return it."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
-    out_b, out_c = outs
     counter, width, left = state.counter, 2 * k, count
     for _ in range(PASSES):
         p = len(counts) - 1 if left == counts[-1] else len(counts) - 2
@@ -264,7 +263,7 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
 
 
 @part
-def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, space, sizes):
+def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
@@ -272,9 +271,11 @@ def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, space, sizes):
 
     Parameters
     ----------
-    wall, load, flight, state, space, sizes : see `named`
+    wall, load, flight, state, sizes : see `named`
+    outs : spectra of rotor, ring and gaps, (2 k,), and rates of the gaps, (2 wide,)
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
+    out_b, out_c, spectrum, rates = outs
     if load.force != 0.0 and counter[STEP] * step < load.pulse:
         counter[NEXT_TRY] = int(load.pulse / step) + 1
         return False
@@ -284,31 +285,25 @@ def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, space, sizes):
     free = left
     if counter[CERTIFIED] < 0:
         free = look_ahead(
-            step, wall.gap, c_b, c_c, wave, flight, state, space.spectrum, space.rates,
+            step, wall.gap, c_b, c_c, wave, flight, state, spectrum, rates,
             rows, ring_rows, k, wide,
         )  # fmt: skip
-    outs = space.out_b, space.out_c
     if counter[CERTIFIED] >= 0:
-        leap(left, c_b, c_c, flight, state, outs, rows, ring_rows, k)
+        leap(left, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k)
         return True
     if free < SHORTEST:
         counter[PATIENCE] = min(max(2 * counter[PATIENCE], 2), LONGEST_PATIENCE)
         counter[NEXT_TRY] = counter[STEP] + counter[PATIENCE]
         return False
     counter[PATIENCE] = 0
-    done = leap(min(free, left), c_b, c_c, flight, state, outs, rows, ring_rows, k)
+    done = leap(
+        min(free, left), c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k
+    )
     counter[NEXT_TRY] = counter[STEP] + (done == free)
-    land(wall.gap, wave, state, space, k, wide)
-    return True
-
-
-@part
-def land(gap, wave, state, space, k, wide):
-    """Set the gaps after a jump, and keep the largest miss of what the bounds allow."""
-    spectrum, ledger = space.spectrum, state.ledger
     for c in range(2 * k):
-        spectrum[c] = space.out_b[c] + space.out_c[c]
-    row = state.counter[STEP] % 3 * 2 * wide
-    lowest = to_gaps(spectrum, wave, gap, k, wide, state.gaps, row)
-    if lowest < -ledger[MISS] * gap:  # the bounds forbid it
-        ledger[MISS] = -lowest / gap
+        spectrum[c] = out_b[c] + out_c[c]
+    row = counter[STEP] % 3 * 2 * wide
+    lowest = to_gaps(spectrum, wave, wall.gap, k, wide, state.gaps, row)
+    if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it
+        state.ledger[MISS] = -lowest / wall.gap
+    return True

@@ -175,6 +175,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
+    out_b, out_c = space.between
     if own[ENDED] != begun:  # the step that waited has been ended by the jump
         end_step(
             aside.rotor, aside.rotor, rotor.items, aside.ring, aside.ring, c_c,
@@ -184,8 +185,8 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     first = (begun // stride + 1) * stride
     for goal in range(first, counter[STEP], stride):
         while own[STEP] < goal:
-            leap(goal - own[STEP], rotor.items, c_c, flight, aside, space.between,
-                 rows, ring_rows, k)  # fmt: skip
+            leap(goal - own[STEP], rotor.items, c_c, flight, aside, out_b, out_c, rows,
+                 ring_rows, k)  # fmt: skip
         own[SAMPLE] = counter[SAMPLE]
         copy_to(sample.rotor, aside.rotor)
         copy_to(sample.ring, aside.ring)
