@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
-from hpcwhirl.dynamics.kernels.contact import pivot
 from hpcwhirl.dynamics.kernels.named import CirculantSpace, ContactSpace
+from hpcwhirl.dynamics.kernels.pivoting import pivot
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     aligned,

@@ -11,8 +11,9 @@ from typing import Any, NoReturn
 from numba import njit
 from numba.core.registry import CPUDispatcher
 
-kernel = njit(error_model="numpy", cache=True, no_cfunc_wrapper=True)
-inlined = njit(error_model="numpy", inline="always")
+numba_njit: Any = njit  # its hints leave out the options that name entries
+kernel = numba_njit(error_model="numpy", cache=True, no_cfunc_wrapper=True)
+inlined = numba_njit(error_model="numpy", inline="always")
 
 
 class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
@@ -26,7 +27,7 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
 
 def part(function: Any) -> Any:
     """Compile a function for other compiled functions alone."""
-    made = njit(
+    made = numba_njit(
         error_model="numpy", cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
     )(function)
     made.__class__ = Part

@@ -109,10 +109,9 @@ def widths(blades: int) -> tuple[int, int]:
 
 
 def check_sizes(arrays: Arrays, state: CyclicState) -> None:
-    """Raise ModelError unless all arrays are of the sizes that the kernel reads off.
+    """Raise ModelError unless arrays have the sizes that a state tells.
 
-    What it loads as vectors is not checked there: a short array would be read beyond
-    its end.
+    The kernel loads vectors unchecked: a short array would be read beyond its end.
     """
     blades = len(state.impulse)
     k, wide = widths(blades)
