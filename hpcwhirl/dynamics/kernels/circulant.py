@@ -1,4 +1,6 @@
-"""The contact problem of equally spaced blades: W is constant and circulant.
+"""The contact problem of blades beside a round casing: W is constant.
+
+In the rotating frame: the ring's part is circulant, and so is a cyclic rotor's.
 
 Nearly always the penetrating blades are the ones in contact, and the same as in the
 step before: the inverse of their part of W is kept until they change.
@@ -10,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
-from hpcwhirl.dynamics.kernels.named import CirculantSpace, ContactSpace
+from hpcwhirl.dynamics.kernels.named import ConstantSpace, ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import pivot
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -58,43 +60,60 @@ def place_of(j, blades, wide):
 
 
 @part
-def remember(where, size, blades, known, inverse, column, stride):
+def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert W of the blades where[:size] and keep it."""
     for r in range(size):
         known[r] = where[r]
+        row = where[r] * 2 * wide
         for s in range(size):  # the transpose, to be read by columns
-            inverse[r * stride + s] = column[(where[s] - where[r]) % blades]
+            inverse[r * stride + s] = rows[row + place_of(where[s], blades, wide)]
     known[blades] = size
     known[blades + 1] = 1 if invert(inverse, stride, size) else 0
 
 
-def circulant_space(
-    blades: int, wide: int, column: Floats, known: Integers
-) -> CirculantSpace:
-    """Return the work space of `guess` and `solve_any`; `recall` completes it."""
+def folded(blades: int, wide: int) -> Integers:
+    """Return the blades (2 wide,) of a folded row: 0 .. N // 2, then N - j.
+
+    Each half is padded with blade 0.
+    """
+    i = np.arange(wide)
+    half = np.where(2 * i > blades, 0, i)
+    return np.concatenate([half, -half % blades])
+
+
+def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
+    """Return the work space of `guess` and `solve_any`; `recall` completes it.
+
+    w : (N, N), m/N, whose column j is what a unit multiplier on blade j opens
+    """
     padded = -(-blades // FOUR) * FOUR
-    j, i = np.arange(blades), np.arange(wide)
-    i = np.where(2 * i > blades, 0, i)  # padding repeats blade 0
-    folded = np.concatenate([i, blades - i])
-    rows = aligned(column[(folded - j[:, None]) % blades].ravel())
-    w, have = column[(j - j[:, None]) % blades], np.ones(blades, np.int64)
+    rows = aligned(w[folded(blades, wide)].T.ravel())
     fallback = ContactSpace(
-        np.zeros(0), w, have, np.zeros((blades, blades)), np.zeros(blades),
-        np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
+        np.zeros(0), w.T.copy(), np.ones(blades, np.int64), np.zeros((blades, blades)),
+        np.zeros(blades), np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
     )  # fmt: skip
     work = [np.zeros(blades) for _ in range(3)]
-    return CirculantSpace(
+    return ConstantSpace(
         aligned(np.zeros(padded)), known, aligned(np.zeros(padded * padded)), rows,
-        fallback.where, column, fallback, *work,
+        fallback.where, fallback, *work,
     )  # fmt: skip
+
+
+def circulant_space(
+    blades: int, wide: int, column: Floats, known: Integers
+) -> ConstantSpace:
+    """Return the work space of a circulant W; column (N,), m/N, to blade 0."""
+    j = np.arange(blades)
+    w = column[np.subtract.outer(j, j) % blades]
+    return constant_space(blades, wide, w, known)
 
 
 @inlined
-def recall(blades, space):
+def recall(blades, wide, space):
     """Invert W of the blades of the last solution, which the state remembers."""
     known, inverse, padded = space.known, space.inverse, len(space.push)
     if known[blades] > 0:
-        remember(known, known[blades], blades, known, inverse, space.column, padded)
+        remember(known, known[blades], blades, wide, known, inverse, space.rows, padded)
 
 
 @inlined
@@ -111,8 +130,8 @@ def penetrating(gaps, row, blades, wide, where):
 
 
 @inlined
-def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
-          column):  # fmt: skip
+def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows,
+          where):  # fmt: skip
     """Open the gaps of a folded row with a likely set of active blades.
 
     Returns their number, with their multipliers in `push`; or -1, and leaves the row
@@ -124,7 +143,7 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
     for attempt in range(2):
         if attempt == 1:
             size = penetrating(gaps, row, blades, wide, where)
-            remember(where, size, blades, known, inverse, column, padded)
+            remember(where, size, blades, wide, known, inverse, rows, padded)
         sound = size > 0 and known[blades + 1] == 1
         for v in range(0, size, FOUR):
             total = broadcast(0.0)
@@ -163,7 +182,7 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
 @kernel
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
-    push, known, inverse, _, where, column, fallback, near, lam, opened = space
+    push, known, inverse, rows, where, fallback, near, lam, opened = space
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]
     size = pivot(near, lam, opened, fallback)
@@ -172,5 +191,5 @@ def solve_any(gaps, row, blades, wide, space):
     for s in range(size):
         push[s] = lam[where[s]]
     if size > 0:
-        remember(where, size, blades, known, inverse, column, len(push))
+        remember(where, size, blades, wide, known, inverse, rows, len(push))
     return size

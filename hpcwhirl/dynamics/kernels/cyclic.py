@@ -259,11 +259,11 @@ def march_differences(
     (c_b, _), (c_c, slot, sign), (_, turns, wave, _) = rotor, casing, contact
     s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
     out_b, out_c, spectrum, _, _, before, sample, solver, _ = space
-    push, known, inverse, opening, where, column, _, _, _, _ = solver
+    push, known, inverse, opening, where, _, _, _, _ = solver
     sizes = sizes_of(state)
     blades, rows, ring_rows, k, wide = sizes
     ring_size = ring_rows * k
-    recall(blades, solver)
+    recall(blades, wide, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
         differences.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
@@ -283,7 +283,7 @@ def march_differences(
         if lowest < 0.0:
             active = guess(
                 gaps, row, lowest, blades, wide, len(push), push, known, inverse,
-                opening, where, column,
+                opening, where,
             )  # fmt: skip
             if active < 0:
                 active = solve_any(gaps, row, blades, wide, solver)
@@ -327,11 +327,11 @@ def march_flow(
     out_b, out_c, spectrum, rates, _, before, sample, solver, _ = space
     outs = out_b, out_c, spectrum, rates
     between = strides.traces % strides.evidence != 0  # traces end no jump
-    push, known, inverse, opening, where, column, _, _, _, _ = solver
+    push, known, inverse, opening, where, _, _, _, _ = solver
     sizes = sizes_of(state)
     blades, rows, ring_rows, k, wide = sizes
     ring_size = ring_rows * k
-    recall(blades, solver)
+    recall(blades, wide, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
         jumped, far = False, 0.0
@@ -368,7 +368,7 @@ def march_flow(
             if lowest < 0.0:
                 active = guess(
                     gaps, row, lowest, blades, wide, len(push), push, known, inverse,
-                    opening, where, column,
+                    opening, where,
                 )  # fmt: skip
                 if active < 0:
                     active = solve_any(gaps, row, blades, wide, solver)

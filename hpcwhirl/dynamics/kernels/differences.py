@@ -152,39 +152,54 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums):
         ring_columns(s, c, lam, rows, k, now, then, False, out, sums)
 
 
+@inlined
+def settle_rotor(s, t, c, lam, width, counter, sums):
+    """Write the rotor to t with its last step ended and booked in sums."""
+    touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
+    size = len(s) // ROTOR_STATE
+    now, then = places(counter, size)
+    for col in range(0, width, FOUR):
+        push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
+        works = zero, zero, zero
+        for m in range(col, size, width):
+            q, d, loss, works = end_rotor(
+                c, m * ITEMS, load(s, m), load(s, now + m), load(s, then + m), push,
+                touched, loss, works,
+            )  # fmt: skip
+            store(t, m, q)
+            store(t, now + m, d)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            book_rotor(sums, width, col, push, works)
+
+
+@inlined
+def settle_ring(s, t, c, lam, k, counter, sums):
+    """Write the ring to t, as `settle_rotor`."""
+    touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
+    size = len(s) // RING_STATE
+    now, then = places(counter, 2 * size)
+    for col in range(0, k, FOUR):
+        push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
+        works = zero, zero, zero, zero
+        for m in range(col, size, k):
+            y, d, loss, works = end_ring(
+                c, m * ITEMS, load_both(s, size, m), load_both(s, size, now + m),
+                load_both(s, size, then + m), push, touched, loss, works,
+            )  # fmt: skip
+            store_both(t, size, m, y)
+            store_both(t, size, now + m, d)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            book_ring(sums, k, col, push, works)
+
+
 @kernel
 def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
-    k, touched, zero = len(sums_c) // 4, counter[LAST] == counter[STEP], broadcast(0.0)
-    width, size, ring = 2 * k, len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
-    now, then = places(counter, size)
-    for col in range(0, width, FOUR):
-        push, loss = load_both(lam, width, col), load(sums_b, 2 * width + col)
-        drawn = zero, zero, zero
-        for m in range(col, size, width):
-            q, d, loss, drawn = end_rotor(
-                c_b, m * ITEMS, load(s_b, m), load(s_b, now + m), load(s_b, then + m),
-                push, touched, loss, drawn,
-            )  # fmt: skip
-            store(t_b, m, q)
-            store(t_b, now + m, d)
-        store(sums_b, 2 * width + col, loss)
-        if touched:
-            book_rotor(sums_b, width, col, push, drawn)
-    now, then = places(counter, 2 * ring)
-    for col in range(0, k, FOUR):
-        push, loss = load_both(lam, k, col), load(sums_c, 2 * k + col)
-        works = zero, zero, zero, zero
-        for m in range(col, ring, k):
-            y, d, loss, works = end_ring(
-                c_c, m * ITEMS, load_both(s_c, ring, m), load_both(s_c, ring, now + m),
-                load_both(s_c, ring, then + m), push, touched, loss, works,
-            )  # fmt: skip
-            store_both(t_c, ring, m, y)
-            store_both(t_c, ring, now + m, d)
-        store(sums_c, 2 * k + col, loss)
-        if touched:
-            book_ring(sums_c, k, col, push, works)
+    k = len(sums_c) // 4
+    settle_rotor(s_b, t_b, c_b, lam, 2 * k, counter, sums_b)
+    settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
 
 
 @part

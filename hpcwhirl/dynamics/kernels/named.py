@@ -111,14 +111,15 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of the cyclic kernel; a frame that turns with the blades.
+    """State of the kernels `cyclic` and `general`; a frame that turns with the blades.
 
     Attributes
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
-    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it
+    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
+        of `general` behind the rotor's modal forces (2 m,), normal and tangential
     gaps : (3, 2 wide) flat, folded, of three steps
-    sums_b, sums_c : by column, (6 k,) and (4 k,), see `passes`
+    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`
     known : (N + 2,), blades of the last solution, see `circulant`
     last, counter, ledger, impulse : as in `BodiesState`
     """
@@ -172,7 +173,7 @@ class ContactSpace(NamedTuple):
     where: Integers
 
 
-class CirculantSpace(NamedTuple):
+class ConstantSpace(NamedTuple):
     """Work space of `circulant`, padded to vectors.
 
     Attributes
@@ -183,7 +184,6 @@ class CirculantSpace(NamedTuple):
     inverse : (padded, padded) flat, of the W of those
     rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
     where : (N + 1,), the active blades
-    column : (N,), W to blade 0, m/N
     fallback, near, lam, opened : of `contact.complementarity`, and its arguments
     """
 
@@ -192,7 +192,6 @@ class CirculantSpace(NamedTuple):
     inverse: Floats
     rows: Floats
     where: Integers
-    column: Floats
     fallback: ContactSpace
     near: Floats
     lam: Floats
@@ -264,6 +263,63 @@ class CyclicContact(NamedTuple):
     flight: Any
 
 
+class GeneralRotor(NamedTuple):
+    """A rotor as real modes, see `general`; tips counted negative.
+
+    Attributes
+    ----------
+    items : (ITEMS m,), see `passes`, where one mode is a column
+    read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
+    radial, tangential : (N, m) flat, of each tip
+    hub : (2, m) flat, x_o, y_o
+    """
+
+    items: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+
+
+class GeneralContact(NamedTuple):
+    """W (N, N), m/N, whose column j is what blade j opens; turns, wave as in cyclic."""
+
+    w: Floats
+    turns: Floats
+    wave: Floats
+
+
+class GeneralSpace(NamedTuple):
+    """Work space of the general kernel.
+
+    Attributes
+    ----------
+    spare : (m,), of the rotor's pass
+    spectrum : (2 k,), of the gaps, but for the rotor's part
+    before : (N,), m, gaps before contact
+    contact : of `circulant`
+    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
+    wall : (2 k,), spectrum of a rigid casing, which is set
+    out, again : (2 wide,), folded: tips, counted negative, and gaps, m
+    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
+    ledger : all works entered, J
+    """
+
+    spare: Floats
+    spectrum: Floats
+    before: Floats
+    contact: ConstantSpace
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    wall: Floats
+    out: Floats
+    again: Floats
+    tips: Floats
+    ledger: Floats
+
+
 class SampleSpace(NamedTuple):
     """Work space of `samples.sample_cyclic`.
 
@@ -317,7 +373,7 @@ class CyclicSpace(NamedTuple):
     between: tuple[Floats, Floats]
     before: Floats
     sample: SampleSpace
-    contact: CirculantSpace
+    contact: ConstantSpace
     aside: CyclicState
 
 

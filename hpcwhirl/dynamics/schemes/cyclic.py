@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
 from hpcwhirl.dynamics.kernels.named import CyclicSpace, CyclicState
@@ -20,9 +19,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Integrator,
     nothing_yet,
     reader,
+    ring_reader,
     unfold,
 )
-from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes, ring_amplitudes
+from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -85,11 +85,6 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
         return unfold(model, q_b, q_c)
 
-    def casing_waves(copies: Floats, stride: int) -> Floats:
-        steps = stride * np.arange(1.0, len(copies) + 1)
-        angles = np.asarray(scene.speed * steps * step)
-        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
-
     return Integrator(
         kernel=kernel,
         arrays=arrays,
@@ -97,7 +92,7 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         balance=balance,
         displacements=displacements,
         casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
-        casing_waves=reader(model, scene, casing_waves),
+        casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
     )
 
