@@ -69,7 +69,7 @@ def conclude(
     own cases has no result, not where others are still to come.
     """
     cases, found = len(design.scenes), None
-    if comm.rank == 0 and len(work.mine) < cases:
+    if comm.rank == 0 and len(work.mine) < cases and not design.grows:
         found = _ending_of(work.mine, design.digests, folder)
     of_shard: Ending | None = comm.bcast(found, root=0)
     if of_shard is not None and of_shard.left:
@@ -85,6 +85,7 @@ def conclude(
     ended: dict[str, int] = {}
     if comm.rank == 0:
         ended = count_statuses(results)
+        cases = sum(ended.values())
         _forget_the_dead(folder)
     failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
     return Ending(

@@ -8,6 +8,7 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Journal, Record
 from hpcwhirl.store.running import Running
 
+WORDS = ("outcome", "regime", "whirl")
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
 
 
@@ -57,6 +59,15 @@ class Desk:
     suspects: frozenset[int] = frozenset()
 
 
+class End(NamedTuple):
+    """How a case ended: its status and, of a result, its words."""
+
+    status: str
+    outcome: str = "none"
+    regime: str = "none"
+    whirl: str = "none"
+
+
 class Evaluator:
     """Computes units of cases on this rank and keeps them in this rank's journal."""
 
@@ -72,7 +83,7 @@ class Evaluator:
         cases = self._kinds()
         self.desk.running.begin(self.design.digest(case) for case in cases)
         if self.desk.policy.isolate:
-            scenes = [self.design.scenes[case] for case in cases]
+            scenes = [self.design.scene(case) for case in cases]
             self.desk.child.warm(scenes, self.desk.stopping.check)
             return
         with breakable(self.desk.stopping.check):
@@ -90,21 +101,21 @@ class Evaluator:
         left = [case for unit in self.units for case in unit if case not in suspects]
         kinds = {}
         for case in reversed(left):
-            scene = self.design.scenes[case]
+            scene = self.design.scene(case)
             folds = 1
             with suppress(WhirlError):  # a file that cannot be read fails as a row
                 folds = folds_of(scene)
             kinds[scene.solver.scheme, folds] = case
         return list(kinds.values())
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
-        """Compute a unit and return the status of each of its cases."""
-        cases = self.units[unit]
+    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[End]:
+        """Compute a unit and return how each of its cases ended."""
+        cases = (unit,) if self.design.grows else self.units[unit]
         self._digests = {case: self.design.digest(case) for case in cases}
         self.desk.running.begin(self._digests.values())
         return [self._compute(case, between_slices) for case in cases]
 
-    def _compute(self, case: int, between: Callable[[], None]) -> str:
+    def _compute(self, case: int, between: Callable[[], None]) -> End:
         start = time.perf_counter()
         try:
             self.design.check_engine(case)
@@ -134,10 +145,10 @@ class Evaluator:
     def _isolated(self, case: int, between: Callable[[], None]) -> Result:
         name = self._digests[case]
         self.desk.checkpoints.kept.add(name)  # the child may have kept a state
-        scene = self.design.scenes[case]
+        scene = self.design.scene(case)
         return self.desk.child.compute(scene, name, self.limit, between)
 
-    def _fail(self, case: int, failed: Exception, seconds: float) -> str:
+    def _fail(self, case: int, failed: Exception, seconds: float) -> End:
         """Keep a row that tells why a case gave no result, and say the first few."""
         status = "failed"
         if isinstance(failed, LateError):
@@ -153,15 +164,15 @@ class Evaluator:
         self.told += 1
         if self.told <= MOST_TOLD:
             where = f"{self.where['host']}, rank {self.where['rank']}"
-            say(f"case {case} {status} on {where}: {message}")
+            say(f"{self.design.name(case)} {status} on {where}: {message}")
         if self.told == MOST_TOLD:
             say("further cases of this rank without a result are counted only")
-        return status
+        return End(status)
 
     def _record(self, case: int) -> Record:
         return {"case": case, "digest": self._digests[case], "ended": time.time()}
 
-    def _keep(self, case: int, result: Result) -> str:
+    def _keep(self, case: int, result: Result) -> End:
         """Keep a result, unless its engine is no longer known to be the plan's."""
         if changed := self._changed(case):
             return self._fail(case, changed, float(result.performance["seconds"]))
@@ -169,7 +180,8 @@ class Evaluator:
         record["performance"] = self.where | result.performance
         self._append(record, result.traces)
         self.desk.checkpoints.drop(self._digests[case])
-        return "ok"
+        outcome, regime, whirl = (str(result.row[n]) for n in WORDS)
+        return End("ok", outcome, regime, whirl)
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Journal a record; a disk that takes no more ends the campaign, cleanly."""

@@ -13,7 +13,8 @@ from typing import Any
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
-from hpcwhirl.store.manifest import Manifest, read_manifest
+from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.refined import full_plan
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
 
@@ -190,7 +191,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         where it is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    manifest, journals = read_manifest(folder), read_journals(folder)
+    manifest, journals = full_plan(folder), read_journals(folder)
     lines = [record for journal in journals.values() for record in journal]
     records = newest(folder, lines)
     own = [records[d] for d in manifest.digests if d in records]

@@ -11,7 +11,7 @@ from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, conclude
-from hpcwhirl.campaign.evaluate import Desk, Evaluator
+from hpcwhirl.campaign.evaluate import Desk, End, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
@@ -133,7 +133,6 @@ class _Report:
 
     def __init__(self, agenda: Agenda, desk: Desk) -> None:
         self.desk, self.agenda = desk, agenda
-        self.total = sum(map(len, agenda.units))
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
@@ -143,20 +142,22 @@ class _Report:
         most = self.desk.policy.max_fails
         return most is not None and self.failed >= most
 
-    def __call__(self, unit: int, statuses: list[str]) -> None:
+    def __call__(self, unit: int, ends: list[End]) -> None:
         del unit
-        self.finished += len(statuses)
-        self.failed += sum(status != "ok" for status in statuses)
+        self.finished += len(ends)
+        self.failed += sum(end.status != "ok" for end in ends)
         if self.gave_up:
             self.desk.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
-        if now - self.last < every and self.finished < self.total:
+        if now - self.last < every and self.agenda.left:
             return
+        total = sum(map(len, self.agenda.units))
         self.last = now
         left = self.agenda.seconds_left() / self.agenda.ranks
         bad = f", {self.failed} failed" if self.failed else ""
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
-        progress = f"{self.finished} of {self.total} cases{bad}, {rate}"
+        so_far = " so far" if self.agenda.may_grow else ""
+        progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")

@@ -6,12 +6,15 @@ import heapq
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hpcwhirl.campaign.agenda import Agenda, Unit
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.refine import RefinedDesign
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
 from hpcwhirl.store.running import crashes, forget_crashes
@@ -52,6 +55,8 @@ def _found(
     design: Design, folder: Path, policy: Policy, ranks: int
 ) -> tuple[Work, Agenda]:
     """Return the work that is left in a directory, the longest first."""
+    if isinstance(design, RefinedDesign):
+        return _found_refined(design, folder, policy, ranks)
     costs = costs_of(design)
     mine = share(costs.steps, policy.shard)
     ended = learn_ends(folder, design, costs, policy.retry)
@@ -68,6 +73,46 @@ def _found(
     return work, Agenda(units, costs, ranks, last)
 
 
+def _found_refined(
+    design: RefinedDesign, folder: Path, policy: Policy, ranks: int
+) -> tuple[Work, Agenda]:
+    """Return the work that is left of a refined campaign, so far."""
+    rule = design.refinement
+
+    def brief(record: Record) -> tuple[str, float, bool, str | None]:
+        word = rule.word_of(record.get("row"))
+        return *_brief(folder, policy.retry, record), word
+
+    found = scan(folder, brief)
+    ended = {d: status for d, (status, _, again, _) in found.items() if not again}
+    _tidy(folder, ended)
+    nominal = Nominal(design, costs_of(design))
+    wanted = Wanted(design, {name: found[name][3] for name in ended})
+    left = wanted.begin()
+    for address in wanted.growth.wanted:
+        case = design.family.number(address)
+        status, seconds, *_ = found.get(design.digest(case), ("", math.nan))
+        if status == "ok":
+            nominal.costs.learn([nominal.index(case)], seconds)
+    count = crashes(folder)
+    alone = frozenset(i for i in left if count[design.digest(i)] >= CRASHES)
+    units: list[Unit] = [(case,) for case in left]
+    last = [i for i, case in enumerate(left) if case in alone]
+    mine = range(len(wanted.growth.wanted))
+    work = Work(units, alone, mine, claim_run(folder))
+    return work, GrowingAgenda(left, nominal, wanted.after, ranks, last)
+
+
+def _brief(
+    folder: Path, retry: Collection[str], record: Record
+) -> tuple[str, float, bool]:
+    """Return status and seconds of a case, and whether it is computed again."""
+    status = str(record["status"])
+    seconds = record["performance"].get("seconds", math.nan)
+    damaged = retry and status == "ok" and not is_whole(folder, record)
+    return status, seconds, bool(status in retry or damaged)
+
+
 def learn_ends(
     folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
 ) -> dict[str, str]:
@@ -79,14 +124,7 @@ def learn_ends(
     costs : of the design; learns the seconds of cases that gave a result
     retry : statuses to be computed again; if any, damaged traces are, too
     """
-
-    def brief(record: Record) -> tuple[str, float, bool]:
-        status = str(record["status"])
-        seconds = record["performance"].get("seconds", math.nan)
-        damaged = retry and status == "ok" and not is_whole(folder, record)
-        return status, seconds, bool(status in retry or damaged)
-
-    found = scan(folder, brief)
+    found = scan(folder, partial(_brief, folder, retry))
     for case, name in enumerate(design.digests):
         if name in found and found[name][0] == "ok":
             costs.learn([case], found[name][1])

@@ -19,6 +19,7 @@ from hpcwhirl.campaign.policy import (
 )
 from hpcwhirl.campaign.stop import parse_walltime, time_left
 from hpcwhirl.cli.options import add_explain, add_json, add_set
+from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard
 
 MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
@@ -123,6 +124,9 @@ def policy_of(args: argparse.Namespace, design: Design) -> Policy:
         seconds=time_left(walltime),
         shard=parse_shard(args.shard) if args.shard is not None else None,
     )
+    if design.grows and policy.shard:
+        msg = "--shard and [refine]: what a shard is to compute follows from the words "
+        raise InputError(msg + "of all cases; one job of more ranks does the same")
     names = ("case_limit", "max_fails", "isolate", "patience")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
     return with_rules(with_rules(policy, design.rules), given)

@@ -124,8 +124,8 @@ class Growth:
 
     def feed(
         self, found: Callable[[Address], str | None], ask: Iterable[Address]
-    ) -> None:
-        """Take in all that is known, of what that makes wanted, too.
+    ) -> list[Address]:
+        """Take in all that is known, of what that makes wanted, too; return the rest.
 
         Parameters
         ----------
@@ -133,14 +133,16 @@ class Growth:
             one that has not
         ask : wanted cases to begin with
         """
-        todo = list(ask)
+        todo, left = list(ask), []
         while todo:
             address = todo.pop()
             try:
                 word = found(address)
             except KeyError:
+                left.append(address)
                 continue
             todo += self.learn(address, word)
+        return left
 
     def ordered(self) -> list[Address]:
         """Return what is wanted beyond the coarse cases, in the order of their rows."""

@@ -22,6 +22,7 @@ def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 LEAVES = tuple(_leaves(Scene))
+WHOLE = tuple(name for name, field in LEAVES if field.annotation is int)
 INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
@@ -106,6 +107,14 @@ SHARES: dict[str, Quantity] = {
 STATUS: dict[str, Quantity] = {
     **_table("enum", "1", status="whether the case gave a result"),
     **_table("S240", "1", message="why it did not"),
+}
+# of the cases of a refined campaign
+REFINED: dict[str, Quantity] = {
+    **_table("S16", "1", preset="preset whose inputs the case has"),
+    **_table("i8", "1", final="1 if no finer case of the same point has a word"),
+    **_table("i8", "1", fidelity="0: the first, 1: that which confirms"),
+    **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
+    **_table("i8", "1", panel="number of the combination of all other inputs"),
 }
 # detail of a case over time: (case, time, *axes), or (case, sample, *axes)
 TRACES: dict[str, Quantity] = {

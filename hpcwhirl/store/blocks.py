@@ -60,6 +60,8 @@ def read_block(contents: Contents, cases: range) -> Block:
     for name, dotted in swept_extra(plan).items():
         values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
         out[name] = np.array([stored(value) for value in values])
+    for name, column in contents.columns.items():
+        out[name] = column[cases.start : cases.stop]
     return out | _traces(contents, cases, records)
 
 

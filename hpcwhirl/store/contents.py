@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.store.journal import Record, read_at, whole_records
-from hpcwhirl.store.manifest import Manifest, read_manifest
+from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.refined import columns_of, full_plan
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
@@ -31,6 +32,7 @@ class Contents:
     kept : names of the traces that any case has, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
     shares : what each rank of each run did
+    columns : {variable: (cases,)}, of the cases of a refined campaign
     """
 
     folder: Path
@@ -42,6 +44,7 @@ class Contents:
     sizes: dict[str, int] = field(default_factory=dict)
     kept: tuple[str, ...] = ()
     shares: list[Share] = field(default_factory=list)
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.place = np.full((self.cases, 2), -1)
@@ -105,7 +108,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     folder : the campaign's directory
     say : told what is left out that no result depends on
     """
-    contents = Contents(folder, read_manifest(folder), shares=read_runs(folder, say))
+    contents = Contents(folder, full_plan(folder), shares=read_runs(folder, say))
     case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}
@@ -125,6 +128,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
             kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
             traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
     contents.journals = list(numbers)
+    contents.columns = columns_of(contents.plan)
     kinds = list({id(kind): kind for kind in traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)

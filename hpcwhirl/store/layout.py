@@ -28,6 +28,7 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.refined import refined_quantities
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
@@ -138,6 +139,7 @@ def define(
         data = file.create_dataset(name, (contents.cases,), kind)
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
+    _define_table(file, file["case"], refined_quantities(plan))
     performance = file.create_group("performance")
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
