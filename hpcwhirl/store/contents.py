@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.refinement.boundary import EVIDENCE
+from hpcwhirl.refinement.rule import rule_of
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.refined import columns_of, full_plan
@@ -33,6 +35,7 @@ class Contents:
     interval : (cases,), s between samples, NaN for none
     shares : what each rank of each run did
     columns : {variable: (cases,)}, of the cases of a refined campaign
+    found : {variable: (cases,)}, words and evidence of the same
     """
 
     folder: Path
@@ -45,6 +48,7 @@ class Contents:
     kept: tuple[str, ...] = ()
     shares: list[Share] = field(default_factory=list)
     columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    found: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.place = np.full((self.cases, 2), -1)
@@ -129,10 +133,32 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
             traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
     contents.journals = list(numbers)
     contents.columns = columns_of(contents.plan)
+    if contents.columns:
+        contents.found = _found(contents)
     kinds = list({id(kind): kind for kind in traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
+
+
+def _found(contents: Contents) -> dict[str, NDArray[Any]]:
+    """Return what the boundaries of a refined campaign are found from, by variable."""
+    plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
+    out: dict[str, NDArray[Any]] = {}
+    for name in kinds:
+        out[name] = np.full(contents.cases, "missing" if name == "status" else "none")
+        out[name] = out[name].astype("U16")
+    for name in EVIDENCE:
+        out[name] = np.full(contents.cases, np.nan)
+    for name in rule_of(plan.refine).over:
+        values = [row[name] for row in plan.settings]
+        out[variable_name(name)] = np.array(values, dtype=float)
+    for case, record in records_of(contents, range(contents.cases)).items():
+        out["status"][case] = record["status"]
+        for name, value in (record.get("row") or {}).items():
+            if name in (*kinds, *EVIDENCE):
+                out[name][case] = value
+    return out
 
 
 def records_of(contents: Contents, cases: range) -> dict[int, Record]:

@@ -1,6 +1,7 @@
 """The empty `results.h5`: every dimension, variable and attribute of a campaign.
 
-The file is netCDF-4: every axis is a dimension scale.
+The file is netCDF-4: every axis is a dimension scale. A refined campaign has groups
+`cells` and `boundaries`, too: see `store.cells`.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from hpcwhirl.scene.quantities import (
 )
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.cells import define_cells
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.refined import refined_quantities
@@ -144,6 +146,8 @@ def define(
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
         _define_shares(performance, contents.shares)
+    if contents.found:
+        define_cells(file, plan, contents.found, facts)
     if contents.kept:
         _define_traces(file, contents, compress)
 
