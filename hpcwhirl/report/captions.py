@@ -14,7 +14,9 @@ from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
 from hpcwhirl.report.colours import Colours
 from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import RPM, Picture, Wish
+from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.scene.words import WHIRLS
+from hpcwhirl.store.cells import Refined
 from hpcwhirl.store.select import told
 
 if TYPE_CHECKING:
@@ -91,7 +93,8 @@ def add_legend(
         keys = [_key(word, counts[word], colours, sheet) for word in words]
         marked = sheet.lettered and colours.name != "whirl"
         marked = marked or (len(layers) == 1 and sheet.picture.scattered)
-        if marked and not sheet.points:
+        keys += refined_keys(sheet.picture.refined)
+        if marked and not sheet.points and sheet.picture.refined is None:
             good = ~np.isin(sheet.picture.word, list(HATCHES))
             keys += _whirl_keys(set(sheet.picture.whirl[good].tolist()))
         if len(layers) > 1:
@@ -115,6 +118,26 @@ def _key(word: str, count: int, colours: Colours, sheet: Sheet) -> Any:
                       label=label)  # fmt: skip
     hatch = HATCHES[word] if hatched(colours, [word]) else None
     return Patch(fc=fill, ec=HATCHED, lw=0.5, hatch=hatch, label=label)
+
+
+def refined_keys(refined: Refined | None) -> list[Any]:
+    """Return the keys of what the map of a refined campaign marks."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    if refined is None:
+        return []
+    cells, keys = refined.cells, []
+    if len(refined.lines):
+        keys.append(Line2D([], [], c="black", lw=1.0, label="boundary"))
+    if cells.confirmed.any():
+        label = f"confirmed cell: {int(cells.confirmed.sum())}"
+        keys.append(Patch(fc="none", ec="black", lw=0.5, label=label))
+    speckle = int((cells.state == STATES.index("speckle")).sum())
+    if speckle:
+        label = f"speckle: {speckle} cells"
+        keys.append(Patch(fc="#BBBBBB", ec="white", hatch="....", lw=0, label=label))
+    return keys
 
 
 def _whirl_keys(found: set[str]) -> list[Any]:

@@ -10,8 +10,10 @@ from typing import Any
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
+from hpcwhirl.report.refined import with_cells
 from hpcwhirl.report.saving import save
 from hpcwhirl.report.sheet import figure_of
+from hpcwhirl.store.cells import read_refined
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reader import open_results
 
@@ -43,7 +45,7 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
     """Return the map of a campaign; only columns of numbers are read, no traces."""
     with open_results(results) as data:
         with reading(results):
-            picture = picture_of(data, wish)
+            picture = with_cells(picture_of(data, wish), data, read_refined(results))
             for name in (*FIXED, "duration"):  # what the title tells
                 data[name].load()
         figure = figure_of(data, picture, wish, results.parent)

@@ -68,14 +68,20 @@ class Refined:
     Attributes
     ----------
     over : variables of the refined inputs
+    scale : of each, "linear" or "log"
     cells : not split
+    panel_of : (cases,), panel of each case
+    last : {refined input: (cases,)}, whether a case has the last value of it
     at : {refined input: (p,)}, points of boundaries
     panel : (p,), of each point
     lines : (s, 2), points that lines join
     """
 
     over: list[str]
+    scale: list[str]
     cells: Cells
+    panel_of: NDArray[np.int64]
+    last: dict[str, NDArray[np.bool_]]
     at: dict[str, NDArray[np.float64]]
     panel: NDArray[np.int64]
     lines: NDArray[np.int64]
@@ -264,7 +270,10 @@ def read_refined(path: Path) -> Refined | None:
         joined = np.column_stack([lines["line_begin"][:], lines["line_end"][:]])
         return Refined(
             over,
+            _text(group.attrs["scale"]).split(),
             Cells(*(group[n][:] for n in names)),
+            file["panel"][:],
+            {name: file[name][:] == file[name][:].max() for name in over},
             {name: lines[name][:] for name in over},
             lines["panel"][:],
             joined,
