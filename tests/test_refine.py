@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hpcwhirl.refinement.growth import Budget, Growth
+from hpcwhirl.refinement.growth import Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import MOST
 
@@ -53,7 +53,12 @@ def holes(at):
 
 
 FIELDS = [half_plane, circle, tongue, speckle, holes]
-LATTICES = [lattice_of(4, depth=5), lattice_of(3, 3), uneven(), lattice_of(3, 2, 2, depth=2)]
+LATTICES = [
+    lattice_of(4, depth=5),
+    lattice_of(3, 3),
+    uneven(),
+    lattice_of(3, 2, 2, depth=2),
+]
 
 
 def place(lattice, point):

@@ -113,6 +113,11 @@ class Design:
         """Whether further cases follow from words."""
         return False
 
+    @property
+    def most(self) -> int:
+        """Cases that there may be in the end."""
+        return len(self.scenes)
+
     def name(self, case: int) -> str:
         """Return what a case is called in messages."""
         return f"case {case}"

@@ -16,6 +16,7 @@ from pathlib import Path
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.work import Work
@@ -26,6 +27,7 @@ from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
 from hpcwhirl.store.owner import BrokenOffError
 from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.running import forget_crashes, notes
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
@@ -86,6 +88,9 @@ def conclude(
     if comm.rank == 0:
         ended = count_statuses(results)
         cases = sum(ended.values())
+        if dropped := dropped_of(full_plan(folder)) if design.grows else 0:
+            say(f"the budget ended the refinement: it left out {dropped} cases that "
+                "words ask for, and what theirs might have asked for")  # fmt: skip
         _forget_the_dead(folder)
     failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
     return Ending(

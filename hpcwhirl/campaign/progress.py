@@ -14,7 +14,7 @@ from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.refined import full_plan
+from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
 
@@ -60,6 +60,8 @@ class Progress:
     regimes : {word: cases}
     statuses : {status: cases} of those that have ended; `unstable` apart from `ok`
     running : what each rank computes now, the longest at it first
+    grows : whether words may still ask for more cases
+    dropped : cases that a budget has left out
     """
 
     cases: int
@@ -77,6 +79,8 @@ class Progress:
     regimes: dict[str, int]
     statuses: dict[str, int]
     running: list[Computing]
+    grows: bool = False
+    dropped: int = 0
 
 
 @dataclass(frozen=True)
@@ -224,6 +228,8 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         regimes=dict(Counter(r["row"]["regime"] for r in done)),
         statuses=dict(Counter(map(status_of, own))),
         running=at_it,
+        grows=bool(manifest.refine) and left > 0,
+        dropped=dropped_of(manifest),
     )
 
 

@@ -133,12 +133,7 @@ class _Root:
     def run(self, evaluate: Evaluate) -> bool:
         try:
             while self.agenda or self.agenda.may_grow:
-                self.between()
-                if self.agenda:
-                    unit = self.agenda.take()
-                    self.done(*self.tally.compute(unit, evaluate, self.while_busy))
-                elif self.agenda.may_grow:
-                    time.sleep(IDLE)
+                self.next(evaluate)
         except Stop:
             self.agenda.drop()
         while self.at_work:
@@ -149,6 +144,15 @@ class _Root:
         if not self.halted:
             self.dismiss()
         return self.agenda.left == 0
+
+    def next(self, evaluate: Evaluate) -> None:
+        """Compute a unit, or wait for those at work, which may lead to others."""
+        self.between()
+        if self.agenda:
+            unit = self.agenda.take()
+            self.done(*self.tally.compute(unit, evaluate, self.while_busy))
+        elif self.agenda.may_grow:
+            time.sleep(IDLE)
 
     def done(self, unit: int, ends: list[Any], seconds: float) -> None:
         self.agenda.finished(unit, seconds)

@@ -1,23 +1,22 @@
-"""The table [refine] of a campaign, and the design of what it asks for."""
+"""The table [refine] of a campaign: what it may hold, and the rule that it makes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
-from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
-from hpcwhirl.campaign.design import Design, Scenes, Settings
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.refined import mean_seconds, of_rule
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.refinement.lattice import EXACT
-from hpcwhirl.refinement.rule import SCALES, WORDS, Family, Rule
-from hpcwhirl.scene import Scene, apply_settings, preset_inputs, preset_names
-from hpcwhirl.scene.digests import Digests
-from hpcwhirl.scene.files import FILE, check_kept, full_name
+from hpcwhirl.refinement.rule import SCALES, WORDS, Rule
+from hpcwhirl.scene import apply_settings, preset_inputs, preset_names
+from hpcwhirl.scene.files import check_kept, full_name
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.store.manifest import Manifest
 
 KEYS = (
     "over", "resolution", "levels", "words", "scale", "speckle", "budget", "first",
@@ -100,7 +99,8 @@ def refined(
         over, depths, scales, _word(table, "words", WORDS, WORDS[0]), _speckle(table),
         confirm, inputs,
     )  # fmt: skip
-    return RefinedDesign.begun(design, rule, table.get("budget"))
+    budget = _budget(table.get("budget"), design, rule)
+    return of_rule(design, replace(rule, budget=budget))
 
 
 def _over(table: Mapping[str, Any], grid: Listed) -> tuple[str, ...]:
@@ -135,9 +135,7 @@ def _check_side(name: str, grid: Listed) -> None:
         raise InputError(msg + f"wanted, got {shown(list(values))}")
 
 
-def _each(
-    table: Mapping[str, Any], key: str, over: Sequence[str]
-) -> dict[str, Any]:
+def _each(table: Mapping[str, Any], key: str, over: Sequence[str]) -> dict[str, Any]:
     """Return {input: value} of a key that has one value, or one for each input."""
     given = table.get(key)
     if given is None:
@@ -185,17 +183,15 @@ def _depths(
             depths = [_level(name, levels[name])] * (len(values) - 1)
         else:
             finest = _resolution(name, resolution[name])
-            depths = [_bisections(name, *pair, finest, scale) for pair in _pairs(values)]
-        _check_values(name, values, depths, scale)
+            depths = [
+                _bisections(name, *pair, finest, scale) for pair in pairwise(values)
+            ]
+        _check_values(name, values, depths)
         out.append(tuple(depths))
     if not any(map(any, out)):
         msg = "[refine] refines nothing: its resolution is that of [sweep]"
         raise InputError(msg)
     return tuple(out)
-
-
-def _pairs(values: Sequence[Decimal]) -> list[tuple[Decimal, Decimal]]:
-    return list(zip(values, values[1:], strict=False))
 
 
 def _level(name: str, given: Any) -> int:
@@ -231,11 +227,9 @@ def _bisections(
     raise InputError(msg + f"{low} to {high}, got {finest}")
 
 
-def _check_values(
-    name: str, values: Sequence[Decimal], depths: Sequence[int], scale: str
-) -> None:
+def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
     """Refuse levels that lead to no whole number, or to values that are one."""
-    for (low, high), depth in zip(_pairs(values), depths, strict=True):
+    for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():
             most = max(d for d in range(depth) if (high - low) % 2**d == 0)
@@ -244,7 +238,6 @@ def _check_values(
         if step < Decimal(CLOSEST) * max(abs(low), abs(high)):
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
             raise InputError(msg + "values that are the same but for round-off")
-    del scale
 
 
 def _word(
@@ -270,16 +263,13 @@ def _speckle(table: Mapping[str, Any]) -> int:
     return int(given)
 
 
-def _budget(
-    given: Any, cases: int, seconds: Callable[[], tuple[float, float]]
-) -> tuple[float, ...]:
+def _budget(given: Any, design: Design, rule: Rule) -> tuple[float, ...]:
     """Return (total, of a case of each fidelity); empty for no limit.
 
     Parameters
     ----------
     given : {cases = N} or {core_hours = H}
-    cases : of the coarse level
-    seconds : predicted, of a case of each fidelity
+    design, rule : of the campaign
     """
     if given is None:
         return ()
@@ -287,127 +277,17 @@ def _budget(
     if not isinstance(given, Mapping) or len(given) != 1 or not {*given} <= {*kinds}:
         msg = "[refine] budget must be {cases = N} or {core_hours = H}, got "
         raise InputError(msg + shown(given))
-    (kind, amount), = given.items()
+    ((kind, amount),) = given.items()
     number = isinstance(amount, int | float) and not isinstance(amount, bool)
     if not number or not 0 < amount < math.inf:
         msg = f"[refine] budget: {kind} must be a number > 0, got {shown(amount)}"
         raise InputError(msg)
     each = (1.0, 1.0)
     if kind == "core_hours":
-        each = tuple(s / 3600.0 for s in seconds())  # type: ignore[assignment]
-    if amount < cases * each[0]:
-        need = f"{cases * each[0]:.4g}"
-        msg = f"[refine] budget: the coarse level alone takes {kind} = {need}, got "
+        seconds = mean_seconds(of_rule(design, rule))
+        each = (seconds[0] / 3600.0, seconds[1] / 3600.0)
+    need = len(design.settings) * each[0]
+    if amount < need:
+        msg = f"[refine] budget: the coarse level alone takes {kind} = {need:.4g}, got "
         raise InputError(msg + shown(amount))
     return float(amount), *each
-
-
-@dataclass(frozen=True)
-class RefinedDesign(Design):
-    """A design whose further cases follow from words.
-
-    `scenes`, `settings` and `digests` are those of the coarse level; a case beyond it
-    has the number of its address, see `Family.number`.
-    """
-
-    rule: Rule | None = None
-
-    @classmethod
-    def begun(cls, coarse: Design, rule: Rule, budget: Any) -> RefinedDesign:
-        """Return the refined design of a coarse one."""
-        parts = (coarse.base, coarse.scenes, coarse.settings, coarse.swept,
-                 coarse.rules, coarse.contents)  # fmt: skip
-        design = cls(*parts, rule)
-
-        def seconds() -> tuple[float, float]:
-            return _mean_seconds(design)
-
-        found = _budget(budget, len(coarse.settings), seconds)
-        plain = rule.__dict__ | {"budget": found}
-        return cls(*parts, Rule(**plain))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Send what the scenes are made from instead of the scenes."""
-        sent = self.base, self.settings, self.swept, self.contents, self.rule
-        return _sent, sent
-
-    @property
-    def refinement(self) -> Rule:
-        """The rule."""
-        if self.rule is None:
-            raise TypeError
-        return self.rule
-
-    @cached_property
-    def family(self) -> Family:
-        """All cases that there may be."""
-        return Family(self.refinement, self.settings, WHOLE)
-
-    @cached_property
-    def _digests(self) -> Digests:
-        return Digests(self.base, self.contents)
-
-    @property
-    def grows(self) -> bool:
-        """Whether further cases follow from words."""
-        return True
-
-    def name(self, case: int) -> str:
-        """Return what a case is called in messages: those beyond have no row yet."""
-        if case < len(self.settings):
-            return super().name(case)
-        address, rule = self.family.address(case), self.refinement
-        own = self.family.settings(address)
-        told = [f"{name} = {own[name]:.10g}" for name in rule.over]
-        preset = [rule.confirm] if address.fidelity else []
-        return f"case {', '.join([*told, *preset])}"
-
-    def settings_of(self, case: int) -> Settings:
-        """Return what a case sets."""
-        if case < len(self.settings):
-            return self.settings[case]
-        return self.family.settings(self.family.address(case))
-
-    def scene(self, case: int) -> Scene:
-        """Return the scene of a case."""
-        return apply_settings(self.base, self.settings_of(case))
-
-    def digest(self, case: int) -> str:
-        """Return the digest of a case, of one that will fail, too."""
-        return self._digests.planned(self.settings_of(case))
-
-    def file(self, case: int) -> str:
-        """Return the file of a case's engine, "" where it has none."""
-        return str(self.settings_of(case).get(FILE, self.base.engine.file))
-
-    def manifest(self) -> Manifest:
-        """Return the manifest that the campaign's directory keeps: coarse cases, rule."""
-        plain = super().manifest()
-        return Manifest(**plain.__dict__ | {"refine": self.refinement.plain()})
-
-
-def _sent(
-    base: Scene,
-    settings: tuple[Settings, ...],
-    swept: tuple[str, ...],
-    contents: dict[str, str],
-    rule: Rule,
-) -> RefinedDesign:
-    scenes = Scenes(base, settings)
-    return RefinedDesign(base, scenes, settings, swept, contents=contents, rule=rule)
-
-
-def _mean_seconds(design: RefinedDesign) -> tuple[float, float]:
-    """Return the mean predicted seconds of coarse cases, by each fidelity."""
-    from hpcwhirl.campaign.cost import predicted
-
-    def mean(cases: Iterable[int]) -> float:
-        found = [predicted(design, case)[1] for case in cases]
-        return sum(found) / len(found)
-
-    first = mean(range(len(design.settings)))
-    if not design.refinement.confirm:
-        return first, first
-    family = design.family
-    again = [family.number(a._replace(fidelity=1)) for a in family.coarse]
-    return first, mean(again)

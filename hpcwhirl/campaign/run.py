@@ -68,7 +68,7 @@ def run_campaign(
             if work.units:
                 _warm(evaluate, node)
             if comm.rank == 0:
-                say(_begun(work, len(design.scenes), policy.shard))
+                say(_begun(work, design, policy.shard))
             complete, gave_up = _compute(evaluate, work, agenda, comm)
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
@@ -118,14 +118,17 @@ def _warm(evaluate: Evaluator, node: Communicator) -> None:
     node.Barrier()
 
 
-def _begun(work: Work, cases: int, shard: Shard | None) -> str:
+def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     """Return how many cases there are, and what of them is not to be computed."""
+    cases, so_far = len(design.scenes), ""
+    if design.grows and work.units:
+        so_far = " so far, and those that their words ask for"
     of = f" of {cases} in shard {shard}" if shard else ""
     kept = len(work.mine) - sum(map(len, work.units))
     already = f", {kept} already there" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} of two crashes apart" if alone else ""
-    return f"{len(work.mine)} cases{of}{already}{apart}"
+    return f"{len(work.mine)} cases{so_far}{of}{already}{apart}"
 
 
 class _Report:

@@ -14,7 +14,7 @@ from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.refine import RefinedDesign
+from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
 from hpcwhirl.store.running import crashes, forget_crashes

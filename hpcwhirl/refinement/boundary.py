@@ -108,9 +108,11 @@ def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
             if not differ(cases.word, *pair):
                 continue
             if pair not in known:
-                known[pair] = found.add(_crossing(cases, along, pair) | {"panel": panel})
+                known[pair] = found.add(
+                    _crossing(cases, along, pair) | {"panel": panel}
+                )
             own.append(known[pair])
-        if len(cases.inputs) == 2:  # noqa: PLR2004 - lines are of a plane
+        if len(cases.inputs) == 2:
             _join(found, own, panel, cases)
     return found
 
@@ -134,10 +136,10 @@ def differ(word: NDArray[np.str_], a: int, b: int) -> bool:
 
 def _join(found: Boundaries, own: Sequence[int], panel: int, cases: Cases) -> None:
     """Join the points on a cell's edges: two by a line, more where they meet."""
-    if len(own) == 2:  # noqa: PLR2004 - a line has two ends
+    if len(own) == 2:
         found.lines.append((own[0], own[1]))
         return
-    if len(own) < 2:  # noqa: PLR2004 - a corner without a word
+    if len(own) < 2:
         return
     log = [scale == "log" for scale in cases.scales]
     at = np.array([found.at[i] for i in own])
@@ -178,7 +180,7 @@ def _crossing(cases: Cases, along: int, pair: tuple[int, int]) -> dict[str, obje
 def margins_of(
     cases: Cases, a: int, b: int
 ) -> tuple[tuple[float, float], float] | None:
-    """Return evidence less its threshold at both ends, of different signs, and its error.
+    """Return evidence less threshold at both ends, of different signs, and its error.
 
     None where no one number tells the two words apart, or it does not change its sign.
     """

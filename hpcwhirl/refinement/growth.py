@@ -1,4 +1,4 @@
-"""Which cases a campaign wants by the words that there are: all panels, and a budget."""
+"""Which cases a campaign wants by the words there are: all panels, and a budget."""
 
 from __future__ import annotations
 

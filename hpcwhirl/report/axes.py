@@ -148,9 +148,7 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
         levels = np.unique(place)
         whole = values.dtype.kind in "iub" or name == "nodal_diameter"
         scale = "linear" if whole else scale_of(levels)
-        return Axis(
-            name, label, place, levels, scale=scale, whole=whole, factor=factor
-        )
+        return Axis(name, label, place, levels, scale=scale, whole=whole, factor=factor)
     texts = values.astype(str)
     order = list(dict.fromkeys(texts.tolist()))  # as the campaign lists them
     number = {text: i for i, text in enumerate(order)}

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
 from hpcwhirl.report.colours import Colours
 from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import RPM, Picture, Wish
-from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.scene.words import WHIRLS
 from hpcwhirl.store.cells import Refined
 from hpcwhirl.store.select import told
@@ -127,8 +127,9 @@ def refined_keys(refined: Refined | None) -> list[Any]:
 
     if refined is None:
         return []
-    cells, keys = refined.cells, []
-    if len(refined.lines):
+    cells = refined.cells
+    keys: list[Any] = []
+    if len(refined.lines) or (len(refined.over) == 1 and len(refined.panel)):
         keys.append(Line2D([], [], c="black", lw=1.0, label="boundary"))
     if cells.confirmed.any():
         label = f"confirmed cell: {int(cells.confirmed.sum())}"

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 INK = "#000000"
 SPECKLED = "#FFFFFF"
+MOST_DRAWN = 2000  # outlines and lines as such in an SVG
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
@@ -131,11 +132,11 @@ def _mark(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
     from matplotlib.collections import PolyCollection
 
     speckle = refined.cells.state == STATES.index("speckle")
-    looks = {
+    looks: dict[str, tuple[Any, dict[str, Any]]] = {
         "speckle": (speckle, {"hatch": "....", "linewidth": 0.0,
                               "edgecolor": SPECKLED}),
         "confirmed": (refined.cells.confirmed == 1,
-                      {"linewidth": 0.35, "edgecolor": INK}),
+                      {"linewidth": 0.3, "edgecolor": INK, "alpha": 0.45}),
     }  # fmt: skip
     for name, (wanted, look) in looks.items():
         shown = np.unique(number[wanted[number]])
@@ -144,15 +145,12 @@ def _mark(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
         order = np.argsort(number, kind="stable")
         starts = np.searchsorted(number[order], shown)
         ends = np.searchsorted(number[order], shown, side="right")
-        whole = np.array([_hull(boxes[order[a:b]]) for a, b in zip(starts, ends,
-                                                                   strict=True)])  # fmt: skip
+        pairs = zip(starts, ends, strict=True)
+        whole = np.array([_hull(boxes[order[a:b]]) for a, b in pairs])
         patch = PolyCollection(list(_corners(whole)), facecolor="none", **look)
         patch.set_rasterized(len(shown) > MOST_DRAWN)
         patch.set_gid(name)
         axes.add_collection(patch, autolim=False)
-
-
-MOST_DRAWN = 2000  # outlines and lines as such in an SVG
 
 
 def _hull(boxes: Floats) -> Floats:
@@ -162,18 +160,35 @@ def _hull(boxes: Floats) -> Floats:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw boundaries: lines of two refined inputs, points of others."""
+    """Draw boundaries: lines of two refined inputs, bars of one."""
     from matplotlib.collections import LineCollection
 
-    names = part.x.name, part.y.name
-    panels = {int(p) for p in refined.panel_of[picture.case[part.rows]]}
-    here = np.isin(refined.panel, list(panels))
-    if set(refined.over) == set(names):
-        x, y = (refined.at[name] for name in names)
-        factor = [axis.factor for axis in (part.x, part.y)]
-        ends = refined.lines[here[refined.lines[:, 0]]]
-        lines = np.stack([factor[0] * x[ends], factor[1] * y[ends]], axis=-1)
-        drawn = LineCollection(list(lines), colors=INK, linewidths=1.0)
-        drawn.set_gid("boundary")
-        drawn.set_rasterized(len(lines) > MOST_DRAWN)
-        axes.add_collection(drawn, autolim=False)
+    panels = np.unique(refined.panel_of[picture.case[part.rows]])
+    if {*refined.over} == {part.x.name, part.y.name}:
+        lines = _lines(part, refined, panels)
+    elif refined.over == [part.x.name]:
+        lines = _bars(part, picture, refined, panels)
+    else:
+        return
+    drawn = LineCollection(list(lines), colors=INK, linewidths=1.0)
+    drawn.set_gid("boundary")
+    drawn.set_rasterized(len(lines) > MOST_DRAWN)
+    axes.add_collection(drawn, autolim=False)
+
+
+def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
+    """Return the ends of lines, (s, 2, xy)."""
+    ends = refined.lines[np.isin(refined.panel[refined.lines[:, 0]], panels)]
+    both = [axis.factor * refined.at[axis.name][ends] for axis in (part.x, part.y)]
+    return np.stack(both, axis=-1)
+
+
+def _bars(part: Part, picture: Picture, refined: Refined, panels: Ints) -> Floats:
+    """Return upright bars over the height of their panel's row, (s, 2, xy)."""
+    edges, bars = part.y.edges(), []
+    for panel in panels:
+        rows = part.rows[refined.panel_of[picture.case[part.rows]] == panel]
+        x = part.x.factor * refined.at[part.x.name][refined.panel == panel]
+        for level in np.unique(part.y.index[rows]):
+            bars += [[(v, edges[level]), (v, edges[level + 1])] for v in x]
+    return np.array(bars, dtype=float).reshape(-1, 2, 2)

@@ -22,7 +22,13 @@ from hpcwhirl.scene.files import (
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
 
-DESIGN_TABLES = ("sweep", "zip", "cases", "refine", "campaign")  # beside those of a scene
+DESIGN_TABLES = (
+    "sweep",
+    "zip",
+    "cases",
+    "refine",
+    "campaign",
+)  # beside those of a scene
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:

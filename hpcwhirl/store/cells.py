@@ -3,7 +3,8 @@
 - `cells`: of every cell that is not split, the cases at its corners, the last refined
   input fastest (`corner`, -1: not computed, as a budget ended the refinement), `panel`,
   `level`, `state` (even: words alike; mixed; speckle) and whether its corners are
-  `confirmed`.
+  `confirmed`. Attributes: what is refined (`over`), on which `scale`, by which `words`,
+  and how many cases a budget has left out (`dropped`).
 - `boundaries`: points where words change, see `refinement.boundary.Boundaries`, by the
   names of the refined inputs; `line_begin` and `line_end` are the points that lines
   join, where two inputs are refined. Attributes tell by which words, `classify` writes
@@ -39,7 +40,7 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.reader import words_in
-from hpcwhirl.store.refined import RefinedPlan
+from hpcwhirl.store.refined import RefinedPlan, dropped_of
 
 CELLS, BOUNDARIES = "cells", "boundaries"
 THRESHOLD = "threshold_"
@@ -163,6 +164,7 @@ def define_cells(
     group.attrs["over_dotted"] = np.bytes_(" ".join(rule.over))
     group.attrs["scale"] = np.bytes_(" ".join(rule.scale))
     group.attrs["words"] = np.bytes_(rule.words)
+    group.attrs["dropped"] = np.int64(dropped_of(plan))
     _define_boundaries(file, cells, rows, limits)
 
 

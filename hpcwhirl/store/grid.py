@@ -77,7 +77,7 @@ def nearest(data: xarray.Dataset) -> xarray.Dataset:
     own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
     found = data[own].drop_vars("case", errors="ignore").isel(case=rows)
     same = np.logical_and.reduce([at[n][rows] == v for n, v in values.items()])
-    new = {n: ("case", v, data[n].attrs) for n, v in values.items()}
+    new: dict[str, Any] = {n: ("case", v, data[n].attrs) for n, v in values.items()}
     new |= {"computed": ("case", same.astype(np.int8)), "number": ("case", rows)}
     return found.assign(new)
 

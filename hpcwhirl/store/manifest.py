@@ -17,8 +17,8 @@ from hpcwhirl.errors import (
     WhirlError,
     shown,
 )
-from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.refinement.rule import check_change
+from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.digests import Digests
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION

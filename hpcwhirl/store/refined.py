@@ -109,6 +109,12 @@ def _extended(
     )
 
 
+def dropped_of(plan: Manifest) -> int:
+    """Return how many cases a budget has left out of a plan."""
+    growth = plan.growth if isinstance(plan, RefinedPlan) else None
+    return growth.dropped if growth else 0
+
+
 def plan_of_results(path: Path) -> Manifest:
     """Return the plan of a results file with the cases of its rows, in their order.
 

@@ -112,13 +112,17 @@ def computed(way: str, document: dict[str, Any], folder: Path, ranks: int) -> Fo
             from hpcwhirl.store.nearest import nearest_rows
 
             rows, values = nearest_rows(data)
-            speed, gap, regime = values["speed"], values["gap"], words(data.regime)[rows]
+            speed, gap, regime = (
+                values["speed"],
+                values["gap"],
+                words(data.regime)[rows],
+            )
         else:
             speed, gap = data["speed"].to_numpy(), data["gap"].to_numpy()
-    return Found(way, cases, seconds, on_grid(document, speed, gap, regime))
+    return Found(way, cases, seconds, on_grid(speed, gap, regime))
 
 
-def on_grid(document: Any, speed: Any, gap: Any, regime: Any) -> Names:
+def on_grid(speed: Any, gap: Any, regime: Any) -> Names:
     """Return words over (speeds, gaps) of the finest grid, by the nearest known one."""
     both = GRID
     plane = np.array([(x, np.log(y)) for x in both[0] for y in both[1]])
@@ -217,9 +221,9 @@ def measured(engine: str, args: argparse.Namespace, folder: Path) -> None:
     told(found["dense standard"], ways)
     draft, standard = found["dense draft"], found["dense standard"]
     refined, confirmed = found["refined draft"], found["refined + confirmed"]
-    print(f"  refined draft over dense draft: {refined.cases / draft.cases:.3f} of the "
-          f"cases; confirmed over dense standard: "
-          f"{confirmed.seconds / standard.seconds:.3f} of the core-seconds")  # fmt: skip
+    cases, seconds = refined.cases / draft.cases, confirmed.seconds / standard.seconds
+    print(f"  refined draft over dense draft: {cases:.3f} of the cases")
+    print(f"  confirmed over dense standard: {seconds:.3f} of the core-seconds")
 
 
 def main() -> int:
