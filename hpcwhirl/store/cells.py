@@ -161,6 +161,7 @@ def define_cells(
     group["state"].attrs["flag_meanings"] = np.bytes_(" ".join(STATES))
     rule = rule_of(plan.refine)
     group.attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
+    group["corner"].attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
     group.attrs["over_dotted"] = np.bytes_(" ".join(rule.over))
     group.attrs["scale"] = np.bytes_(" ".join(rule.scale))
     group.attrs["words"] = np.bytes_(rule.words)

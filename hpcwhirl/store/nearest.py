@@ -32,7 +32,7 @@ def nearest_rows(
     rows : (points,), numbers of cases
     values : {refined input: (points,)}
     """
-    over = [str(n).removeprefix(PLACE) for n in data if str(n).startswith(PLACE)]
+    over = str(data["cell_corner"].attrs["over"]).split()
     place = {n: data[PLACE + n].to_numpy() for n in over}
     known = {n: np.unique(place[n], return_index=True) for n in over}
     shape = tuple(len(known[n][0]) for n in over)
