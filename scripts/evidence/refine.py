@@ -6,7 +6,9 @@
 Both engines of `preset_map.py` over (speed, gap), the gap by its logarithm. The
 reference is the grid of 241 x 81 cases in `standard`; refined campaigns begin with 31 x
 11 of them and have 3 levels. With --coarser 2 the grid has 121 x 41 cases (16 x 6, 3
-levels), with 4 it has 61 x 21 (16 x 6, 2 levels). Campaigns are resumable.
+levels), with 4 it has 61 x 21 (16 x 6, 2 levels), with 8 33 x 13 (9 x 4, 2 levels).
+Campaigns are resumable. A refined campaign is given the journals of the dense ones: its
+cases are among theirs, so that it computes nothing again and is told their seconds.
 
 For dense draft, refined draft, refined draft + confirmed, dense standard and, where it
 is installed, the package `adaptive` (LearnerND with a loss for words, on the words of
@@ -20,6 +22,7 @@ somewhere 3 x 3 points wide; it is missed where no point of it has its word.
 from __future__ import annotations
 
 import argparse
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +45,12 @@ if __package__ is None or __package__ == "":
 from cost.under_mpi import campaign
 from evidence.preset_map import inputs_of
 
-SIZES = {1: (31, 11, 3), 2: (16, 6, 3), 4: (16, 6, 2)}  # coarse values, levels
+SIZES = {
+    1: (31, 11, 3),
+    2: (16, 6, 3),
+    4: (16, 6, 2),
+    8: (9, 4, 2),
+}  # coarse values, levels
 SPEEDS, GAPS = (40.0, 520.0), (0.8e-4, 4e-4)
 UNLIKE = 0.3
 Names = NDArray[np.str_]
@@ -120,6 +128,16 @@ def computed(way: str, document: dict[str, Any], folder: Path, ranks: int) -> Fo
         else:
             speed, gap = data["speed"].to_numpy(), data["gap"].to_numpy()
     return Found(way, cases, seconds, on_grid(speed, gap, regime))
+
+
+def lend(folder: Path, dense_ones: list[Path]) -> None:
+    """Give a campaign that has not begun the journals of finished ones."""
+    if (folder / "journal").exists():
+        return
+    (folder / "journal").mkdir(parents=True)
+    logs = [log for one in dense_ones for log in sorted(one.glob("journal/*.log"))]
+    for number, log in enumerate(logs, 1):
+        shutil.copyfile(log, folder / "journal" / f"{number:04d}-00000.log")
 
 
 def on_grid(speed: Any, gap: Any, regime: Any) -> Names:
@@ -211,6 +229,8 @@ def measured(engine: str, args: argparse.Namespace, folder: Path) -> None:
     for way in WAYS:
         document = designed(engine, args.duration, both, way)
         place = folder / f"{engine}-{way.replace(' ', '-').replace('+', 'and')}"
+        if way.startswith("refined"):
+            lend(place, [folder / f"{engine}-dense-{p}" for p in ("draft", "standard")])
         found[way] = computed(way, document, place, args.ranks)
         last = found[way]
         print(f"{engine}, {way}: {last.cases} cases, {last.seconds:.1f} s", flush=True)
