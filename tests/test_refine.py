@@ -67,6 +67,13 @@ def speckle(at):
     return "ab"[random.Random(repr(at)).random() < 0.5]
 
 
+def noise(at):
+    """Speckle of three words, a quiet corner, and a tongue through both."""
+    if tongue(at) == "t":
+        return "t"
+    return "abc"[random.Random(repr(at)).randrange(3)] if at[-1] > 0.4 else "a"
+
+
 def holes(at):
     """Some cases end without a word."""
     if random.Random(repr(at)).random() < 0.15:
@@ -74,7 +81,8 @@ def holes(at):
     return half_plane(at)
 
 
-FIELDS = [half_plane, circle, tongue, speckle, holes]
+FIELDS = [half_plane, circle, tongue, noise, holes]
+DEEP = lattice_of(3, 2, depth=4)
 LATTICES = [
     lattice_of(4, depth=5),
     lattice_of(3, 3),
@@ -205,6 +213,16 @@ def test_cases_are_the_fixed_point_in_whatever_order_words_come(lattice, field, 
     expected = Brute(lattice, word, levels, confirm=False).cases()
     for seed in range(3):
         assert cases_of(arrived(lattice, word, levels, False, seed)) == expected
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_speckle_is_the_same_in_whatever_order_words_come(levels):
+    word = worded(DEEP, noise)
+    expected = Brute(DEEP, word, levels, confirm=False).cases()
+    without = Brute(DEEP, word, 0, confirm=False).cases()
+    assert len(expected) < 0.8 * len(without)
+    for seed in range(20):
+        assert cases_of(arrived(DEEP, word, levels, False, seed)) == expected
 
 
 def shifted(at):
