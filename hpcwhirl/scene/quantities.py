@@ -177,6 +177,10 @@ ARRAYS: dict[str, Quantity] = {
 AXES = {
     "case": Quantity("1", "case of the campaign"),
     "worker": Quantity("1", "rank of a run"),
+    "cell": Quantity("1", "cell that is not split"),
+    "vertex": Quantity("1", "corner of it, the last refined input fastest"),
+    "point": Quantity("1", "point of a boundary"),
+    "line": Quantity("1", "line of a boundary"),
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),

@@ -34,7 +34,7 @@ from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.refinement.tree import CONFIRM, Node, Tree
-from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.quantities import AXES, INPUTS, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
@@ -157,7 +157,7 @@ def define_cells(
     group = file.create_group(CELLS)
     for name in ("corner", "panel", "level", "state", "confirmed"):
         _put(group, name, getattr(cells, name), CELLS)
-    group["state"].attrs["flag_values"] = np.arange(len(STATES), dtype="i8")
+    group["state"].attrs["flag_values"] = np.arange(len(STATES), dtype="i1")
     group["state"].attrs["flag_meanings"] = np.bytes_(" ".join(STATES))
     rule = rule_of(plan.refine)
     group.attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
@@ -217,14 +217,21 @@ def _put(
     """Write a variable over the axes of its group, defined where they are missing."""
     axes = {CELLS: "cell", BOUNDARIES: "point", "lines": "line"}[axis]
     quantity = quantity or TOLD[name]
-    data = group.create_dataset(name, data=values)
-    data.attrs["units"] = np.bytes_(quantity.unit)
-    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+    kind = "i1" if quantity.kind == "enum" else values.dtype
+    data = group.create_dataset(name, data=values.astype(kind))
+    _tell(data, quantity)
     for place, dimension in enumerate([axes, "vertex"][: values.ndim]):
         if dimension not in group:
             scale = group.create_dataset(dimension, data=np.arange(values.shape[place]))
+            _tell(scale, AXES[dimension])
             scale.make_scale(dimension)
         data.dims[place].attach_scale(group[dimension])
+
+
+def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write the unit and the meaning of a variable."""
+    data.attrs["units"] = np.bytes_(quantity.unit)
+    data.attrs["long_name"] = np.bytes_(quantity.meaning)
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
