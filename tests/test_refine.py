@@ -3,13 +3,14 @@
 import functools
 import random
 import shutil
+import time
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 import tomli_w
-from launch import kill, launch, records, root_variables, start, wait_for
+from launch import LIMIT, kill, launch, records, root_variables, start
 from made_up import refined_campaign
 
 import hpcwhirl
@@ -622,24 +623,43 @@ first = "draft"
 """
 
 
-@pytest.mark.mpi
-def test_any_number_of_ranks_and_kills_give_the_same_bits(tmp_path):
-    (tmp_path / "c.toml").write_text(SHORT)
-    design = load_design(tmp_path / "c.toml", {})
-    prepare(design, tmp_path / "alone")
-    assert run_campaign(design, tmp_path / "alone").complete
-    expected = root_variables(tmp_path / "alone")
-    cases = len(records(tmp_path / "alone"))
+def killed(words, ranks, count):
+    """Start a campaign and kill it once it has so many rows, or let it end."""
+    process = start(words, ranks)
+    end = time.monotonic() + LIMIT
+    while len(records(words[4])) < count and process.poll() is None:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+    kill(process)
+
+
+def survives(place, kills):
+    """Kill campaigns of 2 and 3 ranks: their bits are those of one, undisturbed."""
+    (place / "c.toml").write_text(SHORT)
+    design = load_design(place / "c.toml", {})
+    prepare(design, place / "alone")
+    assert run_campaign(design, place / "alone").complete
+    expected, cases = root_variables(place / "alone"), len(records(place / "alone"))
     assert cases > 60
     chance = random.Random(7)
     for ranks in (2, 3):
-        out = tmp_path / f"of-{ranks}"
-        words = ["campaign", tmp_path / "c.toml", "--out", out, "--report", "no"]
-        for stop in sorted(chance.sample(range(1, cases), 2)):
-            process = start(words, ranks)
-            wait_for(lambda n=stop, at=out: len(records(at)) >= n, process)
-            kill(process)
+        out = place / f"of-{ranks}"
+        words = ["campaign", place / "c.toml", "--report=no", "--out", out]
+        for count in sorted(chance.sample(range(1, cases), kills)):
+            killed(words, ranks, count)
         done = launch(*words, "--retry", "crashed", ranks=ranks)
         assert done.returncode == 0, done.err
         assert root_variables(out) == expected
         assert len({r["digest"] for r in records(out)}) == cases  # none too many
+
+
+@pytest.mark.mpi
+def test_any_number_of_ranks_and_a_kill_give_the_same_bits(tmp_path):
+    survives(tmp_path, kills=1)
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.timeout(3000)
+def test_twenty_kills_of_a_refined_campaign_cost_no_bit(tmp_path):
+    survives(tmp_path, kills=10)

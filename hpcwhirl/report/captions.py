@@ -51,11 +51,19 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
     if len(end) == 1 and "duration" not in shown:
         parts.append(f"{told(end[0])} s")
     if data.attrs.get("preset"):
-        parts.append(f"preset {data.attrs['preset']}")
+        parts.append(f"preset {data.attrs['preset']}{_confirming(data)}")
     whole = [part.replace(" ", NO_BREAK) for part in parts]
     text = f"{engine_of(data)}: {', '.join(whole)}"
     lines = [textwrap.fill(line, wide) for line in (text, *picture.along)]
     return "\n".join(lines).replace(NO_BREAK, " ")
+
+
+def _confirming(data: xarray.Dataset) -> str:
+    """Return by which preset boundaries are confirmed, if any."""
+    if "fidelity" not in data or not (data["fidelity"] == 1).any():
+        return ""
+    second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
+    return f", boundaries {second[0]}"
 
 
 def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
