@@ -48,6 +48,10 @@ class CaseError(WhirlError, RuntimeError):
     """One case of a campaign failed; the others go on."""
 
 
+class StoppedError(WhirlError, RuntimeError):
+    """A campaign ended early: finished cases are kept, the same call continues."""
+
+
 def unwritable(told: str, failed: OSError | int) -> MissingFileError:
     """Return the error of what cannot be written; its class tells if it may pass.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import h5py
 
-LIMIT = 120  # s, of any process; numba may have to compile first
+LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to compile
 ROOT = Path(__file__).parents[1]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it

@@ -8,8 +8,8 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.analysis.rules import first_words
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
-from hpcwhirl.campaign.evaluate import End
 from hpcwhirl.campaign.growing import Wanted
+from hpcwhirl.campaign.stages import End
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
 from hpcwhirl.store.gather import gather
@@ -148,7 +148,7 @@ def refined_campaign(folder, document, field, seed=1):
             if word is None:
                 told = {"status": "failed", "message": "made up"}
             journal.append(record | told, {})
-            end = End("ok", "completed", word) if word else End("failed")
+            end = End("ok", False, "completed", word) if word else End("failed")
             waiting += wanted.after(case, end)
     gather(folder, facts_of(design))
     return folder

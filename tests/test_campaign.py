@@ -160,7 +160,7 @@ def test_a_stopped_campaign_says_75_and_continues(undisturbed, tmp_path, ranks, 
     process = start(words, ranks)
     wait_for(lambda: records(out), process)
     process.send_signal(wish)
-    _, told = process.communicate(timeout=10)
+    _, told = process.communicate(timeout=LIMIT)
     assert process.returncode == 75
     assert "stopped early" in told
     assert 0 < len(records(out)) < 6

@@ -6,6 +6,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
+from launch import LIMIT
 
 import hpcwhirl
 from hpcwhirl.campaign import resume as campaigns
@@ -168,7 +169,9 @@ def test_help_names_every_command_and_version_is_the_package_s(capsys):
 @pytest.mark.parametrize("words", [[], ["run"], ["campaign"], ["map"]], ids=str)
 def test_help_waits_for_no_heavy_package(words):
     call = [sys.executable, "-X", "importtime", "-m", "hpcwhirl", *words, "--help"]
-    done = subprocess.run(call, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        call, capture_output=True, text=True, check=True, timeout=LIMIT
+    )
     loaded = {
         li.rsplit("|")[-1].strip().split(".")[0] for li in done.stderr.split("\n")
     }

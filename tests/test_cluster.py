@@ -19,7 +19,7 @@ from hpcwhirl.cli import main
 WANTED = os.environ.get("HPCWHIRL_CLUSTER") == "1"
 NEEDED = ("slurmctld", "slurmd", "sbatch", "munged")
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
-LIMIT = 180  # s, of any job
+LIMIT = 600  # s, of any job
 CASES = 40
 CAMPAIGN = """
 scene = {duration = 0.8}

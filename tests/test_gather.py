@@ -249,6 +249,14 @@ def test_where_gathering_fails_one_line_says_so_and_the_old_file_stays(
     assert not list(tmp_path.glob("*.part"))
 
 
+def test_facts_may_be_long_as_the_hosts_of_ten_thousand_ranks_are(tmp_path):
+    begin(tmp_path, one_interval=True)
+    hosts = " ".join(f"node{i:05d}" for i in range(10_000))
+    gather(tmp_path, {"hosts": hosts})
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert file.attrs["hosts"].decode() == hosts
+
+
 @pytest.mark.mpi
 def test_ranks_do_not_wait_for_one_that_cannot_write(tmp_path):
     begin(tmp_path, one_interval=True)

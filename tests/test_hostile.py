@@ -227,3 +227,25 @@ def test_no_message_is_written_into_a_journal(tmp_path, streams):
     for path in (tmp_path / "o/journal").iterdir():
         lines = path.read_bytes().splitlines()
         assert all(line[8:10] == b" {" for line in lines)
+
+
+@pytest.mark.parametrize("letter", ["x", "\\u0001"])
+@pytest.mark.parametrize(
+    ("key", "why"), [("name", "at most 200 characters"), ("file", "cannot read")]
+)
+def test_a_name_of_thousands_of_letters_is_a_short_line(
+    tmp_path, capsys, letter, key, why
+):
+    path = tmp_path / "long.toml"
+    path.write_text(f'[engine]\n{key} = "{letter * 70_000}"\n')
+    assert main(["model", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert why in said
+    assert len(said) < 700
+
+
+def test_an_input_that_others_give_way_to_is_told_where_it_is_no_number(capsys):
+    given = ["--set", "accuracy=much", "--set", "time_step=1e-6"]
+    assert main(["model", "table2", *given]) == 2
+    assert "accuracy must be a number, got 'much'" in capsys.readouterr().err

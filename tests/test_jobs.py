@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from launch import ROOT, tree, wait_for
+from launch import LIMIT, ROOT, tree, wait_for
 
 from hpcwhirl.cli import main
 from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
@@ -83,7 +83,7 @@ def begin(scheduler, place, variables=None, **options):
     (place / "begun").unlink(missing_ok=True)
     (place / "job.sh").write_text("#PBS -N x\n#PBS -J 1-4\necho once more\n")
     process = run_bash(job_script(request(scheduler, **options)), place, **variables)
-    end = time.monotonic() + 20
+    end = time.monotonic() + LIMIT
     while not (place / "begun").exists():
         assert time.monotonic() < end, process.communicate(timeout=1)
         assert process.poll() is None, process.communicate()
@@ -113,7 +113,7 @@ def signalled(scheduler, place, number, variables=None, **options):
     if scheduler == "flux" and number == signal.SIGUSR1:  # Flux tells the ranks itself
         end_with(place, 75)
     process.send_signal(number)
-    process.out, process.err = process.communicate(timeout=20)
+    process.out, process.err = process.communicate(timeout=LIMIT)
     return process
 
 
@@ -194,7 +194,7 @@ def test_the_printed_command_prints_the_same_again(scheduler, ranks, time_, out,
 def test_awkward_names_reach_the_campaign_as_they_are(scheduler, tools):
     process = begin(scheduler, tools, file=AWKWARD, out=f"{AWKWARD}.d")
     end_with(tools, 0)
-    process.communicate(timeout=20)
+    process.communicate(timeout=LIMIT)
     assert process.returncode == 0
     words = (tools / "words").read_text().splitlines()
     assert words == ["campaign", AWKWARD, "--out", f"{AWKWARD}.d"]
@@ -207,7 +207,7 @@ def test_other_codes_end_the_job(tools, code):
     end_with(tools, code)
     for scheduler in SCHEDULERS:
         process = begin(scheduler, tools)
-        process.communicate(timeout=20)
+        process.communicate(timeout=LIMIT)
         assert process.returncode == code
     assert noted(tools) == []
 
@@ -266,7 +266,7 @@ def test_an_element_of_a_pbs_array_comes_again_by_itself(tools):
 
 def test_pbs_warns_itself_since_pbs_does_not(tools):
     process = begin("pbs", tools, time="00:01:00", warning=59)
-    process.communicate(timeout=20)
+    process.communicate(timeout=LIMIT)
     assert process.returncode == 75
     assert noted(tools) == ["qsub -v HPCWHIRL_REQUEUES=1"]
 

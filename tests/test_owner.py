@@ -13,6 +13,7 @@ import h5py
 import pytest
 from launch import (
     ENVIRONMENT,
+    LIMIT,
     ROOT,
     finish,
     kill,
@@ -190,7 +191,7 @@ def test_who_loses_a_claim_hears_of_it(tmp_path):
 
 
 def wait_until(reached):
-    end = time.monotonic() + 60
+    end = time.monotonic() + LIMIT
     while not reached():
         assert time.monotonic() < end
         time.sleep(0.005)

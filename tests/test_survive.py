@@ -10,6 +10,7 @@ import h5py
 import pytest
 from launch import (
     ENVIRONMENT,
+    LIMIT,
     ROOT,
     kill,
     launch,
@@ -84,7 +85,7 @@ def stopped(process, ask):
     """Ask a campaign to stop and return its stderr; it has ended within seconds."""
     begin = time.monotonic()
     ask(process)
-    _, told = process.communicate(timeout=15)
+    _, told = process.communicate(timeout=LIMIT)
     sys.stderr.write(f"stopped after {time.monotonic() - begin:.2f} s\n")
     assert process.returncode == 75, told
     assert "stopped early: " in told

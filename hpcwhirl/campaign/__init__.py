@@ -1,5 +1,7 @@
 """Designs of many cases, one case, and their distribution over MPI ranks.
 
+Called, as `hpcwhirl.campaign("whirl.toml", "results")`, it is the function `campaign`.
+
 Rank 0 hands out cases and computes too, point to point; a process alone is rank 0 of
 one. What there is to do is found once, by rank 0 (`work`). The first units go out
 together; then a worker asks when it begins what it has. The last units, one a rank, go
@@ -26,3 +28,29 @@ free), at a file STOP, and when the disk is full; ranks that do not stop within
 ten minutes of a case's computing. One rank a node fills numba's cache first. Only
 the group `performance` of the results depends on how many ranks there were.
 """
+
+from __future__ import annotations
+
+import sys
+
+from hpcwhirl.campaign.python import campaign
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    import xarray
+
+__all__ = ["campaign"]
+
+
+class _Called(type(sys)):  # type: ignore[misc]
+    """The package as what it does: `hpcwhirl.campaign(...)` is `campaign(...)`."""
+
+    __wrapped__ = staticmethod(campaign)  # whose signature is told
+
+    def __call__(self, *args: Any, **options: Any) -> xarray.Dataset:
+        return campaign(*args, **options)
+
+
+sys.modules[__name__].__class__ = _Called

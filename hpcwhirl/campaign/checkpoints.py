@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
+from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
+from hpcwhirl.dynamics.snapshot import (
+    Arrays,
+    fingerprint,
+    restore,
+    snapshot,
+    steps_of,
+)
 from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
+from hpcwhirl.store.states import (
+    drop_state,
+    hand_over,
+    read_state,
+    stored_states,
+    write_state,
+)
 
 FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
 
@@ -28,6 +42,21 @@ class Checkpoints:
         self.kept = stored_states(folder)  # one listing, not a look a case
         self.mute = False
         self.saved: dict[str, float] = {}  # digest: the case's seconds at that time
+
+    def set_out(self, digest: str, course: Course) -> None:
+        """Let a case go on from the state that is kept of it, if one fits.
+
+        It may be that of any of the marches that the case comes to its word by.
+        """
+        try:
+            arrays = read_state(self.folder, digest, {}) if digest in self.kept else {}
+        except StoreError:  # told below
+            arrays = {}
+        if arrays:
+            course.set_out(*steps_of(arrays))
+        self.take_up(digest, course.march)
+        if course.march.steps == 0 and course.number:
+            course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
         """Let a march go on from the state that is kept of its case, if one fits."""
@@ -65,16 +94,25 @@ class Checkpoints:
     def save(self, digest: str, march: March) -> None:
         """Keep the state of a case; where that fails, the case can start anew."""
         self.saved[digest] = march.seconds
-        if march.steps == 0:
-            return
+        if march.steps:
+            self.keep(digest, march, snapshot(march))
+
+    def keep(self, digest: str, march: March, arrays: Arrays) -> None:
+        """Keep a state of a march, of now or of before."""
         try:
-            belongs = {FITS: fingerprint(march)}
-            write_state(self.folder, digest, belongs, snapshot(march))
+            write_state(self.folder, digest, {FITS: fingerprint(march)}, arrays)
             self.kept.add(digest)
         except MissingFileError as failed:
             if not self.mute:
                 self.say(f"{failed}: a stop costs what has been computed of this case")
             self.mute = True
+
+    def hand_over(self, digest: str, after: str) -> None:
+        """Let a case go on from the last state of another, unless it has its own."""
+        if digest in self.kept and after not in self.kept:
+            with suppress(MissingFileError):  # it can start anew
+                if hand_over(self.folder, digest, after):
+                    self.kept.add(after)
 
     def drop(self, digest: str) -> None:
         """Forget the state of a case that has ended."""

@@ -81,9 +81,11 @@ class Server:
         start = time.perf_counter()
         limit = float("inf") if asked["limit"] is None else asked["limit"]
         try:
-            digest = asked["digest"]
+            digest, keep = asked["digest"], asked["keep"]
             case = resolve(apply_settings(Scene(), asked["scene"]))
-            result = compute(case, digest, self.checkpoints, limit, self._between)
+            result = compute(
+                case, digest, self.checkpoints, limit, self._between, keep=keep
+            )
         except Stop:
             self._send({"status": "stopped"})
         except Exception as failed:  # noqa: BLE001 - a failed case is a row

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.simulate import Result, result_of
+from hpcwhirl.campaign.simulate import Course, Result
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import CaseError
+from hpcwhirl.scene.words import is_open
 
 
 class LateError(CaseError):
@@ -46,6 +47,8 @@ def compute(
     checkpoints: Checkpoints,
     limit: float,
     between: Callable[[], None],
+    *,
+    keep: bool = False,
 ) -> Result:
     """Integrate a case, its state kept now and then, at a stop and at its limit.
 
@@ -55,6 +58,7 @@ def compute(
     checkpoints : where its state is kept and may be found; not dropped here
     limit : s of computing that the case may take, all runs together
     between : called between slices; may raise `Stop`
+    keep : whether the last state of a case that a longer run may decide is kept
 
     Raises
     ------
@@ -62,12 +66,13 @@ def compute(
         beyond the limit
     """
     with breakable(between):
-        march = March(case)
-        march.advance(0)  # compiles what has not been compiled yet
-    march.seconds = 0.0
-    checkpoints.take_up(digest, march)
+        course = Course(case)
+        course.march.advance(0)  # compiles what has not been compiled yet
+    course.march.seconds = 0.0
+    checkpoints.set_out(digest, course)
 
     def guard() -> None:
+        march = course.march
         if march.seconds > limit and not march.done:
             raise late(march, limit)
         if checkpoints.is_due(digest, march):
@@ -75,8 +80,10 @@ def compute(
         between()
 
     try:
-        history = march.run(guard)
+        result = course.run(guard)
     except (Stop, LateError):
-        checkpoints.save(digest, march)
+        checkpoints.save(digest, course.march)
         raise
-    return result_of(case, history)
+    if keep and is_open(result.row) and course.last is not None:
+        checkpoints.keep(digest, course.march, course.last)
+    return result

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from hpcwhirl import __version__
+from hpcwhirl.campaign.sampling import Sample, sample_of, sampled_rows, scenes_of
 from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -35,9 +36,10 @@ from hpcwhirl.scene.files import (
     full_name,
     takes_list,
 )
-from hpcwhirl.store.manifest import CONTENT, PHYSICS, Manifest
+from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
 
 if TYPE_CHECKING:
+    from hpcwhirl.campaign.measure import Measure
     from hpcwhirl.case.resolve import Case
 
 Settings = dict[str, Value]
@@ -83,6 +85,8 @@ class Design:
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
     contents : {engine file: SHA-256} as the design was made; cases are known by it
+    measure : a user's own function of a case; not sent to others
+    sample : how inputs were drawn; not sent to others
     """
 
     base: Scene
@@ -91,6 +95,8 @@ class Design:
     swept: tuple[str, ...]
     rules: dict[str, Any] = field(default_factory=dict)
     contents: dict[str, str] = field(default_factory=dict)
+    measure: Measure | None = None
+    sample: Sample | None = None
 
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
@@ -102,6 +108,30 @@ class Design:
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
         return _sent, (self.base, self.settings, self.swept, self.contents)
+
+    @classmethod
+    def of(
+        cls,
+        source: Design | Scene | Mapping[str, Any] | Path | str | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> Design:
+        """Return the design of a file, a mapping of its tables, or a scene.
+
+        Parameters
+        ----------
+        source : a TOML file; or what one would hold, such as {"scene": {"gap": 1e-4},
+            "sweep": {"speed": numpy.linspace(100, 500, 41)}}; or a scene, which is one
+            case; None: the campaign that runs where no file is given
+        settings : {input: value}, set on the scene, as `--set` does
+
+        Raises
+        ------
+        InputError
+            naming what is wrong, what was got and what is allowed
+        """
+        from hpcwhirl.campaign.given import design_given
+
+        return design_given(source, settings)
 
     @cached_property
     def digests(self) -> tuple[str, ...]:
@@ -167,8 +197,12 @@ class Design:
     def manifest(self) -> Manifest:
         """Return the manifest that the campaign's directory keeps."""
         file = self.base.engine.file
-        content: dict[str, Value] = {CONTENT: self.contents[file]} if file else {}
+        content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
+        if self.measure:
+            content[MEASURE] = self.measure.plan()
+        if self.sample:
+            content[SAMPLE] = self.sample.plan()
         return Manifest(
             engine=self.base.engine.name,
             base=flatten(self.base) | content,
@@ -194,8 +228,8 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
 
     Parameters
     ----------
-    path : tables scene, engine, solver, output (one scene), sweep, zip, cases, refine
-        and campaign
+    path : tables scene, engine, solver, output (one scene), sweep, zip, cases, sample,
+        refine and campaign
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -220,6 +254,8 @@ def design_of(
     explicit = _explicit(document.get("cases", []))
     rows = _rows(grid, zipped) if grid or zipped or not explicit else []
     rows += explicit
+    sample = sample_of(document)
+    rows = sampled_rows(sample, rows, base)
     for row in rows:
         if isinstance(file := row.get(FILE), str):
             row[FILE] = anchored(file, folder)
@@ -230,11 +266,17 @@ def design_of(
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
-    scenes = tuple(apply_settings(base, row) for row in rows)
-    design = Design(base, scenes, tuple(rows), swept, rules_of(document))
+    scenes = scenes_of(base, rows, sample)
+    rules = rules_of(document)
+    design = Design(base, scenes, tuple(rows), swept, rules, sample=sample)
     _check_distinct(design.digests)
     if "refine" in document:
-        return refined(design, document["refine"], grid, {"[[cases]]": explicit})
+        return refined(
+            design,
+            document["refine"],
+            grid,
+            {"[[cases]]": explicit, "[sample]": sample},
+        )
     return design
 
 

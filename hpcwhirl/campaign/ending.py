@@ -18,6 +18,7 @@ from hpcwhirl.analysis.regimes import threshold_facts
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of
+from hpcwhirl.campaign.stages import Stages, statuses
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
@@ -71,8 +72,11 @@ def conclude(
     own cases has no result, not where others are still to come.
     """
     cases, found = len(design.scenes), None
-    if comm.rank == 0 and len(work.mine) < cases and not design.grows:
-        found = _ending_of(work.mine, design.digests, folder)
+    ended: list[str | None] = []
+    if comm.rank == 0 and (work.extended or len(work.mine) < cases):
+        ended = statuses(Stages(design, work.extended), folder)
+    if comm.rank == 0 and len(work.mine) < cases:
+        found = _ending_of(work.mine, ended)
     of_shard: Ending | None = comm.bcast(found, root=0)
     if of_shard is not None and of_shard.left:
         return of_shard
@@ -84,18 +88,26 @@ def conclude(
     except (MissingFileError, StoreError) as error:
         return replace(_stopped(cases, error), lasting=True)
     # of the file: what was published is what is told
-    ended: dict[str, int] = {}
+    count: dict[str, int] = {}
     if comm.rank == 0:
-        ended = count_statuses(results)
-        cases = sum(ended.values())
-        if dropped := dropped_of(full_plan(folder)) if design.grows else 0:
-            say(f"the budget ended the refinement: it left out {dropped} cases that "
-                "words ask for, and what theirs might have asked for")  # fmt: skip
+        count = count_statuses(results)
+        cases = sum(count.values())
+        _tell_budget(design, folder)
         _forget_the_dead(folder)
-    failed, missing = cases - ended.get("ok", 0), ended.get("missing", 0)
+    failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
+    if work.extended:  # a row may be that of an earlier stage
+        failed = max(failed, sum(status != "ok" for status in ended))
     return Ending(
         complete=True, cases=cases, failed=failed, results=results, missing=missing
     )
+
+
+def _tell_budget(design: Design, folder: Path) -> None:
+    """Say that a budget has ended a refinement, if one has."""
+    dropped = dropped_of(full_plan(folder)) if design.grows else 0
+    if dropped:
+        say(f"the budget ended the refinement: it left out {dropped} cases that words "
+            "ask for, and what theirs might have asked for")  # fmt: skip
 
 
 def _forget_the_dead(folder: Path) -> None:
@@ -109,15 +121,13 @@ def _stopped(cases: int, error: Exception) -> Ending:
     return Ending(complete=False, cases=cases, reason=str(error))
 
 
-def _ending_of(mine: Collection[int], digests: Sequence[str], folder: Path) -> Ending:
+def _ending_of(mine: Collection[int], of_case: Sequence[str | None]) -> Ending:
     """Return how a shard ended: its cases without a result, and what others leave."""
-    ended = scan(folder, lambda record: record["status"])
-    of_case = [ended.get(name) for name in digests]
     none = {case for case, status in enumerate(of_case) if status is None}
     failed = sum(of_case[case] != "ok" for case in mine)
     missing = len(none.intersection(mine))
     return Ending(
-        complete=True, cases=len(digests), failed=failed, left=len(none) - missing,
+        complete=True, cases=len(of_case), failed=failed, left=len(none) - missing,
         missing=missing,
     )  # fmt: skip
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import socket
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +25,15 @@ from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.campaign.stages import End, Job, Stages, end_of, resolved
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Journal, Record
+from hpcwhirl.store.measured import WHY_NOT
 from hpcwhirl.store.running import Running
 
-WORDS = ("outcome", "regime", "whirl")
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
 
 
@@ -59,24 +59,22 @@ class Desk:
     suspects: frozenset[int] = frozenset()
 
 
-class End(NamedTuple):
-    """How a case ended: its status and, of a result, its words."""
-
-    status: str
-    outcome: str = "none"
-    regime: str = "none"
-    whirl: str = "none"
-
-
 class Evaluator:
     """Computes units of cases on this rank and keeps them in this rank's journal."""
 
-    def __init__(self, design: Design, units: list[Unit], desk: Desk) -> None:
+    def __init__(
+        self,
+        design: Design,
+        units: list[Unit],
+        desk: Desk,
+        stages: Stages | None = None,
+        begun: Mapping[int, int] | None = None,
+    ) -> None:
         self.design, self.units, self.desk = design, units, desk
+        self.stages, self.begun = stages or Stages(design), begun or {}
         self.limit = desk.policy.limit
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
-        self._digests: dict[int, str] = {}  # of the unit
 
     def warm(self) -> None:
         """Take a step of a case of each kernel that the units need."""
@@ -111,28 +109,39 @@ class Evaluator:
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[End]:
         """Compute a unit and return how each of its cases ended."""
         cases = (unit,) if self.design.grows else self.units[unit]
-        self._digests = {case: self.design.digest(case) for case in cases}
-        self.desk.running.begin(self._digests.values())
-        return [self._compute(case, between_slices) for case in cases]
+        return [self._case(case, between_slices) for case in cases]
 
-    def _compute(self, case: int, between: Callable[[], None]) -> End:
-        start = time.perf_counter()
+    def _case(self, case: int, between: Callable[[], None]) -> End:
+        """Compute a case, and go on as long as it is open and there is a stage."""
+        end = End("ok", is_open=True)
+        for job in self.stages.jobs(case, self.begun.get(case, 0)):
+            self.desk.running.begin([job.digest])
+            end = self._compute(job, between)
+            if not end.is_open:
+                break
+        return end
+
+    def _compute(self, job: Job, between: Callable[[], None]) -> End:
+        start, checkpoints = time.perf_counter(), self.desk.checkpoints
         try:
-            self.design.check_engine(case)
-            if self.desk.policy.isolate or case in self.desk.suspects:
-                result = self._isolated(case, between)
+            self.design.check_engine(job.case)
+            checkpoints.hand_over(job.before, job.digest)
+            keep = job.lasts or self.desk.policy.keep_states
+            if self.desk.policy.isolate or job.case in self.desk.suspects:
+                result = self._isolated(job, between, keep=keep)
             else:
-                name, checkpoints = self._digests[case], self.desk.checkpoints
-                resolved = self.design.resolved(case)
-                result = compute(resolved, name, checkpoints, self.limit, between)
+                case = resolved(self.design, job)
+                result = compute(
+                    case, job.digest, checkpoints, self.limit, between, keep=keep
+                )
         except Stop:
             raise
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
-            cause = self._changed(case) or failed
-            return self._fail(case, cause, time.perf_counter() - start)
-        return self._keep(case, result)
+            cause = self._changed(job.case) or failed
+            return self._fail(job, cause, time.perf_counter() - start)
+        return self._keep(job, result, keep=keep)
 
     def _changed(self, case: int) -> WhirlError | None:
         """Return why a case's engine is not known to be the plan's, None if it is."""
@@ -142,13 +151,13 @@ class Evaluator:
             return changed
         return None
 
-    def _isolated(self, case: int, between: Callable[[], None]) -> Result:
-        name = self._digests[case]
-        self.desk.checkpoints.kept.add(name)  # the child may have kept a state
-        scene = self.design.scene(case)
-        return self.desk.child.compute(scene, name, self.limit, between)
+    def _isolated(self, job: Job, between: Callable[[], None], *, keep: bool) -> Result:
+        self.desk.checkpoints.kept.add(job.digest)  # the child may have kept a state
+        return self.desk.child.compute(
+            job.scene, job.digest, self.limit, between, keep=keep
+        )
 
-    def _fail(self, case: int, failed: Exception, seconds: float) -> End:
+    def _fail(self, job: Job, failed: Exception, seconds: float) -> End:
         """Keep a row that tells why a case gave no result, and say the first few."""
         status = "failed"
         if isinstance(failed, LateError):
@@ -156,32 +165,48 @@ class Evaluator:
         elif isinstance(failed, DiedError):
             status = "crashed"
         message = message_of(failed)
-        record = self._record(case) | {"status": status, "message": message}
+        record = self._record(job) | {"status": status, "message": message}
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
-            self.desk.checkpoints.drop(self._digests[case])
+            self.desk.checkpoints.drop(job.digest)
+        where = f"{self.where['host']}, rank {self.where['rank']}"
+        self._tell(f"{self.design.name(job.case)} {status} on {where}: {message}")
+        return End(status, is_open=False)
+
+    def _record(self, job: Job) -> Record:
+        head: Record = {"case": job.case, "digest": job.digest, "ended": time.time()}
+        return head | job.facts
+
+    def _keep(self, job: Job, result: Result, *, keep: bool) -> End:
+        """Keep a result, unless its engine is no longer known to be the plan's."""
+        if changed := self._changed(job.case):
+            return self._fail(job, changed, float(result.performance["seconds"]))
+        record = self._record(job) | {"status": "ok", "message": "", "row": result.row}
+        record["performance"] = self.where | result.performance
+        record |= self._measured(job, result)
+        self._append(record, result.traces)
+        end = end_of(record)
+        for name in (job.before, *([] if keep and end.is_open else [job.digest])):
+            self.desk.checkpoints.drop(name)
+        return end
+
+    def _measured(self, job: Job, result: Result) -> Record:
+        """Return what the user's own function makes of a case, or why it does not."""
+        if self.design.measure is None:
+            return {}
+        found = self.design.measure(job.scene, result)
+        if WHY_NOT in found:
+            self._tell(f"case {job.case}: measure gave no numbers: {found[WHY_NOT]}")
+        return found
+
+    def _tell(self, text: str) -> None:
+        """Say the first of what went wrong on this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
-            where = f"{self.where['host']}, rank {self.where['rank']}"
-            say(f"{self.design.name(case)} {status} on {where}: {message}")
+            say(text)
         if self.told == MOST_TOLD:
             say("further cases of this rank without a result are counted only")
-        return End(status)
-
-    def _record(self, case: int) -> Record:
-        return {"case": case, "digest": self._digests[case], "ended": time.time()}
-
-    def _keep(self, case: int, result: Result) -> End:
-        """Keep a result, unless its engine is no longer known to be the plan's."""
-        if changed := self._changed(case):
-            return self._fail(case, changed, float(result.performance["seconds"]))
-        record = self._record(case) | {"status": "ok", "message": "", "row": result.row}
-        record["performance"] = self.where | result.performance
-        self._append(record, result.traces)
-        self.desk.checkpoints.drop(self._digests[case])
-        outcome, regime, whirl = (str(result.row[n]) for n in WORDS)
-        return End("ok", outcome, regime, whirl)
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Journal a record; a disk that takes no more ends the campaign, cleanly."""

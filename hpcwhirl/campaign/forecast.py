@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.stages import Stages
 from hpcwhirl.campaign.work import learn_ends, share
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.resolve import Case
@@ -35,7 +37,9 @@ class Forecast:
     ----------
     cases, left : all, and those without a result
     steps : of those that are left, if they run to their end
-    seconds : of one core for them
+    seconds : of one core for them; of those that go on while they are undecided, to
+        the next time that their word is asked for
+    most : the same if all of those are undecided for as long as they may be
     probed, finished : cases that the cost of a step is learned from: marched for
         `PROBE` seconds, or finished in the directory before
     disk : of the whole campaign, if no case ends early
@@ -45,12 +49,18 @@ class Forecast:
     left: int
     steps: float
     seconds: float
+    most: float
     probed: int
     finished: int
     disk: Bytes
 
 
-def forecast(design: Design, folder: Path, shard: Shard | None = None) -> Forecast:
+def forecast(
+    design: Design,
+    folder: Path,
+    shard: Shard | None = None,
+    extended: Sequence[float] = (),
+) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
 
     Parameters
@@ -58,24 +68,43 @@ def forecast(design: Design, folder: Path, shard: Shard | None = None) -> Foreca
     design : the campaign
     folder : its directory; if it has finished cases, they are learned from
     shard : whose cases alone are counted
+    extended : s, to what undecided cases go on, see `stages`
     """
     costs = costs_of(design)
     mine = share(costs.steps, shard)
     begun = (folder / NAME).exists()
     ended = learn_ends(folder, design, costs) if begun else {}
-    left = [case for case in sorted(mine) if design.digests[case] not in ended]
+    stages = Stages(design, extended)
+    open_ = {c: stage for c, stage in stages.left(ended).items() if c in mine}
+    left = list(open_)
+    spans = np.array([_spans(stages, *item) for item in open_.items()]).reshape(-1, 2)
     finished = int(np.isfinite(costs.factor).sum())
     probes = [] if finished else _probes(design)
     probed = sum(_probe(design, case, costs) for case in probes)
+    seconds = costs.predict(left)
+    steps = np.array([costs.steps[case] for case in left])
     return Forecast(
         cases=len(mine),
         left=len(left),
-        steps=sum(costs.steps[case] for case in left),
-        seconds=float(costs.predict(left).sum()),
+        steps=float(steps @ spans[:, 0]),
+        seconds=float(seconds @ spans[:, 0]),
+        most=float(seconds @ spans[:, 1]),
         probed=probed,
         finished=finished,
         disk=_disk(design),
     )
+
+
+def _spans(stages: Stages, case: int, stage: int) -> tuple[float, float]:
+    """Return how long a case is marched at least and at most, over its first time."""
+    ends = stages.design.scenes[case].end_times
+    times = stages.times(case)
+    longest = (times or ends)[-1]
+    if stage == 0:
+        return 1.0, longest / ends[0]
+    before = times[stage - 2] if stage > 1 else ends[-1]
+    soon = min(2.0 * before, times[stage - 1])
+    return (soon - before) / ends[0], (longest - before) / ends[0]
 
 
 def _probes(design: Design) -> list[int]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.cost import APART, Costs, predicted
-from hpcwhirl.campaign.evaluate import End
 from hpcwhirl.campaign.refined import RefinedDesign
+from hpcwhirl.campaign.stages import End
 from hpcwhirl.refinement.growth import Address
 
 FOLLOWING = 2  # what follows from words goes out before coarse cases: more may follow

@@ -54,7 +54,13 @@ class Child:
                 self._ask({"warm": flatten(scene)}, math.inf, between)
 
     def compute(
-        self, scene: Scene, digest: str, limit: float, between: Callable[[], None]
+        self,
+        scene: Scene,
+        digest: str,
+        limit: float,
+        between: Callable[[], None],
+        *,
+        keep: bool = False,
     ) -> Result:
         """Return the result of a case, `compute` in the child.
 
@@ -63,7 +69,7 @@ class Child:
         DiedError, FailedError, LateError
             the case's fate; `Stop` where `between` raises it and no result came
         """
-        asked: Record = {"scene": flatten(scene), "digest": digest}
+        asked: Record = {"scene": flatten(scene), "digest": digest, "keep": keep}
         asked["limit"] = limit if limit < math.inf else None
         answer, data = self._ask(asked, limit, between)
         kinds = {"failed": FailedError, "timeout": LateError}

@@ -31,6 +31,7 @@ class Policy:
     isolate : whether each case is computed in a process of its own
     save_every : s of a case's computing between states kept of it
     shard : compute this share alone; the last shard to end gathers
+    keep_states : whether the last states of undecided cases are kept, see `stages`
     patience : s after a wish to stop in which all ranks have to; then all are ended
     """
 
@@ -40,6 +41,7 @@ class Policy:
     max_fails: int | None = None
     isolate: bool = False
     save_every: float = SAVE_EVERY
+    keep_states: bool = False
     shard: Shard | None = None
     patience: float = PATIENCE
 
@@ -145,6 +147,7 @@ CHECKS: dict[str, tuple[Any, str]] = {
     "case_limit": (int | float, "a number of seconds > 0"),
     "max_fails": (int, "a whole number > 0"),
     "isolate": (bool, "true or false"),
+    "keep_states": (bool, "true or false"),
     "save_every": (int | float, "a number of seconds > 0"),
     "patience": (int | float, "a number of seconds > 0"),
 }

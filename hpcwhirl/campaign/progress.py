@@ -15,6 +15,7 @@ from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.refined import dropped_of, full_plan
+from hpcwhirl.store.rows import counting, extending
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
 
@@ -198,24 +199,28 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     manifest, journals = full_plan(folder), read_journals(folder)
     lines = [record for journal in journals.values() for record in journal]
     records = newest(folder, lines)
-    own = [records[d] for d in manifest.digests if d in records]
+    counts = counting(records.values(), manifest)
+    own = [counts[d] for d in manifest.digests if d in counts]
     done = [r for r in own if r["status"] == "ok"]
     work = predicted_work(manifest)
     workers = [worker_of(journal, work) for journal in journals.values()]
     known = [w for w in workers if w is not None]
     at_work = active(known, max(map(seconds_of, lines), default=0.0))
-    left_work = sum(work[d] for d in manifest.digests if d not in records)
+    going, stuck = extending(records.values(), manifest)
+    open_ = [d for d in manifest.digests if d not in records or d in going]
+    left_work = sum(work[d] for d in open_)
     seconds, span = sum(w.seconds for w in at_work), sum(w.span for w in at_work)
     pace = sum(w.work / w.span for w in at_work)
     done_work = sum(w.work for w in known)
     spent = sum(map(seconds_of, lines))
     last = max((w.ended for w in known), default=None)
-    left = len(manifest.digests) - len(own)
+    left = len(open_)
+    without = len(own) - len(done) + len(stuck)
     at_it = computing(folder, manifest, records, now)
     return Progress(
         cases=len(manifest.digests),
-        done=len(done),
-        failed=len(own) - len(done),
+        done=len(manifest.digests) - left - without,
+        failed=without,
         left=left,
         ranks=len(at_work),
         rate=3600 * sum(w.cases / w.span for w in at_work) if at_work else None,

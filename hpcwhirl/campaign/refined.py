@@ -95,7 +95,7 @@ def of_rule(coarse: Design, rule: Rule) -> RefinedDesign:
     """Return the design that refines a coarse one by a rule."""
     return RefinedDesign(
         coarse.base, coarse.scenes, coarse.settings, coarse.swept, coarse.rules,
-        coarse.contents, rule,
+        coarse.contents, coarse.measure, rule=rule,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.stop import refuse_stop_file
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
-from hpcwhirl.scene import Scene
+from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.manifest import (
+    CONTENT,
     NAME,
     check_same,
     is_sealed,
@@ -22,8 +24,14 @@ from hpcwhirl.store.manifest import (
 MOST_TRIED = 32  # models built to find a case that can be integrated
 
 
-def prepare(design: Design, folder: Path) -> None:
+def prepare(design: Design, folder: Path, extend: float | None = None) -> None:
     """Begin a campaign directory, or check that it may be continued.
+
+    Parameters
+    ----------
+    design : the campaign
+    folder : its directory
+    extend : s, to what cases that are undecided go on from now on; None: as before
 
     Raises
     ------
@@ -33,14 +41,58 @@ def prepare(design: Design, folder: Path) -> None:
         keeps the campaign stopped
     """
     refuse_stop_file(folder)
-    manifest = design.manifest()
+    old, manifest = None, design.manifest()
     if (folder / NAME).exists():
         old = read_manifest(folder)
         check_same(old, manifest, folder)
-        if old == manifest and is_sealed(folder):
-            return
+    manifest = replace(manifest, extended=extended_by(design, folder, extend))
+    if old == manifest and is_sealed(folder):
+        return
     check_steps(design)
     write_manifest(folder, manifest)
+
+
+def extended(
+    design: Design, times: list[float], time: float, folder: Path
+) -> list[float]:
+    """Return the times, s, that undecided cases go on to, with one more.
+
+    Raises
+    ------
+    InputError
+        where that is no longer than cases last, or have gone on to already
+    """
+    last = times[-1] if times else 0.0
+    if time < last:
+        msg = (
+            f"--to must be >= {last:g} s, to which {folder} was extended, got {time:g}"
+        )
+        raise InputError(msg)
+    least = min(scene.end_times[-1] for scene in design.scenes)
+    if time <= least:
+        msg = f"--to must be > {least:g} s, which cases last anyway, got {time:g}"
+        raise InputError(msg)
+    return times if time == last else [*times, time]
+
+
+def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
+    """Return the times, s, that undecided cases of a directory go on to."""
+    if extend is not None and design.grows:
+        msg = "--extend and [refine]: which cases there are follows from words of one "
+        raise InputError(msg + 'duration; until = "decided" in [scene] goes on at once')
+    times = read_manifest(folder).extended if (folder / NAME).exists() else []
+    return times if extend is None else extended(design, times, extend, folder)
+
+
+def planned(folder: Path) -> Design:
+    """Return the design of a campaign's directory, as its plan tells it."""
+    plan = read_manifest(folder)
+    known = input_names()
+    base = {name: value for name, value in plan.base.items() if name in known}
+    scene, settings = apply_settings(Scene(), base), tuple(plan.settings)
+    contents = {scene.engine.file: str(plan.base.get(CONTENT, ""))}
+    scenes = tuple(apply_settings(scene, row) for row in settings)
+    return Design(scene, scenes, settings, tuple(plan.swept), contents=contents)
 
 
 def check_steps(design: Design) -> None:

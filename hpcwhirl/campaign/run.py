@@ -11,13 +11,14 @@ from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, conclude
-from hpcwhirl.campaign.evaluate import Desk, End, Evaluator
+from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
+from hpcwhirl.campaign.stages import End, Stages
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
@@ -64,7 +65,8 @@ def run_campaign(
         stopping.watch(None if node.rank else folder, policy.seconds)
         work, agenda = work_of(design, folder, policy, comm)
         with _desk(folder, work, comm, policy, stopping) as desk:
-            evaluate = Evaluator(design, work.units, desk)
+            stages = Stages(design, work.extended)
+            evaluate = Evaluator(design, work.units, desk, stages, work.begun)
             if work.units:
                 _warm(evaluate, node)
             if comm.rank == 0:

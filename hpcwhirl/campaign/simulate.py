@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,9 @@ from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.scene import Scene
+from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.words import is_open
 
 Value = float | int | str
 SCENE_ROW = (
@@ -55,8 +57,82 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
-    case = resolve(scene)
-    return result_of(case, March(case).run(between_slices))
+    return Course(resolve(scene)).run(between_slices)
+
+
+class Course:
+    """A case on its way to its word: a march, and longer ones until it is decided.
+
+    A case that lasts longer has, bit for bit, the row and the traces of one that was
+    asked for that long: a longer march goes on from the last row of evidence, or where
+    it would have been marched otherwise (see `fingerprint`) begins anew.
+
+    Parameters
+    ----------
+    case : its `until` says how far it goes
+
+    Attributes
+    ----------
+    march : the present one
+    last : the state at the last row of evidence of the march that gave the result,
+        None where no longer one may go on from there
+    """
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.ends = case, case.scene.end_times
+        self.last: Arrays | None = None
+        self.number, self.march = 0, self._march(0)
+
+    def _march(self, number: int) -> March:
+        """Return the march to one of the ends, at its beginning."""
+        if number == 0:
+            return March(self.case)
+        settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
+        settings["duration"] = self.ends[number]
+        given = apply_settings(self.case.given, settings)
+        return March(Case(given, self.case.own))
+
+    def set_out(self, steps: int, total: int) -> None:
+        """Take the march that a state of so many steps, of so many in all, is of."""
+        marches = [self._march(number) for number in range(len(self.ends))]
+        same = [n for n, march in enumerate(marches) if march.total == total]
+        longer = [n for n, march in enumerate(marches) if march.last_row >= steps]
+        self.number = (same + longer + [0])[0]
+        self.march = marches[self.number]
+
+    def run(self, between_slices: Callable[[], None] | None = None) -> Result:
+        """March on until the case is decided, or has lasted as long as it may."""
+        results = self.results(between_slices)
+        result = next(results)
+        while self.number + 1 < len(self.ends) and is_open(result.row):
+            result = next(results)
+        return result
+
+    def results(
+        self, between_slices: Callable[[], None] | None = None
+    ) -> Iterator[Result]:
+        """Yield the result of a run to each of the ends, whatever its word."""
+        yield self._to_the_end(between_slices)
+        while self.number + 1 < len(self.ends):
+            self._go_on()
+            yield self._to_the_end(between_slices)
+
+    def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
+        """March to the present end; return the result that a run so long has."""
+        march = self.march
+        march.reach(march.last_row, between_slices)
+        self.last = snapshot(march) if march.steps == march.last_row else None
+        return result_of(march.case, march.run(between_slices))
+
+    def _go_on(self) -> None:
+        """Begin the next longer march, where the last one was if that is on its way."""
+        self.number += 1
+        old, self.march = self.march, self._march(self.number)
+        if old.lean.model.folds != self.march.lean.model.folds:
+            self.march.unfold()
+        if self.last is not None and fingerprint(old) == fingerprint(self.march):
+            restore(self.march, self.last)
+        self.march.seconds = old.seconds
 
 
 def result_of(case: Case, history: History) -> Result:

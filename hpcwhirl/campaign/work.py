@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -15,8 +15,11 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.refined import RefinedDesign
+from hpcwhirl.campaign.stages import End, Stages, end_of
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
+from hpcwhirl.store.manifest import read_manifest
+from hpcwhirl.store.measured import WHY_NOT
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
 
@@ -33,12 +36,16 @@ class Work:
     suspects : cases to be isolated: in flight when two processes died
     mine : all cases that this run is asked for, those of its shard
     run : its number
+    extended : s, to what undecided cases go on, see `stages`
+    begun : {case: stage to begin with} of those that have been through the first
     """
 
     units: list[Unit]
     suspects: frozenset[int]
     mine: Collection[int]
     run: int
+    extended: tuple[float, ...] = ()
+    begun: Mapping[int, int] = field(default_factory=dict)
 
 
 def work_of(
@@ -61,15 +68,19 @@ def _found(
     mine = share(costs.steps, policy.shard)
     ended = learn_ends(folder, design, costs, policy.retry)
     _tidy(folder, ended)
-    left = [i for i, name in enumerate(design.digests) if name not in ended]
-    left = [case for case in left if case in mine]
-    alone = _suspects(folder, design.digests, left)
+    stages = Stages(design, read_manifest(folder).extended)
+    begun = stages.left(ended)
+    left = [case for case in begun if case in mine]
+    names = {case: stages.name(case, begun[case]) for case in left}
+    alone = _suspects(folder, names)
     seconds = dict(zip(left, costs.predict(left), strict=True))
     order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
     units: list[Unit] = [(case,) for case in order]
     last = range(len(units), len(units) + len(alone))
     units += [(case,) for case in sorted(alone)]
-    work = Work(units, alone, mine, claim_run(folder))
+    begun = {case: stage for case, stage in begun.items() if stage}
+    run = claim_run(folder)
+    work = Work(units, alone, mine, run, stages.extended, begun)
     return work, Agenda(units, costs, ranks, last)
 
 
@@ -77,22 +88,18 @@ def _found_refined(
     design: RefinedDesign, folder: Path, policy: Policy, ranks: int
 ) -> tuple[Work, Agenda]:
     """Return the work that is left of a refined campaign, so far."""
-    rule = design.refinement
-
-    def brief(record: Record) -> tuple[str, float, bool, str | None]:
-        word = rule.word_of(record.get("row"))
-        return *_brief(folder, policy.retry, record), word
-
-    found = scan(folder, brief)
-    ended = {d: status for d, (status, _, again, _) in found.items() if not again}
+    word_of = design.refinement.word_of
+    found = scan(folder, partial(_brief, folder, policy.retry))
+    ended = {d: end for d, (end, _, again) in found.items() if not again}
     _tidy(folder, ended)
     nominal = Nominal(design, costs_of(design))
-    wanted = Wanted(design, {name: found[name][3] for name in ended})
+    words = {d: word_of(end._asdict()) for d, end in ended.items()}
+    wanted = Wanted(design, words)
     left = wanted.begin()
     for address in wanted.growth.wanted:
         case = design.family.number(address)
-        status, seconds, *_ = found.get(design.digest(case), ("", math.nan))
-        if status == "ok":
+        end, seconds, _ = found.get(design.digest(case), (End("missing"), 0.0, True))
+        if end.status == "ok":
             nominal.costs.learn([nominal.index(case)], seconds)
     count = crashes(folder)
     alone = frozenset(i for i in left if count[design.digest(i)] >= CRASHES)
@@ -105,18 +112,19 @@ def _found_refined(
 
 def _brief(
     folder: Path, retry: Collection[str], record: Record
-) -> tuple[str, float, bool]:
-    """Return status and seconds of a case, and whether it is computed again."""
-    status = str(record["status"])
+) -> tuple[End, float, bool]:
+    """Return how a case ended, its seconds, and whether it is computed again."""
+    end, status = end_of(record), str(record["status"])
     seconds = record["performance"].get("seconds", math.nan)
     damaged = retry and status == "ok" and not is_whole(folder, record)
-    return status, seconds, bool(status in retry or damaged)
+    damaged = damaged or (retry and WHY_NOT in record)
+    return end, seconds, bool(status in retry or damaged)
 
 
 def learn_ends(
     folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
-) -> dict[str, str]:
-    """Let costs learn from a directory; return {digest: status} of what has ended.
+) -> dict[str, End]:
+    """Let costs learn from a directory; return {digest: how it ended} of what has.
 
     Parameters
     ----------
@@ -126,29 +134,35 @@ def learn_ends(
     """
     found = scan(folder, partial(_brief, folder, retry))
     for case, name in enumerate(design.digests):
-        if name in found and found[name][0] == "ok":
+        if name in found and found[name][0].status == "ok":
             costs.learn([case], found[name][1])
-    return {name: status for name, (status, _, again) in found.items() if not again}
+    return {name: end for name, (end, _, again) in found.items() if not again}
 
 
-def _tidy(folder: Path, ended: dict[str, str]) -> None:
-    """Forget states and crashes of cases that have ended since."""
+def _tidy(folder: Path, ended: dict[str, End]) -> None:
+    """Forget states and crashes of cases that have ended since.
+
+    From those of cases that are open a longer run may go on.
+    """
     for name in stored_states(folder) & ended.keys():  # killed before tidying
-        if ended[name] != "timeout":
+        if ended[name].status != "timeout" and not ended[name].is_open:
             drop_state(folder, name)
     forget_crashes(folder, set(ended))
 
 
-def _suspects(
-    folder: Path, digests: Sequence[str], left: Collection[int]
-) -> frozenset[int]:
-    """Return the cases of `left` that were in flight when processes died, twice.
+def _suspects(folder: Path, names: Mapping[int, str]) -> frozenset[int]:
+    """Return the cases that were in flight when processes died, twice.
 
     One of them may have killed its process. They are computed last, each in a process
     of its own: those that do it again are rows, the others were only bystanders.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    names : {case: digest} of what is left
     """
     count = crashes(folder)
-    return frozenset(i for i in left if count[digests[i]] >= CRASHES)
+    return frozenset(case for case in names if count[names[case]] >= CRASHES)
 
 
 def share(costs: Sequence[float], shard: Shard | None) -> Collection[int]:

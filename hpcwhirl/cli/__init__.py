@@ -20,6 +20,7 @@ COMMANDS = {
     "gather": "write results.h5 from journals and traces",
     "classify": "name the regimes again with other thresholds",
     "map": "draw regimes, whirl or a number over the inputs",
+    "sensitivity": "say which drawn input makes what vary, by Sobol indices",
     "cases": "list the cases, chosen by a condition",
     "figures": "draw spectra, orbits, contributions, contacts, ledgers",
     "report": "write one HTML file to explore a campaign with, offline",

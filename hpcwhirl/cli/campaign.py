@@ -5,19 +5,28 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.design import Design, load_design
+from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.policy import (
     PATIENCE,
     Policy,
 )
+from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.cli.campaign_options import MOST_ON_PAGE, arguments, fill, policy_of
+from hpcwhirl.cli.campaign_options import (
+    MOST_ON_PAGE,
+    arguments,
+    design_of_call,
+    extension,
+    fill,
+    policy_of,
+)
 from hpcwhirl.cli.command import (
     COMPLETE,
     FAILED,
@@ -34,6 +43,7 @@ from hpcwhirl.cli.options import (
 )
 from hpcwhirl.errors import NoRoomError, WhirlError
 from hpcwhirl.launch import Communicator, Shard, communicator
+from hpcwhirl.scene import load_document
 
 __all__ = ["arguments", "run"]
 
@@ -119,23 +129,13 @@ def _owned(
     stack: ExitStack,
 ) -> Any:
     """Claim the directory until the stack ends, and prepare it; None for a dry run."""
-    from hpcwhirl.campaign.owning import asking_of, claim_of
-    from hpcwhirl.campaign.resume import prepare, put_aside
-    from hpcwhirl.store.owner import CAMPAIGN, claim, claimed
+    from hpcwhirl.campaign.begin import Manner, begin
 
     if args.dry_run:
         return None
-    asking = asking_of(stopping, take_over=args.take_over)
-    if args.fresh and args.out.exists():
-        with claimed(args.out, CAMPAIGN, asking) as old:  # no shard may be at it
-            aside = put_aside(args.out)
-            if aside:
-                old.moved(aside)
-                told = f"hpcwhirl: what was in {args.out} is now {aside}"
-                print(told, file=sys.stderr)
-    own = claim(args.out, claim_of(policy.shard), asking)
+    manner = Manner(args.fresh, args.take_over, args.to)
+    own = begin(design, args.out, policy, stopping, manner)
     stack.callback(own.release)
-    prepare(design, args.out)
     return own
 
 
@@ -144,9 +144,11 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
 
     settings = parsed(args.settings)
     if args.regimes_only:
-        settings |= {"output.traces": "summary", "solver.until": "certain"}
-    design = load_design(args.file, settings)
+        settings |= _words_alone(args.file, settings)
+    args.to = extension(args)
+    design = design_of_call(args, settings)
     fill(args, design.rules)
+    design = design if args.fresh else as_begun(design, args.out)
     policy = policy_of(args, design)
     check_folder(args.out)
     tell_preset(design.base)
@@ -156,6 +158,16 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         check_steps(design)
         _dry_run(args, design, policy.shard)
     return design, policy
+
+
+def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return what --regimes-only sets: cases that are to be decided go on to be."""
+    file = None if file is None or file.is_dir() else file
+    solver = load_document(file).get("solver") if file else {}
+    asked = solver.get("until") if isinstance(solver, Mapping) else None
+    until = "solver.until"
+    decided = settings.get(until, asked) == "decided"
+    return {"output.traces": "summary", until: "decided" if decided else "certain"}
 
 
 def _explain(design: Design) -> None:
@@ -177,8 +189,10 @@ def _explain(design: Design) -> None:
 
 def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
     from hpcwhirl.campaign.forecast import forecast
+    from hpcwhirl.campaign.resume import extended_by
 
-    found = forecast(design, args.out, shard)
+    times = extended_by(design, args.out, args.to)
+    found = forecast(design, args.out, shard, times)
     step = 1e6 * found.seconds / found.steps if found.steps else 0.0
     disk = found.disk
     facts = {
@@ -188,24 +202,26 @@ def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> N
         "steps": found.steps,
         "microseconds_per_step": step,
         "core_hours": found.seconds / 3600,
+        "core_hours_most": found.most / 3600,
         "learned_from": {"finished": found.finished, "probed": found.probed},
         "bytes": {**asdict(disk), "total": disk.total},
     }
-    most = design.most
-    if most > len(design.scenes):
-        facts |= {"coarse": len(design.scenes), "at_most": most}
+    if design.grows:
+        facts |= {"coarse": len(design.scenes), "at_most": design.most}
     if args.json:
         print_json(facts)
         return
     rest = f", {found.left} left" if found.left < found.cases else ""
     print(f"{found.cases} cases over {', '.join(design.swept) or 'nothing'}{rest}")
     if design.grows:
-        print(f"this is the coarse level: with what words ask for, {most} at most")
+        print(f"that is the coarse level; with what words ask for, {design.most} at "
+              "most")  # fmt: skip
     how = f"measured on {found.probed} cases"
     if found.finished:
         how = f"learned from {found.finished} finished cases"
     print(f"{found.steps:.4g} steps at {step:.2f} us ({how})")
-    print(f"predicted: {found.seconds / 3600:.3g} core-hours")
+    most = f", at most {found.most / 3600:.3g}" if found.most > found.seconds else ""
+    print(f"predicted: {found.seconds / 3600:.3g} core-hours{most}")
     print(
         f"on disk: {_size(disk.results)} results.h5, {_size(disk.traces)} traces, "
         f"{_size(disk.journal)} journal"

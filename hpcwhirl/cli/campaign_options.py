@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.policy import (
     CHECKS,
     OPTIONS,
@@ -29,7 +30,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
         "file", nargs="?", type=Path, metavar="FILE.toml",
-        help="campaign; without one, the embedded default",
+        help="campaign; without one, the embedded default; with --extend also the "
+        "directory of one",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
@@ -41,6 +43,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--dry-run", action="store_true", help="cases and predicted core-hours only"
     )
     _add_ends(parser)
+    parser.add_argument(
+        "--extend",
+        choices=("undecided",),
+        help="let cases that are undecided go on, in DIR or in the campaign of FILE",
+    )
+    parser.add_argument(
+        "--to", type=float, metavar="SECONDS", help="engine time of --extend, at most"
+    )
     parser.add_argument(
         "--shard",
         metavar="I/N",
@@ -100,6 +110,10 @@ def _add_ends(parser: argparse.ArgumentParser) -> None:
         help="end at the first case without a result",
     )  # fmt: skip
     parser.add_argument(
+        "--keep-states", action="store_true", default=None,
+        help="keep the last states of undecided cases, from which --extend goes on",
+    )  # fmt: skip
+    parser.add_argument(
         "--isolate", action="store_true", default=None,
         help="each case in a process of its own: what crashes is a row",
     )  # fmt: skip
@@ -116,6 +130,47 @@ def fill(args: argparse.Namespace, rules: Mapping[str, Any]) -> None:
     args.out = Path(args.out)
 
 
+def extension(args: argparse.Namespace) -> float | None:
+    """Return to what undecided cases are to go on, s; None: no longer than they do.
+
+    Raises
+    ------
+    InputError
+        where one of --extend and --to stands alone, or the time is none
+    """
+    if (args.extend is None) != (args.to is None):
+        msg = "--extend undecided and --to SECONDS belong together"
+        raise InputError(msg)
+    if args.to is not None and not 0.0 < args.to < math.inf:
+        msg = f"--to must be a number of seconds > 0, got {args.to}"
+        raise InputError(msg)
+    return None if args.to is None else float(args.to)
+
+
+def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
+    """Return the design of the file, of the directory to extend, or the embedded one.
+
+    Raises
+    ------
+    InputError
+        where a directory comes with what only a file may
+    """
+    if args.file is None or not args.file.is_dir():
+        return load_design(args.file, settings)
+    if args.extend is None:
+        msg = f"{args.file} is a directory: without --extend, name the campaign's file"
+        raise InputError(msg)
+    clash = [name for name, value in (("--set, --preset or --regimes-only", settings),
+             ("--out", args.out), ("--fresh", args.fresh)) if value]  # fmt: skip
+    if clash:
+        msg = f"{clash[0]} cannot stand with the directory {args.file}: its inputs stay"
+        raise InputError(msg)
+    from hpcwhirl.campaign.resume import planned
+
+    args.out = args.file
+    return planned(args.file)
+
+
 def policy_of(args: argparse.Namespace, design: Design) -> Policy:
     """Return the rules of this call; options count before the table [campaign]."""
     walltime = parse_walltime(args.walltime) if args.walltime else None
@@ -127,6 +182,6 @@ def policy_of(args: argparse.Namespace, design: Design) -> Policy:
     if design.grows and policy.shard:
         msg = "--shard and [refine]: what a shard is to compute follows from the words "
         raise InputError(msg + "of all cases; one job of more ranks does the same")
-    names = ("case_limit", "max_fails", "isolate", "patience")
+    names = ("case_limit", "max_fails", "isolate", "patience", "keep_states")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
     return with_rules(with_rules(policy, design.rules), given)

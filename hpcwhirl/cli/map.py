@@ -55,9 +55,7 @@ def run(args: argparse.Namespace) -> int:
     drawing = drawing_of(results, wish)
     paths = save_map(drawing, out)
     if args.csv:
-        from hpcwhirl.report.table import write_picture
-
-        paths.append(write_picture(out / "map.csv", drawing.picture))
+        paths.append(drawing.write_table(out / "map.csv"))
     for path in paths:
         print(path)
     return 0

@@ -23,6 +23,7 @@ from hpcwhirl.cli.options import (
 from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:
+    from hpcwhirl.campaign.simulate import Course
     from hpcwhirl.dynamics.march import March
 
 LEDGER = "ledger_"
@@ -46,9 +47,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
     from hpcwhirl.campaign.one import design_of_one, write_case
-    from hpcwhirl.campaign.simulate import result_of
+    from hpcwhirl.campaign.simulate import Course
     from hpcwhirl.case.resolve import resolve
-    from hpcwhirl.dynamics.march import March
 
     scene = scene_of(args.scene, args.settings)
     if scene.output.traces == "summary" and args.plot:
@@ -58,14 +58,13 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.plot, folder=True)
     tell_preset(scene)
     design = design_of_one(scene)
-    march = March(resolve(scene))
-    _tell_unequal(march, quiet=args.quiet)
-    with _progress(march, quiet=args.quiet) as tick:
-        history = march.run(tick)
-    result = result_of(march.case, history)
+    course = Course(resolve(scene))
+    _tell_unequal(course.march, quiet=args.quiet)
+    with _progress(course, quiet=args.quiet) as tick:
+        result = course.run(tick)
     facts = summary(result.row | result.performance)
     if args.explain:
-        facts |= _explained(march)
+        facts |= _explained(course.march)
     if args.json:
         print_json(facts)
     else:
@@ -108,28 +107,30 @@ def summary(row: dict[str, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def _progress(march: March, *, quiet: bool) -> Iterator[Callable[[], None]]:
+def _progress(course: Course, *, quiet: bool) -> Iterator[Callable[[], None]]:
     if quiet:
         yield lambda: None
     elif sys.stderr.isatty():
-        with _bar(march) as tick:
+        with _bar(course) as tick:
             yield tick
     else:
-        yield _plain(march)
+        yield _plain(course)
 
 
 @contextmanager
-def _bar(march: March) -> Iterator[Callable[[], None]]:
+def _bar(course: Course) -> Iterator[Callable[[], None]]:
     from rich.console import Console
     from rich.progress import Progress, TimeElapsedColumn
 
     columns = (*Progress.get_default_columns(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("integrating", total=march.total)
-        yield lambda: bar.update(task, completed=march.steps)
+        task = bar.add_task("integrating", total=course.march.total)
+        yield lambda: bar.update(
+            task, completed=course.march.steps, total=course.march.total
+        )
 
 
-def _plain(march: March) -> Callable[[], None]:
+def _plain(course: Course) -> Callable[[], None]:
     start = last = time.monotonic()
 
     def tick() -> None:
@@ -138,6 +139,7 @@ def _plain(march: March) -> Callable[[], None]:
         if now - last < PLAIN_EVERY:
             return
         last = now
+        march = course.march
         left = (now - start) * (march.total - march.steps) / max(march.steps, 1)
         share = 100 * march.steps / march.total
         print(f"integrating: {share:.0f} %, {left:.0f} s left", file=sys.stderr)

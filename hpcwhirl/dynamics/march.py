@@ -194,6 +194,14 @@ class March:
         return self.steps - int(self.counter[contact.JUMPED])
 
     @property
+    def last_row(self) -> int:
+        """The last step with a row of evidence: a longer run passes it alike.
+
+        Beyond it, jumps of scheme exact end with the run.
+        """
+        return self.total // self.beat * self.beat
+
+    @property
     def done(self) -> bool:
         """Whether the end, or a reason to stop, has been reached."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
@@ -222,17 +230,23 @@ class March:
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
         """March to the end in slices of some 10 ms and return the history."""
+        self.reach(self.total, between_slices)
+        return self.history()
+
+    def reach(
+        self, goal: int, between_slices: Callable[[], None] | None = None
+    ) -> None:
+        """March in slices of some 10 ms to a step, a row of evidence or the end."""
         size = FIRST_SLICE
-        while not self.done:
+        while not self.done and self.steps < goal:
             before = time.perf_counter()
-            made = self._slice(size)
+            made = self._slice(min(size, goal - self.steps))
             self.advance(made)
             size = next_slice(size, made, time.perf_counter() - before)
             self._watch()
             self._timed_look()
             if between_slices:
                 between_slices()
-        return self.history()
 
     def history(self) -> History:
         """Return what has been sampled so far, and the ledger of the present step.

@@ -51,7 +51,7 @@ class Rule:
 
         A case that failed, or whose outcome is `unstable`, has no word.
         """
-        if not row or row["outcome"] == "unstable":
+        if not row or row["regime"] == "none":
             return None
         known = {"regime": row["regime"], "whirl": row["whirl"]}
         known["both"] = f"{row['regime']} {row['whirl']}"

@@ -46,6 +46,8 @@ class Colours:
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()
+        if self.name.startswith("share"):
+            return Normalize(0.0, 1.0)
         least, most = float(known.min(initial=0.0)), float(known.max(initial=0.0))
         size = max(-least, most) or 1.0
         if least < 0.0 < most:

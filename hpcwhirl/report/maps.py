@@ -3,30 +3,54 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
 from hpcwhirl.report.refined import with_cells
 from hpcwhirl.report.saving import save
+from hpcwhirl.report.shares import (
+    SHARE,
+    as_cases,
+    figure_of_shares,
+    shares_shown,
+    told_of,
+    varied,
+    wants_shares,
+    write_shares,
+)
 from hpcwhirl.report.sheet import figure_of
+from hpcwhirl.report.table import write_picture
 from hpcwhirl.store.cells import read_refined
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reader import open_results
+
+if TYPE_CHECKING:
+    import xarray
 
 KEY = "Description"  # of the files' metadata: how the map was asked for
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A map, drawn: the figure, what it shows, and how it was asked for."""
+    """A map, drawn: the figure, what it shows, and how it was asked for.
+
+    Of a campaign whose inputs were drawn it shows shares, see `analysis.shares`.
+    """
 
     figure: Any
-    picture: Picture
+    picture: Picture | None
     wish: Wish
+    shares: Any = None
+
+    def write_table(self, path: Path) -> Path:
+        """Write what is shown as CSV; return the path."""
+        if self.picture is None:
+            return write_shares(path, self.shares)
+        return write_picture(path, self.picture)
 
 
 def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
@@ -45,11 +69,25 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
     """Return the map of a campaign; only columns of numbers are read, no traces."""
     with open_results(results) as data:
         with reading(results):
+            if wants_shares(data, wish):
+                return _drawing_of_shares(data, wish, results.parent)
             picture = with_cells(picture_of(data, wish), data, read_refined(results))
             for name in (*FIXED, "duration"):  # what the title tells
                 data[name].load()
         figure = figure_of(data, picture, wish, results.parent)
     return Drawing(figure, picture, wish)
+
+
+def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawing:
+    found = shares_shown(data, wish)
+    if len(varied(found)) < 2:
+        return Drawing(figure_of_shares(data, found, wish), None, wish, found)
+    cases = as_cases(data, found)
+    over = replace(wish, colour=SHARE, at=())
+    picture = picture_of(cases, over)
+    picture = replace(picture, along=[*picture.along, told_of(data, found)])
+    figure = figure_of(cases, picture, over, folder)
+    return Drawing(figure, None, wish, found)
 
 
 def save_map(drawing: Drawing, out: Path, stem: str = "map") -> list[Path]:

@@ -26,6 +26,7 @@ DESIGN_TABLES = (
     "sweep",
     "zip",
     "cases",
+    "sample",
     "refine",
     "campaign",
 )  # beside those of a scene

@@ -13,7 +13,14 @@ from typing import Any, get_origin
 import tomli_w
 from pydantic import ValidationError
 
-from hpcwhirl.errors import InputError, MissingFileError, one_line, shown, unknown
+from hpcwhirl.errors import (
+    SHOWN,
+    InputError,
+    MissingFileError,
+    one_line,
+    shown,
+    unknown,
+)
 from hpcwhirl.regular import check_regular, open_regular, read_regular
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
@@ -78,6 +85,7 @@ def _allowed(error: Mapping[str, Any]) -> str:
         "int_type": "must be a whole number",
         "float_type": "must be a number",
         "string_type": "must be a string",
+        "string_too_long": "must have at most {max_length} characters",
         "model_type": "must be a table",
         "tuple_type": "must be a list of numbers",
         "literal_error": "must be one of {expected}",
@@ -165,9 +173,10 @@ def check_kept(settings: Mapping[str, Any]) -> None:
     """
     for cause, effects in SETS.items():
         lost = [name for name in effects if name in settings]
-        if lost and settings.get(cause):
+        value = settings.get(cause)
+        if lost and value and isinstance(value, int | float):  # others are refused
             msg = (
-                f"--set {lost[0]}: {cause} = {settings[cause]:g} sets it; add --set "
+                f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
                 f"{cause.rpartition('.')[2]}=0"
             )
             raise InputError(msg)
@@ -277,7 +286,8 @@ def content_digest(file: str) -> str:
     except MissingFileError:
         raise
     except OSError as failed:
-        msg = f"cannot read {FILE} {file}: {failed.strerror or failed}"
+        told = one_line(one_line(file), 3 * SHOWN)
+        msg = f"cannot read {FILE} {told}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 
 

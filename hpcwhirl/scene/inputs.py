@@ -224,7 +224,7 @@ class Casing(Inputs):
 class Engine(Inputs):
     """The structures; `salvat2016` is the default."""
 
-    name: str = given("salvat2016", "name of the engine")
+    name: str = given("salvat2016", "name of the engine", max_length=200)
     file: Annotated[str, AfterValidator(anchored)] = given(
         "",
         "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"
@@ -281,8 +281,14 @@ class Solver(Inputs):
         "what is modelled: what the scene requires, or all of it; `--explain` says "
         "what is left out, and why",
     )
-    until: Literal["end", "certain"] = given(
-        "end", "run to the end, or (modal) until the word is proved"
+    until: Literal["end", "certain", "decided"] = given(
+        "end",
+        "run to the end; certain: (modal) until the word is proved; decided: as end, "
+        "and a case that is undecided then goes on to twice its time, again and again, "
+        "until it is decided or has lasted longest",
+    )
+    longest: Positive = given(
+        20.0, "until = decided: engine time of a case at most; at least duration", "s"
     )
     amplitude_limit: Positive = given(
         0.1, "tip displacement over R_bd at which a run ends"
@@ -367,12 +373,20 @@ class Scene(Inputs):
 
     @model_validator(mode="after")
     def _countable_steps(self) -> Self:
-        step = self.solver.time_step
-        if self.end_time > MOST_STEPS * step:
+        step, last = self.solver.time_step, max(self.end_times)
+        if last > MOST_STEPS * step:
             msg = (
-                f"time_step must be >= {self.end_time / MOST_STEPS:.3g} s "
+                f"time_step must be >= {last / MOST_STEPS:.3g} s "
                 f"({MOST_STEPS:g} steps), got {step}"
             )
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _lasts_as_long_as_asked(self) -> Self:
+        longest = self.solver.longest
+        if self.solver.until == "decided" and longest < self.end_time:
+            msg = f"longest must be >= {self.end_time:g} s (duration), got {longest:g}"
             raise ValueError(msg)
         return self
 
@@ -388,6 +402,19 @@ class Scene(Inputs):
     def end_time(self) -> float:
         """Engine time to simulate, s."""
         return end_time(self.duration, self.revolutions, self.speed)
+
+    @property
+    def end_times(self) -> tuple[float, ...]:
+        """Engine times, s, at which the word of the case is asked for.
+
+        Each is twice the one before: the window of a word, the last 40 % of a run,
+        then holds nothing that an earlier word was given by.
+        """
+        times = [self.end_time]
+        if self.solver.until == "decided":
+            while times[-1] < self.solver.longest:
+                times.append(min(2.0 * times[-1], self.solver.longest))
+        return tuple(times)
 
     @property
     def has_harmonics(self) -> bool:

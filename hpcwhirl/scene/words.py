@@ -13,7 +13,9 @@ print in grey keeps the words apart, and no two colours come close to the colour
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,12 @@ ENUMS = {
     "whirl": ("none", "forward", "backward", "mixed"),
     "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }
+
+
+def is_open(row: Mapping[str, Any]) -> bool:
+    """Return whether a longer run may tell what a row of `undecided` does not."""
+    return row.get("regime") == "undecided" and row.get("stop") == "end"
+
 
 # In this order: a later one may use an earlier one. A centre that does not move has no
 # growth: where all sectors move alike, round-off is all that moves it.

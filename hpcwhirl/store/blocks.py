@@ -15,6 +15,7 @@ from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.measured import measured_of, measured_row
 from hpcwhirl.store.schema import dtype, encode, missing
 
 MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
@@ -62,6 +63,8 @@ def read_block(contents: Contents, cases: range) -> Block:
         out[name] = np.array([stored(value) for value in values])
     for name, column in contents.columns.items():
         out[name] = column[cases.start : cases.stop]
+    own = [measured_row(records.get(case)) for case in cases]
+    out |= _table(measured_of(plan), own)
     return out | _traces(contents, cases, records)
 
 

@@ -15,7 +15,9 @@ from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.measured import bytes_measured
 from hpcwhirl.store.refined import columns_of, full_plan
+from hpcwhirl.store.rows import stage_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
@@ -87,6 +89,7 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
+        row += bytes_measured(self.plan)
         return self.cases * (row + self.bytes_of_traces())
 
     def bytes_of_traces(self) -> int:
@@ -117,10 +120,14 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}
     shapes_seen: dict[str, dict[str, Any]] = {}
+    rank: dict[int, int] = {}  # of the stage that a case's row is of, see `stage_of`
     for path, start, record in whole_records(folder):
-        case = case_of.get(record.get("digest", ""))
-        if case is None:
+        stage, name = stage_of(record, contents.plan)
+        case = case_of.get(name)
+        if case is None or stage < rank.get(case, 0):
             continue
+        if stage:
+            rank[case] = stage
         contents.place[case] = numbers.setdefault(path.name, len(numbers)), start
         row = record.get("row") or {}
         contents.interval[case] = row.get("sample_interval", np.nan)

@@ -30,11 +30,13 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.cells import define_cells
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.measured import measured_of
 from hpcwhirl.store.refined import refined_quantities
 from hpcwhirl.store.runs import Share
+from hpcwhirl.store.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
-LIBVER = ("earliest", "v110")
+LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
 CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
 CONVENTIONS = "CF-1.11"  # from 1.9 it knows integers of 64 bits
 # The same on every day, after every kill: who ran when stands in other attributes.
@@ -142,6 +144,7 @@ def define(
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
     _define_table(file, file["case"], refined_quantities(plan))
+    _define_table(file, file["case"], measured_of(plan))
     performance = file.create_group("performance")
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
@@ -160,7 +163,7 @@ def _define_head(
         "title": f"hpcwhirl campaign, {plan.engine}",
         "history": HISTORY,
     }
-    for name, value in {**head, **facts}.items():
+    for name, value in {**head, **facts, **sample_attribute(plan)}.items():
         plain = value.encode() if isinstance(value, str) else value
         file.attrs[name] = np.asarray(plain)[()]
     file.attrs["format"] = np.int64(FORMAT)

@@ -27,7 +27,10 @@ from hpcwhirl.store.schema import FORMAT
 
 NAME = "campaign.json"
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
+MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
+SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
+BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
@@ -49,6 +52,7 @@ class Manifest:
     settings : the swept inputs' values of each case
     version, format : of the program and of this file
     refine : the rule by which further cases follow from words; empty for none
+    extended : s, to what its undecided cases were extended, in this order
     """
 
     engine: str
@@ -58,6 +62,7 @@ class Manifest:
     settings: list[dict[str, Any]]
     version: str
     format: int = FORMAT
+    extended: list[float] = field(default_factory=list)
     refine: dict[str, Any] = field(default_factory=dict)
 
 
@@ -114,6 +119,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
+    data.setdefault("extended", [])  # no plan of before it could be
     data.setdefault("refine", {})
     if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
@@ -124,6 +130,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
+    kinds["extended"] = list
     kinds["refine"] = dict
     lists = data["digests"], data["settings"]
     return (
@@ -132,6 +139,7 @@ def _has_types(data: dict[str, Any]) -> bool:
         and len(lists[0]) == len(lists[1])
         and all(isinstance(name, str) for name in (*data["swept"], *lists[0]))
         and all(isinstance(settings, dict) for settings in lists[1])
+        and all(isinstance(time, float) for time in data["extended"])
     )
 
 
@@ -184,7 +192,8 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     if not set(old.swept) <= set(new.swept):
         msg = f"{folder} sweeps {', '.join(old.swept)}; this sweeps "
         raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
-    for name in new.base:
+    own_kinds = [name for name in BEYOND if name in old.base]
+    for name in dict.fromkeys([*new.base, *own_kinds]):
         was, now = old.base.get(name), _values(new, name, old.swept)
         begun_before = name == PHYSICS and was is None
         if now and was not in now and not begun_before:
@@ -205,7 +214,7 @@ def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
     if name in swept:
         return []
     if name not in plan.swept:
-        return [plan.base[name]]
+        return [plan.base.get(name)]
     values = (settings.get(name, plan.base[name]) for settings in plan.settings)
     return list({json.dumps(value): value for value in values}.values())
 

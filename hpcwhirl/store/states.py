@@ -22,7 +22,7 @@ from hpcwhirl.store.journal import Record, opened, sealed
 from hpcwhirl.store.listing import listed
 
 Arrays = dict[str, NDArray[Any]]
-FORMAT = 1
+FORMAT = 2
 TYPES = ("<f8", "<i8")
 
 
@@ -94,6 +94,28 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
         out[name] = np.frombuffer(data, kind, count, start).reshape(shape)
         start += 8 * count
     return out
+
+
+def hand_over(folder: Path, digest: str, after: str) -> bool:
+    """Keep the state of a case as that of another, too, which it may go on as.
+
+    Returns
+    -------
+    whether there was one, whole; what it belongs to stays
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be written
+    """
+    try:
+        with open_regular(_path(folder, digest)) as file:
+            head, data = opened(file.readline()), file.read()
+        _arrays(head, data, {"format": FORMAT, "digest": digest})
+    except (OSError, KeyError, TypeError, ValueError):
+        return False
+    write_whole(_path(folder, after), sealed({**(head or {}), "digest": after}) + data)
+    return True
 
 
 def drop_state(folder: Path, digest: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,7 @@ from attacks.apart import Ended
 
 LONGEST = 500  # characters of a line that a person is to read
 LINES = 400  # of progress and notes; more says that input was repeated
-PRESET = "hpcwhirl: preset "  # a note, not a mistake
+NOTE = re.compile(r"hpcwhirl: (preset |.*: a campaign's \[.* ignored: )")
 HUGE = 2 << 30  # bytes that no campaign of a few ms needs
 
 
@@ -92,7 +93,7 @@ def refusal(
 ) -> str:
     """Return `fault`, or that a refusal is not the one line that it should be."""
     wrong = fault(ended, allowed, most)
-    lines = [t for t in ended.err.split("\n") if t and not t.startswith(PRESET)]
+    lines = [t for t in ended.err.split("\n") if t and not NOTE.match(t)]
     if not wrong and ended.code == 2 and len(lines) != 1:
         wrong = f"{len(lines)} lines on stderr for one mistake"
     if not wrong and ended.code == 2 and not lines[0].startswith("hpcwhirl: error: "):

@@ -1,0 +1,103 @@
+"""How probable each regime is, from cases whose inputs were drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.store.reader import words
+from hpcwhirl.store.sampled import drawn_of
+
+if TYPE_CHECKING:
+    import xarray
+
+LEVEL = 0.95  # of intervals
+Floats = NDArray[np.float64]
+
+
+def wilson(count: int, total: int, level: float = LEVEL) -> tuple[float, float]:
+    """Return Wilson's interval of a share, (0, 1) where there is nothing to count.
+
+    Parameters
+    ----------
+    count, total : how many of how many independent ones
+    level : of confidence
+    """
+    from scipy.stats import binomtest
+
+    if not total:
+        return 0.0, 1.0
+    found = binomtest(int(count), int(total)).proportion_ci(level, method="wilson")
+    return float(found.low), float(found.high)
+
+
+def shares(data: xarray.Dataset) -> xarray.Dataset:
+    """Return how probable each regime is at each point of a sampled campaign's sweep.
+
+    Cases that have no regime, failed or unstable, are `lost`: they count for no word.
+    Of a sample of method `saltelli` the draws A and B count, which are independent.
+
+    Parameters
+    ----------
+    data : of `open_results`, of a campaign with [sample]
+
+    Returns
+    -------
+    xarray.Dataset over `point`, with the swept inputs as coordinates, and `regime`:
+    `share`, `share_low`, `share_high` (Wilson's interval, 95 %, as of independent
+    draws; low-discrepancy ones err less), `count`; over `point` alone `cases`, those
+    that have a regime, and `lost`
+
+    Raises
+    ------
+    InputError
+        where no input of the campaign was drawn
+    """
+    import xarray
+
+    drawn = drawn_of(data)
+    points, first = np.unique(drawn.point, return_index=True)
+    count = counts(data, drawn.independent, drawn.point)
+    asked = np.bincount(drawn.point[drawn.independent])[points]
+    cases = count.sum(axis=1)
+    ends = np.array([[wilson(n, total) for n in row]
+                     for row, total in zip(count, cases, strict=True)])  # fmt: skip
+    with np.errstate(invalid="ignore"):
+        share = count / cases[:, None]
+    both = ("point", "regime")
+    found = xarray.Dataset(
+        {
+            "share": (both, share, _told("share of the cases that have a regime")),
+            "share_low": (both, ends[..., 0], _told("lower end of its interval, 95 %")),
+            "share_high": (both, ends[..., 1], _told("upper end of it")),
+            "count": (both, count, _told("cases of this regime")),
+            "cases": ("point", cases, _told("cases that have a regime")),
+            "lost": ("point", asked - cases, _told("cases without one")),
+        },
+        coords={"regime": list(REGIMES), "point": points},
+    )
+    return found.assign_coords({
+        name: ("point", data[name].to_numpy()[first], data[name].attrs)
+        for name in drawn.swept
+    })  # fmt: skip
+
+
+def counts(
+    data: xarray.Dataset, chosen: NDArray[np.bool_], group: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return how many chosen cases of each group have each regime, (groups, regimes).
+
+    Failed and unstable cases have none.
+    """
+    word, number = words(data["regime"]), np.unique(group, return_inverse=True)[1]
+    found = np.zeros((number.max(initial=-1) + 1, len(REGIMES)), dtype=np.int64)
+    for place, name in enumerate(REGIMES):
+        np.add.at(found[:, place], number[chosen & (word == name)], 1)
+    return found
+
+
+def _told(meaning: str) -> dict[str, Any]:
+    return {"units": "1", "long_name": meaning}

@@ -1,0 +1,60 @@
+"""The beginning of a call: its directory claimed, made or found to be continued."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.owning import asking_of, claim_of
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.resume import prepare, put_aside
+from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.store.owner import CAMPAIGN, Claim, claim, claimed
+
+
+class Manner(NamedTuple):
+    """How a call begins.
+
+    Attributes
+    ----------
+    fresh : put an old directory aside
+    take_over : take it from a run on another machine that is dead
+    extend : s, to what cases that are undecided go on; None: as before
+    """
+
+    fresh: bool = False
+    take_over: bool = False
+    extend: float | None = None
+
+
+def begin(
+    design: Design, folder: Path, policy: Policy, stopping: Stopping, manner: Manner
+) -> Claim:
+    """Return the claim on a campaign's directory, prepared; rank 0 calls.
+
+    Parameters
+    ----------
+    design, folder, policy : the campaign
+    stopping, manner : until when others are waited for; how it begins
+
+    Raises
+    ------
+    InputError
+        where the directory is another campaign's, or another run computes there
+    """
+    asking = asking_of(stopping, take_over=manner.take_over)
+    if manner.fresh and folder.exists():
+        with claimed(folder, CAMPAIGN, asking) as old:  # no shard may be at it
+            aside = put_aside(folder)
+            if aside:
+                old.moved(aside)
+                say(f"what was in {folder} is now {aside}")
+    own = claim(folder, claim_of(policy.shard), asking)
+    try:
+        prepare(design, folder, manner.extend)
+    except BaseException:
+        own.release()
+        raise
+    return own

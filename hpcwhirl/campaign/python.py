@@ -1,0 +1,74 @@
+"""`hpcwhirl.campaign(...)`: what the command does, from a notebook or a script.
+
+Nothing is imported before it is called: a command listens to signals before that.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+    from typing import Any
+
+    import xarray
+
+    from hpcwhirl.campaign.design import Design
+    from hpcwhirl.launch import Communicator
+    from hpcwhirl.scene import Scene
+
+
+def campaign(
+    design: Design | Scene | Mapping[str, Any] | Path | str | None = None,
+    out: Path | str | None = None,
+    *,
+    measure: Callable[[xarray.Dataset], Mapping[str, Any]] | None = None,
+    variables: Mapping[str, str | tuple[str, str]] | None = None,
+    comm: Communicator | None = None,
+    **options: Any,
+) -> xarray.Dataset:
+    """Integrate or continue a campaign and return its results.
+
+    What `hpcwhirl campaign` does, but for maps and page: cases that are there are kept,
+    finished ones are never integrated twice, and the results are the same bits for any
+    number of ranks. Under `mpirun -n 8 python my.py` every rank calls and gets them.
+
+    Parameters
+    ----------
+    design : a `Design`, or whatever `Design.of` takes: a TOML file, a mapping of its
+        tables, a `Scene`; None: the campaign that runs where no file is given
+    out : directory of the campaign; an old one is continued (default ``campaign``)
+    measure : your own function of a case, whose numbers become variables of the
+        results. It is given an `xarray.Dataset`, which has what `open_results` has of
+        that case, traces over `time` included, and all inputs as `attrs`. Where it
+        raises, its variables are NaN and `measure_message` says why
+    variables : {name: unit} or {name: (unit, meaning)} of all that `measure` returns;
+        a directory keeps the variables that it was begun with
+    comm : an MPI communicator; None: all ranks that were started, or this process
+    options : those of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
+        `isolate`, `save_every`, `patience`, `fresh`, `take_over`
+
+    Returns
+    -------
+    xarray.Dataset over `case`, read from the file as it is asked for, see
+    `open_results`; a case without a result is one by its `status`, not an error
+
+    Raises
+    ------
+    InputError
+        naming what is wrong, what was got and what is allowed; nothing was computed
+    StoppedError
+        where it ended early; finished cases are kept and the same call continues
+
+    Examples
+    --------
+    >>> def tips(case):
+    ...     return {"largest_tip": abs(case.tips).max()}
+    >>> data = hpcwhirl.campaign(
+    ...     {"output": {"traces": "full"}, "sweep": {"speed": [300, 410]}},
+    ...     "results", measure=tips, variables={"largest_tip": "m"},
+    ... )  # doctest: +SKIP
+    """
+    from hpcwhirl.campaign.call import Call
+
+    return Call(design, out, measure, variables, options).run(comm)

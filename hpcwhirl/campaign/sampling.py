@@ -1,0 +1,256 @@
+"""[sample]: draws of inputs by their distributions, at each point of a sweep.
+
+Every point gets the same draws, so that points differ by what was swept alone. All
+methods but `latin_hypercube` go on where they were: a larger `count` keeps the draws
+that there are. With `saltelli` each of `count` draws is a pair A, B of independent
+ones, and for each sampled input a copy of A with this input of B (Saltelli et al.,
+Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
+
+A directory keeps the draws: one that is continued has those it was begun with, whatever
+another version of SciPy would draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.campaign.distributions import KEY, drawn, law_of
+from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.files import Value, full_name, takes_list
+from hpcwhirl.scene.quantities import LEAVES
+from hpcwhirl.store.manifest import NAME, SAMPLE, read_manifest
+from hpcwhirl.store.sampled import SALTELLI, draws_in
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.design import Design
+
+Floats = NDArray[np.float64]
+Settings = dict[str, Value]
+TABLE = "sample"
+BLADES = "engine.rotor.blades"
+LATIN = "latin_hypercube"
+METHODS = ("random", "sobol", "halton", LATIN, SALTELLI)
+IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
+OWN_KEYS = ("method", "count", "seed")
+LARGEST_SEED = 2**53  # that any JSON keeps
+MOST = 10_000_000
+
+
+@dataclass(frozen=True)
+class Sample:
+    """How inputs are drawn.
+
+    Attributes
+    ----------
+    method : of `METHODS`
+    seed : of the method; the same draws for the same seed
+    count : draws at each point; of `saltelli`, pairs of draws
+    laws : {full dotted input: law of `distributions.law_of`}, in the order of the file
+    """
+
+    method: str
+    seed: int
+    count: int
+    laws: dict[str, dict[str, Any]]
+
+    @property
+    def each(self) -> int:
+        """Cases at each point."""
+        return self.count * (len(self.laws) + 2 if self.method == SALTELLI else 1)
+
+    def plan(self) -> dict[str, Any]:
+        """Return what a directory keeps of it: what draws depend on."""
+        found = {"method": self.method, "seed": self.seed, "inputs": self.laws}
+        return found | ({"count": self.count} if self.method == LATIN else {})
+
+    def draws(self, blades: int) -> list[Settings]:
+        """Return the settings of each draw, of an engine of so many blades."""
+        widths = [blades if takes_list(name) else 1 for name in self.laws]
+        if self.method != SALTELLI:
+            return self._settings(self._unit(sum(widths)), widths)
+        first, second = np.hsplit(self._unit(2 * sum(widths)), 2)
+        ends = np.cumsum([0, *widths])
+        blocks = [first, second]
+        for a, b in pairwise(ends):
+            mixed = first.copy()
+            mixed[:, a:b] = second[:, a:b]
+            blocks.append(mixed)
+        together = np.stack(blocks, axis=1)  # a pair and its mixtures follow each other
+        return self._settings(together.reshape(-1, sum(widths)), widths)
+
+    def _unit(self, size: int) -> Floats:
+        """Return points of the unit cube, (count, size)."""
+        from scipy.stats import qmc
+
+        if self.method == "random":
+            return np.random.default_rng(self.seed).random((self.count, size))
+        kinds = {"halton": qmc.Halton, LATIN: qmc.LatinHypercube}
+        kind = kinds.get(self.method, qmc.Sobol)
+        return np.asarray(kind(size, rng=self.seed).random(self.count))
+
+    def _settings(self, unit: Floats, widths: Sequence[int]) -> list[Settings]:
+        columns: list[list[Any]] = []
+        parts = np.split(unit, np.cumsum(widths)[:-1], axis=1)
+        for (name, law), part in zip(self.laws.items(), parts, strict=True):
+            values = drawn(law, part)
+            columns.append((values if takes_list(name) else values[:, 0]).tolist())
+        return [
+            dict(zip(self.laws, row, strict=True)) for row in zip(*columns, strict=True)
+        ]
+
+
+def sample_of(document: Mapping[str, Any]) -> Sample | None:
+    """Return the table [sample] of a document, checked; None where there is none.
+
+    Raises
+    ------
+    InputError
+        naming the key, what it got and what is allowed
+    """
+    if TABLE not in document:
+        return None
+    content = document[TABLE]
+    if not isinstance(content, Mapping):
+        msg = f"[sample] must be a table, got {shown(content)}"
+        raise InputError(msg)
+    for other in ("cases", "refine"):
+        if other in document:
+            msg = f"[sample] goes with [sweep] and [zip], not with [{other}]"
+            raise InputError(msg)
+    method = content.get("method", "sobol")
+    if method not in METHODS:
+        raise unknown("method of [sample]", str(method), METHODS)
+    seed = _whole("seed", content.get("seed", 0), 0, LARGEST_SEED)
+    count = _whole("count", content.get("count"), 1, MOST)
+    if method in IN_TWOS and count & (count - 1):
+        below = 1 << (count.bit_length() - 1)
+        msg = f"[sample] count must be a power of 2 with method {method}, such as "
+        raise InputError(msg + f"{below} or {2 * below}, got {count}")
+    inputs = {n: value for n, value in content.items() if n not in OWN_KEYS}
+    laws = _laws(inputs)
+    if method == SALTELLI and len(laws) < 2:
+        msg = f"[sample] method {SALTELLI} must have two inputs at least, got "
+        raise InputError(msg + ", ".join(laws))
+    return Sample(method, seed, count, laws)
+
+
+def _whole(key: str, value: Any, least: int, most: int) -> int:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        allowed = f"a whole number from {least} to {most}"
+        msg = f"[sample] {key} must be {allowed}, got {shown(value)}"
+        raise InputError(msg)
+    return int(value)
+
+
+def _laws(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return {full dotted input: its checked law}."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, given in _leaves(inputs, ""):
+        full = full_name(name)
+        if full in found:
+            msg = f"[sample] names {full} twice, once as {name}"
+            raise InputError(msg)
+        kind = next(field.annotation for leaf, field in LEAVES if leaf == full)
+        if kind is not float and not takes_list(full):
+            msg = f"[sample] {name} must be an input of any number between: sweep it"
+            raise InputError(msg)
+        found[full] = law_of(name, given)
+    if not found:
+        msg = "[sample] must have an input and its distribution, such as "
+        msg += f'gap = {{ {KEY} = "uniform", low = 1e-4, high = 2e-4 }}'
+        raise InputError(msg)
+    return found
+
+
+def _leaves(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Undo TOML's reading of a dotted key as tables."""
+    for name, given in content.items():
+        tables = isinstance(given, Mapping) and given and KEY not in given
+        if tables and all(isinstance(one, Mapping) for one in given.values()):
+            yield from _leaves(given, f"{prefix}{name}.")
+        else:
+            yield prefix + name, given
+
+
+def sampled_rows(
+    sample: Sample | None, rows: list[Settings], base: Scene
+) -> list[Settings]:
+    """Return the settings of all cases: of each point of a sweep, every draw.
+
+    Raises
+    ------
+    InputError
+        where an input is swept, too, or the cases are too many
+    """
+    if sample is None:
+        return rows
+    swept = {name for row in rows for name in row}
+    twice = swept & sample.laws.keys()
+    if twice:
+        msg = f"{min(twice)} is in [sweep] or [zip] and in [sample]"
+        raise InputError(msg)
+    if BLADES in swept and any(map(takes_list, sample.laws)):
+        msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
+        raise InputError(msg)
+    if len(rows) * sample.each > MOST:
+        many = f"{len(rows)} points of {sample.each} draws"
+        raise InputError(f"a campaign has at most {MOST} cases, got {many}")
+    draws = sample.draws(base.engine.rotor.blades)
+    return [row | draw for row in rows for draw in draws]
+
+
+def scenes_of(
+    base: Scene, rows: Sequence[Settings], sample: Sample | None
+) -> tuple[Scene, ...]:
+    """Return the scene of each case; of a draw that is no scene, say which it was."""
+    if sample is None:
+        return tuple(apply_settings(base, row) for row in rows)
+    found: list[Scene] = []
+    for number, row in enumerate(rows):
+        try:
+            found.append(apply_settings(base, row))
+        except InputError as failed:
+            msg = (
+                f"[sample] draw {number % sample.each} is no input: {failed}; uniform "
+            )
+            raise InputError(msg + "or truncated_normal keep between bounds") from None
+    return tuple(found)
+
+
+def as_begun(design: Design, folder: Path) -> Design:
+    """Return the design with the draws of its directory, where that has some.
+
+    Raises
+    ------
+    InputError
+        where more draws are asked for and SciPy would go on otherwise than it began
+    """
+    sample = design.sample
+    if sample is None or not (folder / NAME).exists():
+        return design
+    old = read_manifest(folder)
+    if old.base.get(SAMPLE) != sample.plan():
+        return design  # refused by name when the directory is prepared
+    kept = draws_in(old)
+    own = draws_in(design.manifest())
+    if kept[: len(own)] == own[: len(kept)]:
+        return design
+    if len(kept) < len(own):
+        msg = (
+            f"{folder} has other draws than this version of SciPy makes: it cannot be "
+        )
+        raise InputError(msg + f"continued beyond {len(kept)} draws a point")
+    rows = tuple(
+        row | kept[number % sample.each] for number, row in enumerate(design.settings)
+    )
+    scenes = scenes_of(design.base, rows, sample)
+    return replace(design, settings=rows, scenes=scenes)

@@ -1,0 +1,128 @@
+"""`hpcwhirl sensitivity`: which drawn input makes what vary, by Sobol' indices."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.cli.options import OR_FILE, add_json, print_json
+
+if TYPE_CHECKING:
+    import xarray
+
+ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
+RESTS = ("draws", "dropped", "mean", "deviation")
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
+    parser.add_argument(
+        "--of", metavar="NAME,...", dest="names",
+        help="numbers of the file, or regimes, whose probability is meant (default "
+        "growth_rate,orbit_radius,divergent)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V[,V]",
+        help="only points with this value of a swept input",
+    )  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
+    parser.add_argument("--csv", action="store_true", help="print the table as CSV")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print indices with their intervals, and draw them."""
+    from hpcwhirl.report.sensitivity import draw_sensitivity
+    from hpcwhirl.store.hdf5 import reading
+    from hpcwhirl.store.reader import open_results, results_of
+
+    place = results_of(args.folder)
+    with open_results(place) as data, reading(place):
+        found = _found(args, data)
+        paths = draw_sensitivity(data, found, args.out or place.parent)
+    rows = _rows(found)
+    if args.json:
+        print_json({"indices": rows, "figures": [str(path) for path in paths]})
+    elif args.csv:
+        out = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
+        out.writeheader()
+        out.writerows(rows)
+    else:
+        _print_table(rows)
+        for path in paths:
+            print(path)
+    _tell_dropped(found)
+    return 0
+
+
+def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
+    """Return the indices that are asked for."""
+    import numpy as np
+
+    from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
+    from hpcwhirl.store.sampled import drawn_of
+    from hpcwhirl.store.select import where
+
+    names = [n.strip() for n in args.names.split(",")] if args.names else USUAL
+    chosen = where(args.at, {n: data[n].to_numpy() for n in drawn_of(data).swept})
+    part = data if chosen is None else data.isel(case=np.flatnonzero(chosen))
+    return sensitivity(part, names)
+
+
+def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
+    """Return a row for each point, quantity and input."""
+    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    rows = []
+    for point in range(found.sizes["point"]):
+        for quantity in found["quantity"].values.tolist():
+            one = found.isel(point=point).sel(quantity=quantity)
+            head = {n: one[n].item() for n in swept if n != "point"}
+            rests = {n: one[n].item() for n in RESTS}
+            for name in found["input"].values.tolist():
+                own = {n: float(one[n].sel(input=name)) for n in ENDS}
+                rows.append(head | {"quantity": quantity, "input": name} | own | rests)
+    return rows
+
+
+def _print_table(rows: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    swept = [n for n in rows[0] if n not in {*ENDS, *RESTS, "quantity", "input"}]
+    for name in (*swept, "quantity", "input", "first", "total", "draws", "dropped"):
+        left = name in {"quantity", "input"}
+        table.add_column(Text(name), justify="left" if left else "right")
+    for row in rows:
+        ends = (_told(row, order) for order in ("first", "total"))
+        texts = [*(f"{row[n]}" for n in swept), row["quantity"], row["input"], *ends]
+        table.add_row(*map(Text, [*texts, str(row["draws"]), str(row["dropped"])]))
+    Console(width=None if sys.stdout.isatty() else 100_000).print(table)
+
+
+def _told(row: dict[str, Any], order: str) -> str:
+    """Return an index and its interval."""
+    value, low, high = (row[f"{order}{end}"] for end in ("", "_low", "_high"))
+    if value != value:  # noqa: PLR0124 - NaN
+        return "-"
+    ends = "no interval" if low != low else f"{low:.3f}, {high:.3f}"  # noqa: PLR0124
+    return f"{value:.3f} [{ends}]"
+
+
+def _tell_dropped(found: xarray.Dataset) -> None:
+    """Say on stderr what the indices do not tell."""
+    for name in found["quantity"].values.tolist():
+        one = found.sel(quantity=name)
+        lost, used = int(one["dropped"].sum()), int(one["draws"].sum())
+        if lost:
+            told = f"{name}: {lost} of {lost + used} pairs of draws have a case without"
+            print(f"hpcwhirl: {told} a number and are left out", file=sys.stderr)
+        still = int((one["deviation"] == 0.0).sum())
+        if still:
+            told = f"{name}: does not vary at {still} of {found.sizes['point']} points"
+            print(f"hpcwhirl: {told}: no index there", file=sys.stderr)

@@ -1,0 +1,205 @@
+"""How long cases are undecided, whether words hold, and what `until = "decided"` costs.
+
+    python scripts/evidence/decided.py [FILE] [--write]
+
+Draws cells of the maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm)
+of three engines: `rubbing` of the trade-off, the default, and a light ring of 12
+blades. Each is marched to 20 s in `draft`, and its word asked at 2.5, 5, 10 and 20 s,
+as a run of that length has it. Rows go to FILE (JSON lines, resumable; default a
+temporary file). Prints the share of undecided at each time, what words of earlier times
+are at 20 s, and what is left undecided, and spent, by cases that end when they are
+decided. With --write, the tables go to scripts/evidence/decided.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from hpcwhirl.campaign.simulate import Course
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.measure.trials import trials
+from hpcwhirl.scene import Scene, apply_settings, preset_inputs
+
+PAGE = Path(__file__).with_suffix(".md")
+TIMES = (2.5, 5.0, 10.0, 20.0)
+SPEEDS, GAPS = np.linspace(40.0, 520.0, 121), np.geomspace(0.8e-4, 4e-4, 41)
+WORDS = ("damped", "sustained", "divergent", "undecided")
+CELLS = {"rubbing": 250, "default": 60, "light ring, 12 blades": 60}
+LIGHT = {
+    "blades": 12, "casing.thickness": 0.02, "casing.damping": 0.05,
+    "casing.support_damping": 0.2, "suspension_damping": 0.05,
+}  # fmt: skip
+SEED = 16
+Row = dict[str, Any]
+
+
+def engines() -> dict[str, dict[str, Any]]:
+    """Return {name: inputs by which an engine differs from the default}."""
+    return {
+        "rubbing": trials()["rubbing"],
+        "default": {},
+        "light ring, 12 blades": LIGHT,
+    }
+
+
+def drawn() -> list[Row]:
+    """Return the cells of all engines, without repetition, engines in turn."""
+    out: list[tuple[float, Row]] = []
+    for name, count in CELLS.items():
+        random = np.random.default_rng(SEED)
+        cells = random.choice(len(SPEEDS) * len(GAPS), count, replace=False)
+        for place, cell in enumerate(cells):
+            speed, gap = SPEEDS[cell // len(GAPS)], GAPS[cell % len(GAPS)]
+            row = {"engine": name, "speed": float(speed), "gap": float(gap)}
+            out.append((place / count, row))
+    return [row for _, row in sorted(out, key=lambda pair: pair[0])]
+
+
+def judged(cell: Row) -> Row:
+    """Return a cell with its words at all times, and processor seconds until each."""
+    inputs = engines()[cell["engine"]] | preset_inputs("draft")
+    inputs |= {"speed": cell["speed"], "gap": cell["gap"], "traces": "summary"}
+    inputs |= {"duration": TIMES[0], "until": "decided", "longest": TIMES[-1]}
+    course = Course(resolve(apply_settings(Scene(), inputs)))
+    course.march.advance(0)  # compiles
+    start, words, seconds = time.process_time(), [], []
+    for result in course.results():
+        words.append(str(result.row["regime"]))
+        seconds.append(time.process_time() - start)
+    return cell | {"words": words, "seconds": seconds}
+
+
+def computed(path: Path) -> list[Row]:
+    """Return all rows, those that the file has not yet computed and added to it."""
+    path.touch()
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    known = {(row["engine"], row["speed"], row["gap"]) for row in rows}
+    for cell in drawn():
+        if (cell["engine"], cell["speed"], cell["gap"]) not in known:
+            rows.append(judged(cell))
+            with path.open("a") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+    return rows
+
+
+def share(count: int, total: int) -> str:
+    """Return a share with its interval (Wilson, 95 %)."""
+    if not total:
+        return "none"
+    found = binomtest(count, total).proportion_ci(method="wilson")
+    return f"{count} ({count / total:.1%}; {found.low:.1%} to {found.high:.1%})"
+
+
+def falling(rows: list[Row]) -> list[str]:
+    """Return the table of undecided cases at each time."""
+    out = ["| engine | cells | " + " | ".join(f"{t:g} s" for t in TIMES) + " |"]
+    out.append("|---" * (2 + len(TIMES)) + "|")
+    for engine in CELLS:
+        words = [row["words"] for row in rows if row["engine"] == engine]
+        counts = [sum(w[i] == "undecided" for w in words) for i in range(len(TIMES))]
+        cells = [share(count, len(words)) for count in counts]
+        out.append(f"| {engine} | {len(words)} | " + " | ".join(cells) + " |")
+    return out
+
+
+def later(rows: list[Row]) -> list[str]:
+    """Return the table of what words of earlier times are at the last."""
+    out = ["| engine | at | word | cases | the same at 20 s | undecided | another |"]
+    out.append("|---" * 7 + "|")
+    for engine in CELLS:
+        words = [row["words"] for row in rows if row["engine"] == engine]
+        for place, at in enumerate(TIMES[:-1]):
+            for word in WORDS[:3]:
+                last = Counter(w[-1] for w in words if w[place] == word)
+                if last:
+                    out.append(
+                        f"| {engine} | {at:g} s | {word} | {_told(last, word)} |"
+                    )
+    return out
+
+
+def _told(last: Counter[str], word: str) -> str:
+    other = {w: n for w, n in last.items() if w not in {word, "undecided"}}
+    told = ", ".join(f"{n} {w}" for w, n in other.items()) or "0"
+    return f"{last.total()} | {last[word]} | {last['undecided']} | {told}"
+
+
+def at_decision(row: Row) -> int:
+    """Return the place of the time at which a case that is to be decided ends."""
+    decided = [place for place, word in enumerate(row["words"]) if word != "undecided"]
+    return decided[0] if decided else len(TIMES) - 1
+
+
+def ending(rows: list[Row]) -> list[str]:
+    """Return the table of cases that go on until they are decided, 20 s at most."""
+    heads = ["engine", "undecided at 2.5 s", "undecided at the end"]
+    heads += ["engine time, over 2.5 s each", "processor time, over that of 2.5 s"]
+    heads += ["words of after 2.5 s", "another word at 20 s"]
+    out = [f"| {' | '.join(heads)} |", "|---" * 7 + "|"]
+    for engine in CELLS:
+        own = [row for row in rows if row["engine"] == engine]
+        ends = [at_decision(row) for row in own]
+        lasted = sum(TIMES[end] for end in ends) / (TIMES[0] * len(own))
+        spent = sum(row["seconds"][end] for row, end in zip(own, ends, strict=True))
+        spent /= sum(row["seconds"][0] for row in own)
+        late = [row for row, end in zip(own, ends, strict=True) if end]
+        words = [(row["words"][at_decision(row)], row["words"][-1]) for row in late]
+        found = [pair for pair in words if pair[0] != "undecided"]
+        changed = Counter(f"{a} to {b}" for a, b in found if a != b)
+        told = ", ".join(f"{n} {what}" for what, n in changed.items()) or "0"
+        first = sum(row["words"][0] == "undecided" for row in own)
+        left = sum(a == "undecided" for a, _ in words)
+        out.append(
+            f"| {engine} | {share(first, len(own))} | {share(left, len(own))} | "
+            f"{lasted:.2f} | {spent:.2f} | {len(found)} | {told} |"
+        )
+    return out
+
+
+def page(rows: list[Row]) -> str:
+    """Return all tables, as Markdown."""
+    told = (
+        "Written by `python scripts/evidence/decided.py --write`: cells drawn from the "
+        "maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm) of three "
+        "engines, in `draft`; each marched to 20 s and judged at four times, as a run "
+        "of that length is. Shares with their 95 % interval (Wilson)."
+    )
+    parts = [
+        "# How long cases are undecided, and whether words hold",
+        told,
+        "## Undecided cases",
+        "\n".join(falling(rows)),
+        '## With `until = "decided"`, `longest = 20`',
+        "\n".join(ending(rows)),
+        "## What words are at 20 s",
+        "\n".join(later(rows)),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def main() -> int:
+    """Compute what is missing, print the tables, write them if wanted."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", nargs="?", type=Path)
+    parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as place:
+        text = page(computed(args.file or Path(place) / "rows.jsonl"))
+    print(text)
+    if args.write:
+        PAGE.write_text(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,270 @@
+"""An extended campaign holds what one does that went on by itself."""
+
+import json
+
+import pytest
+from launch import launch, root_variables
+
+import hpcwhirl
+from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.progress import progress_of
+from hpcwhirl.campaign.resume import planned, prepare
+from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.launch import Shard
+from hpcwhirl.scene import apply_settings
+from hpcwhirl.store.journal import read_records
+from hpcwhirl.store.manifest import read_manifest
+from hpcwhirl.store.states import stored_states
+
+SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
+FIRST = {
+    "scene": {"duration": 0.1},
+    "solver": {"time_step": 4e-6},
+    "output": {"interval": 1e-3},
+    "sweep": {"speed": SPEEDS},
+    "cases": [{"speed": 330.0, "force": 0.0}],
+}
+KEEP = Policy(keep_states=True)
+
+
+def run(folder, extend=None, policy=KEEP, **solver):
+    document = FIRST | {"solver": FIRST["solver"] | solver}
+    design = design_of(document)
+    prepare(design, folder, extend)
+    ending = run_campaign(design, folder, policy=policy)
+    assert ending.complete
+    return root_variables(folder), ending
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the variables of a campaign that went on to 0.8 s by itself."""
+    found, ending = run(tmp_path_factory.mktemp("w"), until="decided", longest=0.8)
+    assert ending.failed == 0
+    return found
+
+
+class Death(BaseException):
+    """What no code catches."""
+
+
+def dying_after(monkeypatch, slices):
+    """Let the process die, as it were, after so many slices."""
+    advance, left = March.advance, [slices]
+
+    def counted(march, steps):
+        left[0] -= 1
+        if left[0] < 0:
+            raise Death
+        advance(march, steps)
+
+    monkeypatch.setattr(March, "advance", counted)
+
+
+def marched(monkeypatch):
+    """Return a list that gets the steps of every slice from now on."""
+    made, advance = [], March.advance
+
+    def counted(march, steps):
+        before = march.steps
+        advance(march, steps)
+        made.append(march.steps - before)
+
+    monkeypatch.setattr(March, "advance", counted)
+    return made
+
+
+def test_the_campaign_has_words_of_each_stage(tmp_path):
+    run(tmp_path, until="decided", longest=0.8)
+    data = hpcwhirl.open_results(tmp_path)
+    assert set(data.duration.values) >= {0.1, 0.4, 0.8}
+    assert "undecided" in hpcwhirl.words(data.regime)
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_an_extended_campaign_is_one_that_went_on_by_itself(
+    whole, tmp_path, monkeypatch, keep
+):
+    policy = Policy(keep_states=keep)
+    first, _ = run(tmp_path, policy=policy)
+    assert set(hpcwhirl.open_results(tmp_path).duration.values) == {0.1}
+    assert bool(stored_states(tmp_path)) == keep
+    made = marched(monkeypatch)
+    later, ending = run(tmp_path, 0.8, policy=policy)
+    assert ending.failed == 0
+    assert later == whole != first
+    alone = sum(made)
+    made.clear()
+    # the command it was begun with neither computes anything again nor takes it back
+    assert run(tmp_path, policy=policy)[0] == whole
+    assert run(tmp_path, 0.8, policy=policy)[0] == whole
+    assert made == []
+    steps = sum(r["row"]["steps"] for r in read_records(tmp_path).values() if "of" in r)
+    opened = sum("of" in record for record in read_records(tmp_path).values())
+    assert (alone < steps - opened * 20_000) == keep
+
+
+def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
+    run(tmp_path)
+    run(tmp_path, 0.3)
+    run(tmp_path, 0.8)
+    assert read_manifest(tmp_path).extended == [0.3, 0.8]
+    # 0.3 s is no time that the other was asked at: what is decided then, stays
+    rows = hpcwhirl.open_results(tmp_path)
+    early = rows.duration.values == 0.3
+    assert early.any()
+    assert "undecided" not in set(hpcwhirl.words(rows.regime)[early])
+    for case, record in enumerate(rows.duration.values):
+        asked = {"duration": float(record), "speed": float(rows.speed[case])}
+        asked |= {"force": float(rows.force[case])}
+        scene = apply_settings(planned(tmp_path).base, asked)
+        row = simulate(scene).row
+        for name, value in row.items():
+            kept = rows[name].values[case]
+            if isinstance(value, float | int):
+                assert kept == value, name
+
+
+@pytest.mark.parametrize("after", [8, 20])
+def test_a_kill_in_the_middle_of_an_extension_changes_no_bit(
+    whole, tmp_path, monkeypatch, after
+):
+    run(tmp_path)
+    deaths = 0
+    while True:
+        with monkeypatch.context() as patch:
+            dying_after(patch, after)
+            try:
+                found, _ = run(tmp_path, 0.8, Policy(save_every=1e-9))
+            except Death:
+                deaths += 1
+                assert deaths < 200
+            else:
+                break
+    assert deaths > 1
+    assert found == whole
+
+
+def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
+    first, _ = run(tmp_path)
+    told = Policy(keep_states=True, case_limit=1e-9)
+    found, ending = run(tmp_path, 0.8, told)
+    assert ending.failed > 0
+    assert found == first
+    progress = progress_of(tmp_path)
+    assert (progress.failed, progress.left) == (ending.failed, 0)
+    # and goes on, from its state, once it may
+    retry = Policy(keep_states=True, retry=frozenset({"timeout"}))
+    _, ending = run(tmp_path, 0.8, retry)
+    assert ending.failed == 0
+    assert progress_of(tmp_path).failed == 0
+    assert "undecided" in set(hpcwhirl.words(hpcwhirl.open_results(tmp_path).regime))
+
+
+def test_progress_counts_what_is_still_to_go_on(tmp_path):
+    run(tmp_path)
+    assert progress_of(tmp_path).left == 0
+    prepare(design_of(FIRST), tmp_path, 0.8)
+    before = progress_of(tmp_path)
+    assert before.left == before.regimes["undecided"] > 0
+    run(tmp_path)
+    after = progress_of(tmp_path)
+    assert after.left == 0
+    assert after.regimes["undecided"] < before.regimes["undecided"]
+
+
+def test_states_are_left_of_what_is_undecided_alone(tmp_path):
+    run(tmp_path, 0.8)
+    rows = read_records(tmp_path)
+    kept = stored_states(tmp_path)
+    assert {rows[name]["row"]["regime"] for name in kept} == {"undecided"}
+    assert all(rows[name]["longest"] == 0.8 for name in kept)
+
+
+LINES = {
+    "--extend undecided": "--extend undecided and --to SECONDS belong together",
+    "--to 3": "--extend undecided and --to SECONDS belong together",
+    "--extend undecided --to -1": "--to must be a number of seconds > 0, got -1.0",
+    "--extend undecided --to 0.1": "--to must be > 0.1 s, which cases last anyway",
+    "--extend undecided --to 0.2": "--to must be >= 0.3 s, to which",
+    "--extend undecided --to 1 --set speed=3": "cannot stand with the directory",
+    "--extend undecided --to 1 --out other": "--out cannot stand with the directory",
+    "": "without --extend, name the campaign's file",
+}
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    place = tmp_path_factory.mktemp("begun")
+    prepare(design_of(FIRST), place)
+    return place
+
+
+@pytest.mark.parametrize("words", LINES)
+def test_a_wrong_extension_is_one_line_and_changes_nothing(words, begun, capsys):
+    if "0.2" in words:
+        prepare(design_of(FIRST), begun, 0.3)
+    plan = (begun / "campaign.json").read_bytes()
+    assert main(["campaign", str(begun), *words.split()]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert LINES[words] in line
+    assert (begun / "campaign.json").read_bytes() == plan
+
+
+def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
+    run(tmp_path)
+    words = ("--extend", "undecided", "--to", "0.8", "--json", "--dry-run")
+    assert main(["campaign", str(tmp_path), *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["left"] == progress_of(tmp_path).regimes["undecided"]
+    # from 0.1 s to 0.2 s at least, to 0.8 s at most
+    assert told["core_hours_most"] == pytest.approx(7 * told["core_hours"])
+    assert read_manifest(tmp_path).extended == []
+
+
+def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
+    run(tmp_path)
+    design, ends = design_of(FIRST), []
+    prepare(design, tmp_path, 0.8)
+    for number in (1, 2):
+        policy = Policy(shard=Shard(number, 2))
+        ends.append(run_campaign(design, tmp_path, policy=policy))
+    assert ends[0].left > 0
+    assert (ends[1].left, ends[1].failed) == (0, 0)
+    assert root_variables(tmp_path) == whole
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("words", [(), ("--isolate",)])
+def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
+    run(tmp_path)
+    done = launch(
+        "campaign", tmp_path, "--extend", "undecided", "--to", "0.8", *words, ranks=2
+    )
+    assert done.returncode == 0, done.err
+    assert root_variables(tmp_path) == whole
+
+
+def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
+    run(tmp_path)
+    words = ("--extend", "undecided", "--to", "0.8", "--json", "--report", "no")
+    assert main(["campaign", str(tmp_path), *words]) == 0
+    assert json.loads(capsys.readouterr().out)["failed"] == 0
+    assert root_variables(tmp_path) == whole
+
+
+def test_cases_of_words_alone_go_on_until_they_have_one(tmp_path):
+    file, out = tmp_path / "c.toml", tmp_path / "out"
+    file.write_text(
+        "scene = {duration = 0.1}\nsweep = {speed = [330.0, 430.0]}\n"
+        'solver = {time_step = 4e-6, until = "decided", longest = 0.8}\n'
+    )
+    words = ("--regimes-only", "--out", str(out), "--report", "no")
+    assert main(["campaign", str(file), *words]) == 0
+    data = hpcwhirl.open_results(out)
+    assert "centre" not in data
+    assert list(data.duration.values) == [0.4, 0.8]
