@@ -570,6 +570,14 @@ def test_bad_input_is_one_line_that_names_it(wrong, why):
     assert why in str(refused.value)
 
 
+def test_what_has_no_cells_is_refused():
+    sample = {"count": 4, "speed": {"uniform": [100.0, 200.0]}}
+    with pytest.raises(InputError, match=r"cases of \[\[cases\]\]: use \[sweep\]"):
+        design_of(DOCUMENT | {"cases": [{"speed": 1.0, "gap": 1e-4}]})
+    with pytest.raises(InputError, match=r"not with \[refine\]"):
+        design_of(DOCUMENT | {"sample": sample})
+
+
 def test_whole_numbers_are_refined_to_whole_numbers_alone():
     sweep = {"modes": [4, 8, 12], "speed": [300.0, 400.0]}
     table = {"over": "modes", "levels": 2}
@@ -604,6 +612,8 @@ def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):
     words = ["campaign", str(file), "--out", str(tmp_path / "out")]
     assert main([*words, "--shard", "1/2"]) == 2
     assert "--shard and [refine]" in capsys.readouterr().err
+    assert main([*words, "--extend", "undecided", "--to", "1"]) == 2
+    assert "--extend and [refine]" in capsys.readouterr().err
     assert main([*words, "--dry-run"]) == 0
     assert f"{17 * 9 * 2} at most" in capsys.readouterr().out
 

@@ -275,7 +275,7 @@ def design_of(
             design,
             document["refine"],
             grid,
-            {"[[cases]]": explicit, "[sample]": sample},
+            {"[[cases]]": explicit},
         )
     return design
 
