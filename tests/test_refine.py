@@ -542,7 +542,7 @@ def test_a_map_is_covered_by_cells_of_the_nearest_words(which, request):
 
 
 BAD = [
-    ({"over": "speeed"}, "speed"),
+    ({"over": "speedz"}, "speed"),
     ({"over": "force"}, "not in [sweep]"),
     ({"over": []}, "one to 3"),
     ({"over": ["speed", "speed"], "scale": "linear"}, "twice"),
