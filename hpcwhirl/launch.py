@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mpi4py.MPI import Comm
 
 LAUNCHERS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE")
+PMI = ("PMI_", "PMIX_", "OMPI_COMM_WORLD_", "MPI_LOCAL", "PALS_")
 RANKS = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
 FAMILIES = {
     "Open MPI": ("open mpi", "openrte", "prte"),
@@ -90,12 +91,13 @@ def communicator() -> Communicator:
     ranks = launched_ranks()
     if ranks == 1:
         return ALONE
-    comm = world()
+    comm = ALONE if alien_library() else world()
     if ranks != comm.size:
-        msg = (
-            f"the launcher started {ranks} ranks but MPI sees {comm.size}: "
-            "mpirun and mpi4py's MPI library do not belong together"
-        )
+        why = "mpirun and mpi4py's MPI library do not belong together"
+        if not has_pmi():
+            why = "srun offered it no PMI, see srun --mpi=list: pmix for Open MPI, "
+            why += "pmi2 for MPICH; or use mpirun"
+        msg = f"the launcher started {ranks} ranks but MPI sees {comm.size}: {why}"
         raise InputError(msg)
     return comm
 
@@ -135,20 +137,35 @@ def family(text: str) -> str:
     return next(known, "")
 
 
+def has_pmi() -> bool:
+    """Return whether a launcher has left word of how ranks find each other."""
+    return any(name.startswith(PMI) for name in os.environ)
+
+
+def alien_family() -> str:
+    """Return which MPI gives up if it begins here, or an empty text.
+
+    MPICH does under Open MPI's mpirun, Open MPI under an srun that offers no PMI, as
+    ``--mpi=none`` (one with Slurm's PMI-1 built in would not; pmi2 suits that, too).
+    """
+    if "OMPI_COMM_WORLD_SIZE" in os.environ:
+        return "MPICH"
+    return "" if launched_ranks() == 1 or has_pmi() else "Open MPI"
+
+
 def alien_library() -> str:
     """Return the MPI library that would be aborted if it began here, or an empty text.
 
-    Open MPI's mpirun sets variables at which an MPICH library gives up; what is told
-    then is read from the library without starting it. Any other begins.
+    What is told then is read from the library without starting it. Any other begins.
     """
-    if "OMPI_COMM_WORLD_SIZE" not in os.environ:
+    if not (alien := alien_family()):
         return ""
     import mpi4py
 
     mpi4py.rc.initialize = mpi4py.rc.finalize = False
     from mpi4py import MPI
 
-    if family(told := library()) == "MPICH":
+    if family(told := library()) == alien:
         return told
     if not MPI.Is_initialized():
         MPI.Init_thread()

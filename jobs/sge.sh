@@ -3,7 +3,7 @@
 #$ -cwd
 #$ -N hpcwhirl
 #$ -pe mpi 32
-#$ -l h_rt=04:00:00,s_rt=03:58:00
+#$ -l h_rt=04:00:00
 #$ -notify
 #$ -r y
 #$ -j y
@@ -43,7 +43,7 @@ work=(hpcwhirl campaign "$file" --out "$out")
 code=75  # as of what was told to stop before it began
 if [ "$told" = no ]; then
   # USR2, which some schedulers send to all, must not kill the ranks
-  (trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
+  (trap '' USR2; exec timeout --foreground --preserve-status -s USR1 14280 mpirun -n "$ranks" "${work[@]}") &
   running=$!
   [ "$told" = no ] || stop  # told just now
   while :; do  # a signal that is caught ends the wait, not what is waited for

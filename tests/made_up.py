@@ -9,7 +9,7 @@ from hpcwhirl.analysis.rules import first_words
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.growing import Wanted
-from hpcwhirl.campaign.stages import End
+from hpcwhirl.campaign.stages import Ended
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
 from hpcwhirl.store.gather import gather
@@ -148,7 +148,8 @@ def refined_campaign(folder, document, field, seed=1):
             if word is None:
                 told = {"status": "failed", "message": "made up"}
             journal.append(record | told, {})
-            end = End("ok", False, "completed", word) if word else End("failed")
+            head = ("ok" if word else "failed", "", False, "", 0, 0.0)
+            end = Ended(*head, *(("completed", word) if word else ()))
             waiting += wanted.after(case, end)
     gather(folder, facts_of(design))
     return folder

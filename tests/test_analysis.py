@@ -17,6 +17,7 @@ from hpcwhirl.analysis.stability import (
     fastest,
     growth_of_diameter,
     sprung_roots,
+    static_line,
 )
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.case.resolve import resolve
@@ -288,6 +289,17 @@ def test_closed_contacts_are_those_of_both_bodies_in_real_coordinates(model):
 def test_without_friction_and_rotation_closed_contacts_only_lose_energy(model):
     for k in range(12):
         assert fastest(closed_roots(coupled(model, k, 0.0, 0.0))).real < 0
+
+
+@pytest.mark.parametrize("speed", [300.0, -300.0])
+def test_in_the_static_frame_the_ring_has_its_own_lines(model, speed):
+    free = sprung_roots(coupled(model, 1, speed, 0.0), 0.0)
+    lines = static_line(free.imag, 1, speed)
+    own = (model.casing.diameter == 1) & (model.casing.phase == 0)
+    soft = np.flatnonzero(own)[np.argmin(model.casing.omega[own])]
+    omega, ratio = model.casing.omega[soft], model.casing.ratios[soft]
+    for line in omega * np.sqrt(1 - ratio**2) * np.array([1.0, -1.0]):
+        assert np.abs(lines - line).min() < 1e-6 * omega
 
 
 def test_mirrored_rotation_predicts_the_same_growth():

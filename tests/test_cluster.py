@@ -9,31 +9,24 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 
 import pytest
-from launch import ENVIRONMENT, MPIRUN, ROOT, launch, records, root_variables
+from cluster import (
+    CAMPAIGN,
+    CASES,
+    MARKS,
+    in_one_process,
+    log,
+    put_tools,
+    wait_until,
+)  # fmt: skip
+from launch import ENVIRONMENT, MPIRUN, ROOT, records, root_variables
 
 from hpcwhirl.cli import main
 
-WANTED = os.environ.get("HPCWHIRL_CLUSTER") == "1"
 NEEDED = ("slurmctld", "slurmd", "sbatch", "munged")
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
-LIMIT = 600  # s, of any job
-CASES = 40
-CAMPAIGN = """
-scene = {duration = 0.8}
-solver = {time_step = 2e-6}
-output = {traces = "summary"}
-sweep = {speed = {start = 300, stop = 495, step = 5}}
-"""
-
-pytestmark = [
-    pytest.mark.cluster,
-    pytest.mark.slow,
-    pytest.mark.mpi,
-    pytest.mark.skipif(not WANTED, reason="scripts/test_cluster.sh runs them"),
-]
+pytestmark = MARKS
 FLAVOUR = "from mpi4py import MPI; print(MPI.Get_library_version())"
 
 
@@ -68,33 +61,28 @@ def slurm(tmp_path_factory):
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     """Return the root variables of the campaign in one process, without Slurm."""
-    place = tmp_path_factory.mktemp("alone")
-    (place / "campaign.toml").write_text(CAMPAIGN)
-    done = launch("campaign", place / "campaign.toml", "--out", place / "out")
-    assert done.returncode == 0, done.err
-    return root_variables(place / "out")
+    return in_one_process(tmp_path_factory.mktemp("alone"))
+
+
+@pytest.fixture(scope="module")
+def kernels(tmp_path_factory):
+    """Return where compiled kernels are kept, for one job to compile them for all."""
+    return tmp_path_factory.mktemp("numba")
 
 
 @pytest.fixture
-def submit(slurm, tmp_path, capsys):
+def submit(slurm, tmp_path, capsys, kernels):
     """Return a function: options of `job` -> number of the submitted job."""
     (tmp_path / "campaign.toml").write_text(CAMPAIGN)
-    (tmp_path / "bin").mkdir()
-    # mpirun and hpcwhirl of this environment, wherever the shell would find others
-    for name, words in {
-        "mpirun": MPIRUN,
-        "hpcwhirl": [sys.executable, "-m", "hpcwhirl"],
-    }.items():
-        tool = tmp_path / "bin" / name
-        tool.write_text(f'#!/bin/bash\nexec {" ".join(words)} "$@"\n')
-        tool.chmod(0o755)
+    tool = [sys.executable, "-m", "hpcwhirl"]
+    put_tools(tmp_path, mpirun=MPIRUN, hpcwhirl=tool)
     path = f"{tmp_path / 'bin'}:{ENVIRONMENT['PATH']}"
 
     def put(*options):
         words = ["campaign.toml", "--out", "out", "--time", "00:10:00", *options]
         assert main(["job", "slurm", *words]) == 0
         (tmp_path / "job.sh").write_text(capsys.readouterr().out)
-        export = f"--export=ALL,PATH={path},PYTHONPATH={ROOT}"
+        export = f"--export=ALL,PATH={path},PYTHONPATH={ROOT},NUMBA_CACHE_DIR={kernels}"
         return slurm("sbatch", "--parsable", export, "job.sh", cwd=tmp_path)
 
     return put
@@ -106,20 +94,9 @@ def facts(slurm, job):
     return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in lines]
 
 
-def wait_until(reached, what):
-    end = time.monotonic() + LIMIT
-    while not reached():
-        assert time.monotonic() < end, f"waited {LIMIT} s for {what}"
-        time.sleep(0.1)
-
-
 def ended(slurm, job):
     wait_until(lambda: not slurm("squeue", "-h", "-j", job), f"job {job}")
     return facts(slurm, job)
-
-
-def log(folder):
-    return "\n".join(path.read_text() for path in folder.glob("*.log"))
 
 
 def launcher(name):
@@ -147,7 +124,7 @@ def test_singletons_under_srun_are_refused_and_named(slurm, tmp_path):
         f"cd {ROOT}",
         f"{campaign} --dry-run >/dev/null && echo alone",
         f"{alone} {campaign} --out {tmp_path}/o",
-        f"{alone} {tool} doctor --dir {tmp_path}",
+        f"{alone} --kill-on-bad-exit=0 {tool} doctor --dir {tmp_path}",
     ]
     (tmp_path / "job.sh").write_text("\n".join(script))
     number = slurm(
@@ -157,7 +134,8 @@ def test_singletons_under_srun_are_refused_and_named(slurm, tmp_path):
     told = log(tmp_path)
     assert job["ExitCode"] == "1:0", told
     assert told.startswith("alone\n")
-    assert "the launcher started 2 ranks but MPI sees 1" in told
+    assert "the launcher started 2 ranks but MPI sees 1: srun offered it no PMI" in told
+    assert "MPI_Init" not in told
     assert "breaks  ranks: the launcher started 2, MPI sees 1" in told
     assert not (tmp_path / "o").exists()
 

@@ -1,6 +1,7 @@
 """An extended campaign holds what one does that went on by itself."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from launch import launch, root_variables
@@ -17,7 +18,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.journal import read_records
-from hpcwhirl.store.manifest import read_manifest
+from hpcwhirl.store.manifest import MEASURE, read_manifest, write_manifest
 from hpcwhirl.store.states import stored_states
 
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
@@ -255,6 +256,30 @@ def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
     assert main(["campaign", str(tmp_path), *words]) == 0
     assert json.loads(capsys.readouterr().out)["failed"] == 0
     assert root_variables(tmp_path) == whole
+
+
+def test_a_sampled_campaign_goes_on_by_its_directory(tmp_path):
+    law = {"distribution": "uniform", "low": 7e4, "high": 8e4}
+    tables = {n: t for n, t in FIRST.items() if n != "cases"}
+    tables |= {"sweep": {"speed": [330.0]}, "sample": {"count": 2, "force": law}}
+    design = design_of(tables)
+    prepare(design, tmp_path)
+    run_campaign(design, tmp_path)
+    before = read_manifest(tmp_path)
+    words = ("--extend", "undecided", "--to", "0.2", "--report", "no")
+    assert main(["campaign", str(tmp_path), *words]) == 0
+    after = read_manifest(tmp_path)
+    assert after == replace(before, extended=[0.2])
+    prepare(design, tmp_path)
+    assert read_manifest(tmp_path) == after
+
+
+def test_a_measured_campaign_is_not_extended_without_its_function(tmp_path, capsys):
+    plan = design_of(FIRST).manifest()
+    write_manifest(tmp_path, replace(plan, base=plan.base | {MEASURE: {"a": ["", ""]}}))
+    words = ("--extend", "undecided", "--to", "0.2")
+    assert main(["campaign", str(tmp_path), *words]) == 2
+    assert "measured by a function of one's own" in capsys.readouterr().err
 
 
 def test_cases_of_words_alone_go_on_until_they_have_one(tmp_path):

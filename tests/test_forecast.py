@@ -20,7 +20,7 @@ def size(folder, name):
     return sum(file.stat().st_size for file in files)
 
 
-@pytest.mark.parametrize("detail", ["summary", "orbit", "full"])
+@pytest.mark.parametrize("detail", ["summary", "blades", "orbit", "full"])
 def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     output = {"traces": detail, "interval": 2e-6 if detail == "orbit" else 5e-5}
     design = design_of(SHORT | {"output": output})

@@ -17,12 +17,14 @@ from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
 import hpcwhirl
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.launch import Alone
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store import blocks
 from hpcwhirl.store.blocks import ranges
-from hpcwhirl.store.gather import gather, has_mpi_io
+from hpcwhirl.store.contents import contents_of
+from hpcwhirl.store.gather import _blocks, gather, has_mpi_io
 from hpcwhirl.store.journal import read_records, read_traces
 from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.reader import words
@@ -317,6 +319,31 @@ def test_ranks_share_all_cases_in_as_many_rounds(cases, size, block):
     assert [case for own in shares for part in own for case in part] == [*range(cases)]
     assert len({len(own) for own in shares}) == 1
     assert max((len(part) for own in shares for part in own), default=0) <= block
+
+
+class Two(Alone):
+    """Rank 0 of two; it counts how often it waits for the other, which may fail."""
+
+    size, waits, other = 2, 0, None
+
+    def allgather(self, value):
+        self.waits += 1
+        return [value, self.other]
+
+
+@pytest.mark.parametrize("in_step", [False, True])
+def test_ranks_wait_for_one_another_once_unless_they_must_write_in_step(
+    tmp_path, monkeypatch, in_step
+):
+    begin(tmp_path, one_interval=True)
+    monkeypatch.setattr(blocks, "MOST_CASES", 1)
+    comm = Two()
+    found = _blocks(contents_of(tmp_path), tmp_path / "part", comm, in_step=in_step)
+    assert [[*cases] for cases, _ in found if len(cases)] == [[0], [1]]
+    assert comm.waits == (4 if in_step else 1)  # three blocks and the end
+    comm.other = StoreError("damaged there")
+    with pytest.raises(StoreError, match="damaged there"):
+        [*_blocks(contents_of(tmp_path), tmp_path / "part", comm, in_step=in_step)]
 
 
 @pytest.mark.parametrize("one_interval", [True, False])

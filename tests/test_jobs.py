@@ -23,7 +23,7 @@ EVERY = [
     ("slurm", ("--nodes=3", "--array=1-8", "--signal=B:USR1@90", "--time=26:00:00")),
     ("pbs", ("-l select=2:ncpus=11:mpiprocs=11+1:ncpus=10:mpiprocs=10", "-J 1-8")),
     ("lsf", ('-J "big[1-8]"', '-R "span[ptile=11]"', "-wt 2", "-W 26:00", '-Q "75"')),
-    ("sge", ("-t 1-8", "-l h_rt=26:00:00,s_rt=25:58:30", "-pe orte 32")),
+    ("sge", ("-t 1-8", "-l h_rt=26:00:00", "-pe orte 32")),
     ("flux", ("--nslots=32", "--time-limit=93600s", "--signal=USR1@90s", "--nodes=3")),
 ]
 
@@ -264,11 +264,11 @@ def test_an_element_of_a_pbs_array_comes_again_by_itself(tools):
     assert (tools / "submitted").read_text() == "#PBS -N x\necho once more\n" * 2
 
 
-def test_pbs_warns_itself_since_pbs_does_not(tools):
-    process = begin("pbs", tools, time="00:01:00", warning=59)
+@pytest.mark.parametrize("scheduler", ["pbs", "sge"])
+def test_a_script_warns_itself_where_its_scheduler_does_not(scheduler, tools):
+    process = begin(scheduler, tools, time="00:01:00", warning=59, script="job.sh")
     process.communicate(timeout=LIMIT)
-    assert process.returncode == 75
-    assert noted(tools) == ["qsub -v HPCWHIRL_REQUEUES=1"]
+    assert (process.returncode, noted(tools)) == COMES_AGAIN[scheduler]
 
 
 WRONG = [

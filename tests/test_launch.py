@@ -1,11 +1,15 @@
 """How a process was started: one rank without MPI is what one rank of MPI is."""
 
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, ROOT
+from launch import ENVIRONMENT, LIMIT, ROOT, launch
+
+from hpcwhirl.launch import alien_family, family, launched_ranks
 
 # What every communicator of one rank answers, by the words that campaigns use.
 ANSWERS = """
@@ -32,6 +36,87 @@ assert main(["gather", out]) == 0
 assert "hpcwhirl.campaign.ranks" in sys.modules
 assert "mpi4py" not in sys.modules
 """
+
+LAUNCHERS = ("PMI", "OMPI_COMM", "SLURM", "MPI_L", "PALS")
+BATCH = {"SLURM_JOB_ID": "7", "SLURM_NTASKS": "2", "SLURM_PROCID": "0"}
+STEP = BATCH | {"SLURM_STEP_ID": "0", "SLURM_STEP_NUM_TASKS": "2"}
+STEP |= {"SLURM_JOBID": "7", "SLURM_STEPID": "0"}  # which Open MPI looks at
+PMI2 = {"PMI_FD": "13", "PMI_RANK": "1", "PMI_SIZE": "2"}
+PMIX = {"PMIX_RANK": "1", "PMIX_NAMESPACE": "slurm.pmix.7.0"}
+# What launchers really set, as recorded under Slurm 22.05, MPICH 5.0 and Open MPI 4.1:
+# name -> (variables, ranks, which MPI would give up there)
+STARTS = {
+    "nothing": ({}, 1, ""),
+    "batch script": (BATCH, 1, ""),
+    "srun of one task": (STEP | {"SLURM_STEP_NUM_TASKS": "1"}, 1, ""),
+    "srun --mpi=none": (STEP | {"SLURM_PROCID": "1"}, 2, "Open MPI"),
+    "srun --mpi=pmi2": (STEP | PMI2, 2, ""),
+    "srun --mpi=pmix": (STEP | PMIX, 2, ""),
+    "srun --mpi=cray_shasta": (STEP | {"PALS_RANKID": "1"}, 2, ""),
+    "MPICH's mpirun": (PMI2 | {"MPI_LOCALNRANKS": "2"}, 2, ""),
+    "MPICH's mpirun in a batch script": (BATCH | PMI2, 2, ""),
+    "Open MPI's mpirun in a batch script": (
+        BATCH | PMIX | {"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_RANK": "1"},
+        2, "MPICH",
+    ),
+    "Open MPI's mpirun in a step of one task": (
+        STEP | PMIX | {"SLURM_STEP_NUM_TASKS": "1", "OMPI_COMM_WORLD_SIZE": "2"},
+        2, "MPICH",
+    ),
+}  # fmt: skip
+
+
+def without_launchers():
+    return {k: v for k, v in ENVIRONMENT.items() if not k.startswith(LAUNCHERS)}
+
+
+def open_mpi():
+    """Return Debian's Open MPI, which the wheel of mpi4py can load, or None."""
+    return next(Path("/usr/lib").glob("*/libmpi.so.40"), None)
+
+
+@pytest.mark.parametrize(("variables", "ranks", "alien"), STARTS.values(), ids=STARTS)
+def test_the_launcher_s_environment_tells_which_mpi_would_give_up(
+    monkeypatch, variables, ranks, alien
+):
+    for name in [name for name in os.environ if name.startswith(LAUNCHERS)]:
+        monkeypatch.delenv(name)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert launched_ranks() == ranks
+    assert alien_family() == alien
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("library", ["of the environment", "Open MPI"])
+def test_tasks_of_srun_without_pmi_are_refused_in_one_line(tmp_path, library):
+    given = without_launchers() | STEP
+    if library == "Open MPI":
+        if (path := open_mpi()) is None:
+            pytest.skip("no Debian Open MPI here")
+        given["MPI4PY_LIBMPI"] = str(path)
+    file = tmp_path / "short.toml"
+    file.write_text("sweep = {speed = [300]}\n")
+    done = launch("campaign", file, "--out", tmp_path / "out", env=given)
+    assert (done.returncode, done.out) == (2, "")
+    assert done.err.count("\n") == 1
+    assert (
+        "the launcher started 2 ranks but MPI sees 1: srun offered it no PMI"
+        in done.err
+    )
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.mpi
+def test_mpich_under_open_mpi_s_mpirun_is_refused_in_one_line(tmp_path):
+    told = python("from hpcwhirl.launch import library; print(library())")
+    if family(told) != "MPICH":
+        pytest.skip("the MPI of this environment is not MPICH")
+    given = without_launchers() | STARTS["Open MPI's mpirun in a batch script"][0]
+    done = launch("campaign", "--out", tmp_path / "out", env=given)
+    assert (done.returncode, done.out) == (2, "")
+    assert done.err.count("\n") == 1
+    assert "do not belong together" in done.err
 
 
 def python(script, *words):

@@ -85,11 +85,11 @@ def test_an_engine_that_changes_meanwhile_fails_its_cases_by_name(
     shutil.copy(paths[0], tmp_path / "kept.h5")
     compute, computed = evaluate.compute, []
 
-    def compute_and_change(case, *others):
+    def compute_and_change(case, *others, **options):
         computed.append(case)
         if len(computed) == 2 and when == "before":
             spoil()
-        result = compute(case, *others)
+        result = compute(case, *others, **options)
         if len(computed) == 2 and when == "while":
             spoil()
         return result

@@ -576,6 +576,8 @@ def test_what_has_no_cells_is_refused():
         design_of(DOCUMENT | {"cases": [{"speed": 1.0, "gap": 1e-4}]})
     with pytest.raises(InputError, match=r"not with \[refine\]"):
         design_of(DOCUMENT | {"sample": sample})
+    with pytest.raises(InputError, match=r"\[twins\] and \[refine\]"):
+        design_of(DOCUMENT | {"twins": {"count": 2, "of": "all"}})
 
 
 def test_whole_numbers_are_refined_to_whole_numbers_alone():

@@ -165,6 +165,15 @@ def fastest(roots: Complexes, below: float = np.inf) -> complex:
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
 
 
+def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
+    """Return a line as the casing sees it, rad/s, positive where it turns with Omega.
+
+    e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
+    t / k: with k = 1 that of the centre's orbit.
+    """
+    return k * speed - line
+
+
 def growth_of_diameter(
     model: Model, k: int, speed: float, friction: float
 ) -> dict[str, float]:
@@ -176,7 +185,7 @@ def growth_of_diameter(
     `closed_line`, rad/s, its frequency in the rotating frame; `slow` and `slow_line`,
     the same of the roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW`
     over springs of 1e3 .. 1e9 N/m a blade, `sprung_line`, and `spring`, N/m. Lines
-    are in the rotating frame; in the casing's they stand k Omega higher
+    are in the rotating frame, of e^{i k phi}; see `static_line`
     """
     pair = coupled(model, k, speed, friction)
     roots = closed_roots(pair)

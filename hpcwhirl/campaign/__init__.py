@@ -21,6 +21,10 @@ A case in flight when two processes died is computed last, in a process of its o
 it dies again it is `crashed`, else it was a bystander and has its bits. Of cases that
 give no result, the first five of a rank are printed at once.
 
+A case is computed with all that is of it in one unit: itself, for longer where the
+campaign was extended and it is undecided (`stages`), then its twins (`twins`). Twins of
+boundaries alone are a second round, when all words are there.
+
 A campaign ends early, resumable and within seconds, at INT, TERM or USR1, before its
 time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept
 free), at a file STOP, and when the disk is full; ranks that do not stop within

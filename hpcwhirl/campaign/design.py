@@ -16,6 +16,7 @@ import numpy as np
 
 from hpcwhirl import __version__
 from hpcwhirl.campaign.sampling import Sample, sample_of, sampled_rows, scenes_of
+from hpcwhirl.campaign.twins import Twins, twins_of
 from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -37,6 +38,7 @@ from hpcwhirl.scene.files import (
     takes_list,
 )
 from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
+from hpcwhirl.store.neighbours import at_boundary
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.measure import Measure
@@ -87,6 +89,7 @@ class Design:
     contents : {engine file: SHA-256} as the design was made; cases are known by it
     measure : a user's own function of a case; not sent to others
     sample : how inputs were drawn; not sent to others
+    twins : of the table [twins], None for none
     """
 
     base: Scene
@@ -97,6 +100,7 @@ class Design:
     contents: dict[str, str] = field(default_factory=dict)
     measure: Measure | None = None
     sample: Sample | None = None
+    twins: Twins | None = None
 
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
@@ -107,7 +111,8 @@ class Design:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
-        return _sent, (self.base, self.settings, self.swept, self.contents)
+        sent = self.base, self.settings, self.swept, self.contents, self.twins
+        return _sent, sent
 
     @classmethod
     def of(
@@ -210,6 +215,7 @@ class Design:
             digests=list(self.digests),
             settings=[dict(s) for s in self.settings],
             version=__version__,
+            twins=self.twins.as_plan() if self.twins else {},
         )
 
 
@@ -218,9 +224,10 @@ def _sent(
     settings: tuple[Settings, ...],
     swept: tuple[str, ...],
     contents: dict[str, str],
+    twins: Twins | None,
 ) -> Design:
     scenes = Scenes(base, settings)
-    return Design(base, scenes, settings, swept, contents=contents)
+    return Design(base, scenes, settings, swept, contents=contents, twins=twins)
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
@@ -229,7 +236,7 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
     Parameters
     ----------
     path : tables scene, engine, solver, output (one scene), sweep, zip, cases, sample,
-        refine and campaign
+        refine, twins and campaign
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -266,18 +273,23 @@ def design_of(
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
+    twins = twins_of(document, base)
+    if twins and twins.of == "boundary":
+        _check_neighbours(rows, swept)
     scenes = scenes_of(base, rows, sample)
     rules = rules_of(document)
-    design = Design(base, scenes, tuple(rows), swept, rules, sample=sample)
+    design = Design(base, scenes, tuple(rows), swept, rules, sample=sample, twins=twins)
     _check_distinct(design.digests)
     if "refine" in document:
-        return refined(
-            design,
-            document["refine"],
-            grid,
-            {"[[cases]]": explicit},
-        )
+        return refined(design, document["refine"], grid, explicit)
     return design
+
+
+def _check_neighbours(rows: Sequence[Settings], swept: Sequence[str]) -> None:
+    """Refuse to look for boundaries where no two cases are neighbours."""
+    if not at_boundary(rows, swept, [str(case) for case in range(len(rows))]).any():
+        msg = "[twins] of = boundary: no two cases differ in one number alone, as those"
+        raise InputError(msg + " of a [sweep] over numbers do")
 
 
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:

@@ -73,7 +73,8 @@ def conclude(
     """
     cases, found = len(design.scenes), None
     ended: list[str | None] = []
-    if comm.rank == 0 and (work.extended or len(work.mine) < cases):
+    more = bool(work.extended or design.twins)  # a row may be there nevertheless
+    if comm.rank == 0 and (more or len(work.mine) < cases):
         ended = statuses(Stages(design, work.extended), folder)
     if comm.rank == 0 and len(work.mine) < cases:
         found = _ending_of(work.mine, ended)
@@ -95,7 +96,7 @@ def conclude(
         _tell_budget(design, folder)
         _forget_the_dead(folder)
     failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
-    if work.extended:  # a row may be that of an earlier stage
+    if more:
         failed = max(failed, sum(status != "ok" for status in ended))
     return Ending(
         complete=True, cases=cases, failed=failed, results=results, missing=missing

@@ -25,7 +25,7 @@ from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.campaign.stages import End, Job, Stages, end_of, resolved
+from hpcwhirl.campaign.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
@@ -68,7 +68,7 @@ class Evaluator:
         units: list[Unit],
         desk: Desk,
         stages: Stages | None = None,
-        begun: Mapping[int, int] | None = None,
+        begun: Mapping[int, Todo] | None = None,
     ) -> None:
         self.design, self.units, self.desk = design, units, desk
         self.stages, self.begun = stages or Stages(design), begun or {}
@@ -106,22 +106,39 @@ class Evaluator:
             kinds[scene.solver.scheme, folds] = case
         return list(kinds.values())
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[End]:
+    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:
         """Compute a unit and return how each of its cases ended."""
         cases = (unit,) if self.design.grows else self.units[unit]
         return [self._case(case, between_slices) for case in cases]
 
-    def _case(self, case: int, between: Callable[[], None]) -> End:
-        """Compute a case, and go on as long as it is open and there is a stage."""
-        end = End("ok", is_open=True)
-        for job in self.stages.jobs(case, self.begun.get(case, 0)):
+    def _case(self, case: int, between: Callable[[], None]) -> Ended:
+        """Compute what is left of a case: itself, then its twins.
+
+        Returns
+        -------
+        how the first of them ended, but with the worst status of all
+        """
+        ends: list[Ended] = []
+        for twin, stage in self.begun.get(case) or self.stages.whole():
+            ends.append(self._through(case, twin, stage, between))
+            if twin == 0 and ends[-1].status != "ok":
+                break
+        bad = (end.status for end in ends if end.status != "ok")
+        return ends[0]._replace(status=next(bad, "ok"))
+
+    def _through(
+        self, case: int, twin: int, stage: int, between: Callable[[], None]
+    ) -> Ended:
+        """Compute a case or a twin, and go on as long as it is open and may."""
+        end = Ended("ok", "", is_open=True, of="", twin=twin, longest=0.0)
+        for job in self.stages.jobs(case, stage, twin):
             self.desk.running.begin([job.digest])
             end = self._compute(job, between)
             if not end.is_open:
                 break
         return end
 
-    def _compute(self, job: Job, between: Callable[[], None]) -> End:
+    def _compute(self, job: Job, between: Callable[[], None]) -> Ended:
         start, checkpoints = time.perf_counter(), self.desk.checkpoints
         try:
             self.design.check_engine(job.case)
@@ -157,7 +174,7 @@ class Evaluator:
             job.scene, job.digest, self.limit, between, keep=keep
         )
 
-    def _fail(self, job: Job, failed: Exception, seconds: float) -> End:
+    def _fail(self, job: Job, failed: Exception, seconds: float) -> Ended:
         """Keep a row that tells why a case gave no result, and say the first few."""
         status = "failed"
         if isinstance(failed, LateError):
@@ -171,14 +188,15 @@ class Evaluator:
         if status != "timeout":  # which may go on from its state
             self.desk.checkpoints.drop(job.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
-        self._tell(f"{self.design.name(job.case)} {status} on {where}: {message}")
-        return End(status, is_open=False)
+        name = told(job) if job.facts else self.design.name(job.case)
+        self._tell(f"{name} {status} on {where}: {message}")
+        return ended_of(record)
 
     def _record(self, job: Job) -> Record:
         head: Record = {"case": job.case, "digest": job.digest, "ended": time.time()}
         return head | job.facts
 
-    def _keep(self, job: Job, result: Result, *, keep: bool) -> End:
+    def _keep(self, job: Job, result: Result, *, keep: bool) -> Ended:
         """Keep a result, unless its engine is no longer known to be the plan's."""
         if changed := self._changed(job.case):
             return self._fail(job, changed, float(result.performance["seconds"]))
@@ -186,14 +204,14 @@ class Evaluator:
         record["performance"] = self.where | result.performance
         record |= self._measured(job, result)
         self._append(record, result.traces)
-        end = end_of(record)
+        end = ended_of(record)
         for name in (job.before, *([] if keep and end.is_open else [job.digest])):
             self.desk.checkpoints.drop(name)
         return end
 
     def _measured(self, job: Job, result: Result) -> Record:
         """Return what the user's own function makes of a case, or why it does not."""
-        if self.design.measure is None:
+        if self.design.measure is None or "twin" in job.facts:
             return {}
         found = self.design.measure(job.scene, result)
         if WHY_NOT in found:
@@ -216,3 +234,9 @@ class Evaluator:
             say(f"{failed} ({self.where['host']}, rank {self.where['rank']})")
             self.desk.stopping.ask(str(failed))
             raise Stop from None
+
+
+def told(job: Job) -> str:
+    """Return what a computation is called in messages."""
+    twin = job.facts.get("twin")
+    return f"twin {twin} of case {job.case}" if twin else f"case {job.case}"

@@ -12,7 +12,7 @@ from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.campaign.stages import Stages
+from hpcwhirl.campaign.stages import Stages, Todo
 from hpcwhirl.campaign.work import learn_ends, share
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.resolve import Case
@@ -91,12 +91,22 @@ def forecast(
         most=float(seconds @ spans[:, 1]),
         probed=probed,
         finished=finished,
-        disk=_disk(design),
+        disk=_disk(design, stages),
     )
 
 
-def _spans(stages: Stages, case: int, stage: int) -> tuple[float, float]:
-    """Return how long a case is marched at least and at most, over its first time."""
+def _spans(stages: Stages, case: int, todo: Todo) -> tuple[float, float]:
+    """Return how long a case and twins are marched at least, at most, over its time."""
+    found = np.array([_span(stages, case, stage) for _, stage in todo])
+    least, most = found.sum(axis=0)
+    twins = stages.design.twins
+    if twins and twins.of == "boundary" and todo[0][0] == 0:  # it is not yet known
+        most += twins.count * _span(stages, case, 0)[1]
+    return float(least), float(most)
+
+
+def _span(stages: Stages, case: int, stage: int) -> tuple[float, float]:
+    """Return the same of one of these, from a stage on."""
     ends = stages.design.scenes[case].end_times
     times = stages.times(case)
     longest = (times or ends)[-1]
@@ -138,13 +148,14 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
     return True
 
 
-def _disk(design: Design) -> Bytes:
-    """Return the bytes of the campaign, if every case runs to its end."""
+def _disk(design: Design, stages: Stages) -> Bytes:
+    """Return the bytes of the campaign, if every case runs to its longest end."""
     samples = np.zeros(len(design.scenes), dtype=np.int64)
     intervals = np.full(len(design.scenes), np.nan)
     for case, scene in enumerate(design.scenes):
         count, intervals[case] = _sampling(design.resolved(case))
-        samples[case] = count if _keeps(scene) else 0
+        longest = _span(stages, case, 0)[1]
+        samples[case] = int(longest * count) if _keeps(scene) else 0
     sizes = sizes_of(_kinds(design))
     return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
 
@@ -166,7 +177,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _keeps(scene: Scene) -> bool:
-    return scene.output.traces != "summary"
+    return scene.output.traces not in {"summary", "blades"}
 
 
 def _sampling(case: Case) -> tuple[int, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from hpcwhirl.campaign.agenda import Agenda
 from hpcwhirl.campaign.cost import APART, Costs, predicted
 from hpcwhirl.campaign.refined import RefinedDesign
-from hpcwhirl.campaign.stages import End
+from hpcwhirl.campaign.stages import Ended
 from hpcwhirl.refinement.growth import Address
 
 FOLLOWING = 2  # what follows from words goes out before coarse cases: more may follow
@@ -32,7 +32,7 @@ class Wanted:
         """Return all cases that are wanted and have not ended."""
         return self._left(self.growth.feed(self._word, list(self.growth.wanted)))
 
-    def after(self, case: int, end: End) -> list[int]:
+    def after(self, case: int, end: Ended) -> list[int]:
         """Return what is wanted beside, now that a case has ended."""
         word = None
         if end.status == "ok":
@@ -118,7 +118,7 @@ class GrowingAgenda(Agenda):
         self,
         cases: Sequence[int],
         nominal: Nominal,
-        after: Callable[[int, End], list[int]],
+        after: Callable[[int, Ended], list[int]],
         ranks: int = 1,
         last: Collection[int] = (),
     ) -> None:
@@ -158,7 +158,7 @@ class GrowingAgenda(Agenda):
         """Learn that a case has taken some seconds."""
         super().finished(self.unit_of[unit], seconds)
 
-    def hear(self, unit: int, ends: Sequence[End]) -> None:
+    def hear(self, unit: int, ends: Sequence[Ended]) -> None:
         """Take in how a case ended; what follows is the next to go out."""
         for end in ends:
             self._add(self.after(unit, end))

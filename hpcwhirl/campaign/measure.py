@@ -11,11 +11,13 @@ from hpcwhirl.errors import InputError, one_line, shown
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.quantities import (
     AXES,
+    BLADES,
     INPUTS,
     PERFORMANCE,
     ROW,
     STATUS,
     TRACES,
+    TUNED,
     variable_name,
 )
 from hpcwhirl.store.measured import VALUES, WHY_NOT, one_case
@@ -93,7 +95,17 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name is letters, digits and _, got {shown(name)}"
         raise InputError(msg)
-    taken = {*ROW, *STATUS, *TRACES, *AXES, *PERFORMANCE, WHY_NOT, "performance"}
+    taken = {
+        *ROW,
+        *BLADES,
+        *TUNED,
+        *STATUS,
+        *TRACES,
+        *AXES,
+        *PERFORMANCE,
+        WHY_NOT,
+        "performance",
+    }
     if name in taken | set(map(variable_name, INPUTS)):
         msg = f"variables: {name} is a name of the results: choose another"
         raise InputError(msg)

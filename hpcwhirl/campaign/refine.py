@@ -56,9 +56,7 @@ def first_inputs(
     return inputs
 
 
-def refined(
-    design: Design, table: Any, grid: Listed, listed: Mapping[str, Any]
-) -> Design:
+def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> Design:
     """Return the design that refines a coarse one.
 
     Parameters
@@ -66,7 +64,7 @@ def refined(
     design : of the coarse level
     table : [refine]
     grid : {dotted input: values} of [sweep]
-    listed : {table: what it has} of tables that know no grid
+    listed : cases of [[cases]]
 
     Raises
     ------
@@ -79,10 +77,12 @@ def refined(
     for key in table:
         if key not in KEYS:
             raise unknown("key in [refine]", key, KEYS)
-    for name, content in listed.items():
-        if content:
-            msg = f"[refine] has no cells between the cases of {name}: use [sweep]"
-            raise InputError(msg)
+    if listed:
+        msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
+        raise InputError(msg)
+    if design.twins:
+        msg = "[twins] and [refine]: twins are of the cases that a file tells; draw "
+        raise InputError(msg + "them in a campaign of the points that matter")
     over = _over(table, grid)
     scales = _scales(table, over, grid)
     depths = _depths(table, over, grid, scales)

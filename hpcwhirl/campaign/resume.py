@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.stop import refuse_stop_file
+from hpcwhirl.campaign.twins import twins_of_plan
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.manifest import (
     CONTENT,
+    MEASURE,
     NAME,
+    Manifest,
     check_same,
     is_sealed,
     read_manifest,
@@ -84,15 +87,44 @@ def extended_by(design: Design, folder: Path, extend: float | None) -> list[floa
     return times if extend is None else extended(design, times, extend, folder)
 
 
+@dataclass(frozen=True)
+class Planned(Design):
+    """The design of a campaign's directory: what its plan tells is its own, unchanged.
+
+    Attributes
+    ----------
+    plan : of the directory
+    """
+
+    plan: Manifest | None = None
+
+    def manifest(self) -> Manifest:
+        """Return the plan as this program would make it."""
+        new = super().manifest()
+        return replace(new, base=(self.plan or new).base | new.base)
+
+
 def planned(folder: Path) -> Design:
-    """Return the design of a campaign's directory, as its plan tells it."""
+    """Return the design of a campaign's directory, as its plan tells it.
+
+    Raises
+    ------
+    InputError
+        where its cases were measured by a function that no file tells
+    """
     plan = read_manifest(folder)
+    if MEASURE in plan.base:
+        msg = f"{folder}: its cases are measured by a function of one's own, which "
+        raise InputError(msg + "stands in no file: extend campaigns without")
     known = input_names()
     base = {name: value for name, value in plan.base.items() if name in known}
     scene, settings = apply_settings(Scene(), base), tuple(plan.settings)
     contents = {scene.engine.file: str(plan.base.get(CONTENT, ""))}
     scenes = tuple(apply_settings(scene, row) for row in settings)
-    return Design(scene, scenes, settings, tuple(plan.swept), contents=contents)
+    return Planned(
+        scene, scenes, settings, tuple(plan.swept), contents=contents,
+        twins=twins_of_plan(plan.twins), plan=plan,
+    )  # fmt: skip
 
 
 def check_steps(design: Design) -> None:

@@ -18,7 +18,7 @@ from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stages import End, Stages
+from hpcwhirl.campaign.stages import Ended, Stages
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
@@ -58,20 +58,14 @@ def run_campaign(
         where another run computes there
     """
     policy = policy or Policy()
-    node = node_of(comm)
     with ExitStack() as stack:
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
-        stopping.watch(None if node.rank else folder, policy.seconds)
-        work, agenda = work_of(design, folder, policy, comm)
-        with _desk(folder, work, comm, policy, stopping) as desk:
-            stages = Stages(design, work.extended)
-            evaluate = Evaluator(design, work.units, desk, stages, work.begun)
-            if work.units:
-                _warm(evaluate, node)
-            if comm.rank == 0:
-                say(_begun(work, design, policy.shard))
-            complete, gave_up = _compute(evaluate, work, agenda, comm)
+        stopping.watch(None if node_of(comm).rank else folder, policy.seconds)
+        work, complete, gave_up = _round(design, folder, comm, policy, stopping)
+        if complete and design.twins and design.twins.of == "boundary":
+            # which cases have twins is known by the words of all of them
+            work, complete, gave_up = _round(design, folder, comm, policy, stopping)
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, work, stopping)
@@ -80,6 +74,26 @@ def run_campaign(
     return Ending(
         complete=False, cases=len(design.scenes), reason=reason, gave_up=gave_up
     )
+
+
+def _round(
+    design: Design,
+    folder: Path,
+    comm: Communicator,
+    policy: Policy,
+    stopping: Stopping,
+) -> tuple[Work, bool, bool]:
+    """Do what is known to be left; return it, if it is done, if that was given up."""
+    work, agenda = work_of(design, folder, policy, comm)
+    with _desk(folder, work, comm, policy, stopping) as desk:
+        stages = Stages(design, work.extended)
+        evaluate = Evaluator(design, work.units, desk, stages, work.begun)
+        if work.units:
+            _warm(evaluate, node_of(comm))
+        if comm.rank == 0:
+            say(_begun(work, design, policy.shard))
+        complete, gave_up = _compute(evaluate, work, agenda, comm)
+    return work, complete, gave_up
 
 
 @contextmanager
@@ -147,7 +161,7 @@ class _Report:
         most = self.desk.policy.max_fails
         return most is not None and self.failed >= most
 
-    def __call__(self, unit: int, ends: list[End]) -> None:
+    def __call__(self, unit: int, ends: list[Ended]) -> None:
         del unit
         self.finished += len(ends)
         self.failed += sum(end.status != "ok" for end in ends)

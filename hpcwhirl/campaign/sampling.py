@@ -27,7 +27,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value, full_name, takes_list
 from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.store.manifest import NAME, SAMPLE, read_manifest
-from hpcwhirl.store.sampled import SALTELLI, draws_in
+from hpcwhirl.store.sampled import SALTELLI, TUNED, draws_in
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.design import Design
@@ -39,7 +39,8 @@ BLADES = "engine.rotor.blades"
 LATIN = "latin_hypercube"
 METHODS = ("random", "sobol", "halton", LATIN, SALTELLI)
 IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
-OWN_KEYS = ("method", "count", "seed")
+OWN_KEYS = ("method", "count", "seed", "tuned")
+MISTUNING = "engine.rotor.mistuning"
 LARGEST_SEED = 2**53  # that any JSON keeps
 MOST = 10_000_000
 
@@ -54,34 +55,39 @@ class Sample:
     seed : of the method; the same draws for the same seed
     count : draws at each point; of `saltelli`, pairs of draws
     laws : {full dotted input: law of `distributions.law_of`}, in the order of the file
+    tuned : whether each point has the tuned engine, too, before its draws
     """
 
     method: str
     seed: int
     count: int
     laws: dict[str, dict[str, Any]]
+    tuned: bool = False
 
     @property
     def each(self) -> int:
         """Cases at each point."""
-        return self.count * (len(self.laws) + 2 if self.method == SALTELLI else 1)
+        width = len(self.laws) + 2 if self.method == SALTELLI else 1
+        return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
         """Return what a directory keeps of it: what draws depend on."""
         found = {"method": self.method, "seed": self.seed, "inputs": self.laws}
-        return found | ({"count": self.count} if self.method == LATIN else {})
+        found |= {"count": self.count} if self.method == LATIN else {}
+        return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> list[Settings]:
         """Return the settings of each draw, of an engine of so many blades."""
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
-            return self._settings(self._unit(sum(widths)), widths)
-        first, second = np.hsplit(self._unit(2 * sum(widths)), 2)
+            first: list[Settings] = [{MISTUNING: []}] if self.tuned else []
+            return first + self._settings(self._unit(sum(widths)), widths)
+        one, other = np.hsplit(self._unit(2 * sum(widths)), 2)
         ends = np.cumsum([0, *widths])
-        blocks = [first, second]
+        blocks = [one, other]
         for a, b in pairwise(ends):
-            mixed = first.copy()
-            mixed[:, a:b] = second[:, a:b]
+            mixed = one.copy()
+            mixed[:, a:b] = other[:, a:b]
             blocks.append(mixed)
         together = np.stack(blocks, axis=1)  # a pair and its mixtures follow each other
         return self._settings(together.reshape(-1, sum(widths)), widths)
@@ -139,7 +145,20 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
     if method == SALTELLI and len(laws) < 2:
         msg = f"[sample] method {SALTELLI} must have two inputs at least, got "
         raise InputError(msg + ", ".join(laws))
-    return Sample(method, seed, count, laws)
+    return Sample(method, seed, count, laws, _tuned(content, method, laws))
+
+
+def _tuned(content: Mapping[str, Any], method: str, laws: Mapping[str, Any]) -> bool:
+    """Return whether a tuned engine is asked for beside draws of mistuning alone."""
+    tuned = content.get(TUNED, False)
+    if not isinstance(tuned, bool):
+        msg = f"[sample] {TUNED} must be true or false, got {shown(tuned)}"
+        raise InputError(msg)
+    if tuned and (list(laws) != [MISTUNING] or method == SALTELLI):
+        msg = f"[sample] {TUNED} goes with draws of mistuning alone, not with "
+        others = [n for n in laws if n != MISTUNING] or [f"method {method}"]
+        raise InputError(msg + ", ".join(others))
+    return tuned
 
 
 def _whole(key: str, value: Any, least: int, most: int) -> int:
@@ -201,11 +220,24 @@ def sampled_rows(
     if BLADES in swept and any(map(takes_list, sample.laws)):
         msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
         raise InputError(msg)
+    _check_twin(sample, base)
     if len(rows) * sample.each > MOST:
         many = f"{len(rows)} points of {sample.each} draws"
         raise InputError(f"a campaign has at most {MOST} cases, got {many}")
     draws = sample.draws(base.engine.rotor.blades)
     return [row | draw for row in rows for draw in draws]
+
+
+def _check_twin(sample: Sample, base: Scene) -> None:
+    """Refuse to compare a tuned engine that would be modelled otherwise."""
+    for name in ("truncation", "accuracy"):
+        value = getattr(base.solver, name)
+        if sample.tuned and value:
+            msg = (
+                f"[sample] {TUNED} goes with modes and time_step for all: {name} must "
+            )
+            msg += f"be 0, got {value:g}, which chooses others for the tuned engine"
+            raise InputError(msg)
 
 
 def scenes_of(

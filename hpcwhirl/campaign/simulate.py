@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
+from hpcwhirl.analysis.blades import blade_numbers
+from hpcwhirl.analysis.regimes import STEADY_SHARE, Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -157,6 +158,7 @@ def result_of(case: Case, history: History) -> Result:
     row |= {f"ledger_{term}": history.ledger[term] for term in LEDGER_TERMS}
     row |= found
     row["sample_interval"] = history.interval
+    row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)
     performance: dict[str, Value] = {
         "seconds": history.seconds,
         "microseconds_per_step": 1e6 * history.seconds / max(history.steps, 1),
@@ -165,7 +167,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
-    if scene.output.traces == "summary":
+    if scene.output.traces in {"summary", "blades"}:
         return {}
     traces = {
         "time": history.time,

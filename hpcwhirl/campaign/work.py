@@ -15,7 +15,7 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.refined import RefinedDesign
-from hpcwhirl.campaign.stages import End, Stages, end_of
+from hpcwhirl.campaign.stages import Ended, Stages, Todo, ended_of
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
 from hpcwhirl.store.manifest import read_manifest
@@ -37,7 +37,7 @@ class Work:
     mine : all cases that this run is asked for, those of its shard
     run : its number
     extended : s, to what undecided cases go on, see `stages`
-    begun : {case: stage to begin with} of those that have been through the first
+    begun : {case: what is to do of it} of those that are begun, see `stages`
     """
 
     units: list[Unit]
@@ -45,7 +45,7 @@ class Work:
     mine: Collection[int]
     run: int
     extended: tuple[float, ...] = ()
-    begun: Mapping[int, int] = field(default_factory=dict)
+    begun: Mapping[int, Todo] = field(default_factory=dict)
 
 
 def work_of(
@@ -78,7 +78,7 @@ def _found(
     units: list[Unit] = [(case,) for case in order]
     last = range(len(units), len(units) + len(alone))
     units += [(case,) for case in sorted(alone)]
-    begun = {case: stage for case, stage in begun.items() if stage}
+    begun = {case: todo for case, todo in begun.items() if todo != stages.whole()}
     run = claim_run(folder)
     work = Work(units, alone, mine, run, stages.extended, begun)
     return work, Agenda(units, costs, ranks, last)
@@ -98,8 +98,8 @@ def _found_refined(
     left = wanted.begin()
     for address in wanted.growth.wanted:
         case = design.family.number(address)
-        end, seconds, _ = found.get(design.digest(case), (End("missing"), 0.0, True))
-        if end.status == "ok":
+        end, seconds, _ = found.get(design.digest(case), (None, 0.0, True))
+        if end is not None and end.status == "ok":
             nominal.costs.learn([nominal.index(case)], seconds)
     count = crashes(folder)
     alone = frozenset(i for i in left if count[design.digest(i)] >= CRASHES)
@@ -112,9 +112,9 @@ def _found_refined(
 
 def _brief(
     folder: Path, retry: Collection[str], record: Record
-) -> tuple[End, float, bool]:
+) -> tuple[Ended, float, bool]:
     """Return how a case ended, its seconds, and whether it is computed again."""
-    end, status = end_of(record), str(record["status"])
+    end, status = ended_of(record), str(record["status"])
     seconds = record["performance"].get("seconds", math.nan)
     damaged = retry and status == "ok" and not is_whole(folder, record)
     damaged = damaged or (retry and WHY_NOT in record)
@@ -123,7 +123,7 @@ def _brief(
 
 def learn_ends(
     folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
-) -> dict[str, End]:
+) -> dict[str, Ended]:
     """Let costs learn from a directory; return {digest: how it ended} of what has.
 
     Parameters
@@ -139,7 +139,7 @@ def learn_ends(
     return {name: end for name, (end, _, again) in found.items() if not again}
 
 
-def _tidy(folder: Path, ended: dict[str, End]) -> None:
+def _tidy(folder: Path, ended: dict[str, Ended]) -> None:
     """Forget states and crashes of cases that have ended since.
 
     From those of cases that are open a longer run may go on.

@@ -41,7 +41,7 @@ from hpcwhirl.cli.options import (
     print_notes,
     tell_preset,
 )
-from hpcwhirl.errors import NoRoomError, WhirlError
+from hpcwhirl.errors import InputError, NoRoomError, WhirlError
 from hpcwhirl.launch import Communicator, Shard, communicator
 from hpcwhirl.scene import load_document
 
@@ -150,6 +150,9 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
     fill(args, design.rules)
     design = design if args.fresh else as_begun(design, args.out)
     policy = policy_of(args, design)
+    if policy.shard and design.twins and design.twins.of == "boundary":
+        msg = "[twins] of = boundary needs the words of all cases: no --shard"
+        raise InputError(msg)
     check_folder(args.out)
     tell_preset(design.base)
     if args.explain:
@@ -271,7 +274,6 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
 
 def _maps(results: Path, out: Path) -> list[Path]:
     """Draw the map; where it must be told what to show, say so in one line."""
-    from hpcwhirl.errors import InputError
     from hpcwhirl.report.maps import draw_map
 
     try:

@@ -9,13 +9,21 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import print_json
-from hpcwhirl.scene import preset_inputs, preset_loss, preset_names
+from hpcwhirl.scene import (
+    engine_inputs,
+    engine_names,
+    engine_shows,
+    preset_inputs,
+    preset_loss,
+    preset_names,
+)
 from hpcwhirl.scene.catalogue import catalogue, find_inputs
 
 if TYPE_CHECKING:
     from hpcwhirl.scene.catalogue import InputFact
 
 PRESET = "preset"
+ENGINES = "engines"
 TABLES = ("scene", "engine", "engine.casing", "engine.rotor", "solver", "output")
 WIDE = 110  # columns of a table where there is no terminal
 
@@ -25,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name", nargs="?", metavar="NAME",
         help="an input, as gap or casing.damping; a table, as solver; preset, "
-        "or a preset's name; default: all inputs",
+        "or a preset's name; engines, those with a name; default: all inputs",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print facts as JSON")
 
@@ -36,6 +44,8 @@ def run(args: argparse.Namespace) -> int:
         _tell_presets(preset_names(), as_json=args.json)
     elif args.name in preset_names():
         _tell_presets([args.name], as_json=args.json)
+    elif args.name == ENGINES:
+        _tell_engines(as_json=args.json)
     else:
         _tell_inputs(_found(args.name), as_json=args.json)
     return 0
@@ -45,7 +55,7 @@ def _found(name: str | None) -> list[InputFact]:
     """Return the inputs of a name, in the order of the tables; all for None."""
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
-    return find_inputs(name, (PRESET, *preset_names()))
+    return find_inputs(name, (PRESET, *preset_names(), ENGINES))
 
 
 def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
@@ -104,3 +114,16 @@ def _tell_presets(names: Sequence[str], *, as_json: bool) -> None:
         print(f"--preset {name}")
         print(f"  sets:  {sets}")
         print(f"  loses: {preset_loss(name)}")
+
+
+def _tell_engines(*, as_json: bool) -> None:
+    if as_json:
+        told = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
+                for n in engine_names()]  # fmt: skip
+        print_json({"engines": told})
+        return
+    for name in engine_names():
+        inputs = engine_inputs(name).items()
+        print(f"hpcwhirl run {name}")
+        print(f"  shows: {engine_shows(name)}")
+        print(f"  is:    {', '.join(f'{n} = {_plain(v)}' for n, v in inputs)}")

@@ -51,8 +51,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.case.resolve import resolve
 
     scene = scene_of(args.scene, args.settings)
-    if scene.output.traces == "summary" and args.plot:
-        msg = "traces is summary: --plot needs traces = orbit or full"
+    if scene.output.traces in {"summary", "blades"} and args.plot:
+        msg = f"traces is {scene.output.traces}: --plot needs traces = orbit or full"
         raise InputError(msg)
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)

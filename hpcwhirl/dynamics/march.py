@@ -158,7 +158,7 @@ class March:
     def _empty_tracks(self) -> Tracks:
         blades, kept = self.lean.model.blades, self.scene.output.traces
         samples = self.total // self.stride
-        full, width = kept == "full", self.scheme.casing_width
+        full, width = kept in {"blades", "full"}, self.scheme.casing_width
         size = 8.0 * samples * (7 + (3 * blades + width) * full)
         rows = self.total // self.beat
         if 8.0 * contact.COLUMNS * rows > MOST_TRACES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -30,13 +31,15 @@ SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the suppo
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
     """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
-    model = _undivided(rotor, eta)
+    bare = rotor.model_copy(update={"damping": 0.0, "suspension_damping": 0.0})
+    model = replace(_undivided(bare, eta), damping=rotor.damping)
     suspended = model.centre_share > SUSPENSION_SHARE
     return with_ratio(model, suspended, rotor.suspension_damping)
 
 
+@lru_cache(maxsize=16)
 def _undivided(rotor: Rotor, eta: int) -> ModalModel:
-    """Return the reduced bladed disk, every mode damped alike."""
+    """Return the reduced bladed disk; its modes are those of any damping."""
     disk = bladed_disk(rotor)
     if not rotor.mistuning:
         return modal_model(disk, rotor.damping, eta)

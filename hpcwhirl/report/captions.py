@@ -48,8 +48,8 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
         if len(known) == 1 and name not in shown:
             parts.append(_fixed(data, name, known.pop(), rpm=wish.rpm))
     end = np.unique(data["duration"].to_numpy()[picture.case])
-    if len(end) == 1 and "duration" not in shown:
-        parts.append(f"{told(end[0])} s")
+    if "duration" not in shown:  # some may have gone on for longer
+        parts.append(" to ".join(told(t) for t in np.unique(end[[0, -1]])) + " s")
     if data.attrs.get("preset"):
         parts.append(f"preset {data.attrs['preset']}{_confirming(data)}")
     whole = [part.replace(" ", NO_BREAK) for part in parts]
@@ -83,7 +83,11 @@ def panel_title(values: dict[str, Any]) -> str:
 
 
 def add_legend(
-    figure: Any, blocks: Sequence[Any], layers: Sequence[Colours], sheet: Sheet
+    figure: Any,
+    blocks: Sequence[Any],
+    layers: Sequence[Colours],
+    sheet: Sheet,
+    more: Sequence[Any] = (),
 ) -> None:
     """Tell the words that occur, and how many cases have each.
 
@@ -94,6 +98,7 @@ def add_legend(
     figure : of the map
     blocks : (rows, columns) of axes for each layer
     layers, sheet : what they show
+    more : further lines of the first layer's legend
     """
     for block, colours in zip(blocks, layers, strict=True):
         counts = Counter(colours.kind.tolist())
@@ -105,6 +110,7 @@ def add_legend(
         if marked and not sheet.points and sheet.picture.refined is None:
             good = ~np.isin(sheet.picture.word, list(HATCHES))
             keys += _whirl_keys(set(sheet.picture.whirl[good].tolist()))
+        keys += more if colours is layers[0] else []
         if len(layers) > 1:
             block[0, -1].legend(handles=keys, loc="upper left", fontsize=8,
                                 bbox_to_anchor=(1.0, 1.0), frameon=False)  # fmt: skip

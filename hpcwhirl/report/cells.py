@@ -137,14 +137,37 @@ def _runs(wanted: Mask, x: Floats, y: Floats) -> list[Floats]:
 
 
 def _hatch(axes: Any, polygons: list[Floats], word: str) -> None:
+    """Hatch the polygons of a word."""
+    _hatched(axes, polygons, (HATCHES[word], HATCHED), f"hatch {word}")
+
+
+def hatch_grid(axes: Any, part: Part, chosen: Mask, look: tuple[str, str]) -> None:
+    """Hatch the cells of chosen cases of a grid, in a pattern and colour."""
+    wanted = np.zeros((len(part.y.levels), len(part.x.levels)), dtype=bool)
+    rows = part.rows[chosen]
+    wanted[part.y.index[rows], part.x.index[rows]] = True
+    polygons = _runs(wanted, part.x.edges(), part.y.edges())
+    _hatched(axes, polygons, look, "hatch chosen")
+
+
+def hatch_cells(axes: Any, part: Part, chosen: Mask, look: tuple[str, str]) -> None:
+    """Hatch the nearest cells of chosen scattered cases."""
+    polygons = voronoi(part, (axes.get_xlim(), axes.get_ylim()))
+    mine = [polygons[i] for i in np.flatnonzero(chosen)]
+    _hatched(axes, mine, look, "hatch chosen")
+
+
+def _hatched(
+    axes: Any, polygons: list[Floats], look: tuple[str, str], name: str
+) -> None:
     """Hatch polygons as one patch: many of them cost little more than one."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     whole = Path.make_compound_path(*(Path(p, closed=False) for p in polygons))
     axes.add_artist(
-        PathPatch(whole, facecolor="none", edgecolor=HATCHED, lw=0.0,
-                  hatch=HATCHES[word], gid=f"hatch {word}", rasterized=True)
+        PathPatch(whole, facecolor="none", edgecolor=look[1], lw=0.0,
+                  hatch=look[0], gid=name, rasterized=True)
     )  # fmt: skip
 
 

@@ -21,6 +21,8 @@ from hpcwhirl.report.cells import (
 from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.picture import Picture, Wish
 from hpcwhirl.report.refined import draw_refined
+from hpcwhirl.report.unsure import mark_unsure, unsure_key, unsure_of
+from hpcwhirl.store.shares import SURE
 
 if TYPE_CHECKING:
     import xarray
@@ -118,7 +120,7 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     from matplotlib.figure import Figure
 
     sheet = sheet_of(picture)
-    layers = _layers(data, sheet)
+    layers, more = _layers(data, sheet), []
     beside = 1.7 if len(layers) > 1 else 0.0  # legends
     size = sheet.width * sheet.columns + beside, sheet.height * sheet.rows * len(layers)
     figure = Figure(figsize=(size[0], size[1] + 1.1), layout="constrained")
@@ -128,13 +130,18 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     for block, colours in zip(blocks, layers, strict=True):
         named = len(layers) > 1
         _layer(figure, block.ravel(), sheet, colours, named=named)
+    unsure = None if sheet.points else unsure_of(data, picture.case)
+    if unsure is not None and unsure.any():
+        for axes, part in zip(blocks[0].ravel(), sheet.parts(layers[0]), strict=False):
+            mark_unsure(axes, part, unsure, scattered=picture.scattered)
+        more = [unsure_key(unsure, float(data.attrs[SURE]))]
     _decorate(grid, sheet)
     if wish.critical:
         from hpcwhirl.report.coincidence import mark_critical
 
         for block in blocks:
             mark_critical(block.ravel(), picture, folder, rpm=wish.rpm)
-    add_legend(figure, blocks, layers, sheet)
+    add_legend(figure, blocks, layers, sheet, more)
     figure.suptitle(title_of(data, picture, wish, size[0]), fontsize=10,
                     parse_math=False)  # fmt: skip
     return figure

@@ -6,6 +6,7 @@ from hpcwhirl.scene.documents import (
     preset_in,
     scene_of_document,
 )
+from hpcwhirl.scene.engines import engine_inputs, engine_names, engine_shows
 from hpcwhirl.scene.files import (
     apply_settings,
     check_kept,
@@ -50,6 +51,9 @@ __all__ = [
     "check_kept",
     "content_digest",
     "digest",
+    "engine_inputs",
+    "engine_names",
+    "engine_shows",
     "flatten",
     "input_names",
     "load_document",

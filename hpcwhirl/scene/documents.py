@@ -28,6 +28,7 @@ DESIGN_TABLES = (
     "cases",
     "sample",
     "refine",
+    "twins",
     "campaign",
 )  # beside those of a scene
 

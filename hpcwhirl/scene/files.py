@@ -57,10 +57,9 @@ def takes_list(name: str) -> bool:
 
 def full_name(name: str) -> str:
     """Return the full dotted name for a full one or an unambiguous ending of it."""
-    names = input_names()
-    if name in names:
+    if name in INPUTS:
         return name
-    found = [n for n in names if n.endswith("." + name)]
+    found = [n for n in INPUTS if n.endswith("." + name)]
     if len(found) == 1:
         return found[0]
     if found:
@@ -71,8 +70,8 @@ def full_name(name: str) -> str:
             "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
         )
         raise InputError(msg)
-    short = {n.rsplit(".", 1)[-1] for n in names}
-    raise unknown("scene input", name, short | names.keys())
+    short = {n.rsplit(".", 1)[-1] for n in INPUTS}
+    raise unknown("scene input", name, short | INPUTS.keys())
 
 
 def _allowed(error: Mapping[str, Any]) -> str:

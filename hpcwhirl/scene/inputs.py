@@ -298,9 +298,10 @@ class Solver(Inputs):
 class Output(Inputs):
     """What is kept of a run."""
 
-    traces: Literal["summary", "orbit", "full"] = given(
+    traces: Literal["summary", "blades", "orbit", "full"] = given(
         "orbit",
-        "detail; summary: numbers only; orbit: centre, energy, what feeds and what "
+        "detail; summary: numbers only; blades: also numbers of how far each blade "
+        "moves, by tips every interval; orbit: centre, energy, what feeds and what "
         "is lost; full: also all tips, each blade's impulse, the casing. Words do "
         "not depend on it",
     )

@@ -1,8 +1,12 @@
-"""The paper's Tables 1 and 2 as named scenes."""
+"""The paper's Tables 1 and 2, and Table 2 on each named engine, as named scenes."""
 
 from __future__ import annotations
 
+from functools import partial
+
 from hpcwhirl.errors import unknown
+from hpcwhirl.scene.engines import engine_inputs, engine_names
+from hpcwhirl.scene.files import apply_settings
 from hpcwhirl.scene.inputs import Scene
 
 
@@ -16,7 +20,14 @@ def table2(speed: float = 410.0) -> Scene:
     return Scene(speed=speed, gap=1.28e-4, friction=0.1, duration=2.5)
 
 
-NAMED = {"table1": table1, "table2": table2}
+def table2_on(engine: str) -> Scene:
+    """Return Table 2 on a named engine."""
+    return apply_settings(table2(), engine_inputs(engine))
+
+
+NAMED = {"table1": table1, "table2": table2} | {
+    name: partial(table2_on, name) for name in engine_names()
+}
 
 
 def named_scene(name: str) -> Scene:

@@ -89,6 +89,19 @@ ROW: dict[str, Quantity] = {
     **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
     **_table("f8", "J", ledger_residual="what the ledger leaves open"),
 }
+# of cases whose blades were looked at, output.traces = "blades" or "full"
+BLADES: dict[str, Quantity] = {
+    **_table("f8", "m", blade_amplitude="rms distance of a tip from its mean over the"
+             " window, of the blade that moves most"),
+    **_table("f8", "m", blade_peak="largest displacement of a tip, of all samples"),
+    **_table("f8", "1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
+             " all move alike, N if one moves alone"),
+}  # fmt: skip
+# of those among them that have a tuned twin
+TUNED: dict[str, Quantity] = {
+    **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
+             " with the same other inputs, modes and step"),
+}  # fmt: skip
 PERFORMANCE: dict[str, Quantity] = {
     **_table("f8", "s", seconds="wall time in the kernel"),
     **_table("f8", "us", microseconds_per_step="wall time a step"),
@@ -181,6 +194,7 @@ AXES = {
     "vertex": Quantity("1", "corner of it, the last refined input fastest"),
     "point": Quantity("1", "point of a boundary"),
     "line": Quantity("1", "line of a boundary"),
+    "twin": Quantity("1", "twin of a case, perturbed"),
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),

@@ -8,14 +8,17 @@ campaign.json
     SHA-256 of the rest: an edited one is refused. Replaced whole.
 journal/RUN-RANK.log
     a line per finished case: CRC-32 of the rest in hexadecimal, a space, a JSON object;
-    appended and synced.
+    appended and synced. One of a case that went on, or of a twin, has a digest of its
+    own and names that of the case it is `of`.
 traces/RUN-RANK.bin
     raw little-endian float64, one block a case, synced before its line, which names
     file, offset, bytes, CRC-32 and shapes.
 states/DIGEST.state
     a case on its way: a sealed line as in the journal, then raw bytes; replaced whole,
-    gone when the case has ended. One that is damaged, or of another model, kernel or
-    compiler, is dropped with one line.
+    gone when the case has ended, unless it is undecided and `keep_states` is wanted:
+    then the state at its last row of evidence stays, from which a longer run goes on.
+    One that is damaged, or of another model, kernel or compiler, is dropped with one
+    line.
 running/RUN-RANK.log
     what a rank computes now and since when; a file left over means that a process died.
 owners/
@@ -42,10 +45,11 @@ and `flag_meanings` (`scene.words`), by which files are read, so that one of a v
 with other words is read rightly; swept inputs under their own name or with their
 table's (`casing_thickness`); version, scene,
 command, preset and what it loses, hosts and libraries as attributes. Traces over
-(`case`, `time`, ...). The group `performance` has seconds, rank and host of each case
-and, over `worker`, what each rank did with its time (`busy_fraction`, `worker_*`). All
-but this group is the same bit for bit for any number of ranks and after any kill and
-resume.
+(`case`, `time`, ...). The group `twins` has the rows of each case's twins, by which
+`classify` gives their words and shares anew. The group `performance` has
+seconds, rank and host of each case and, over `worker`, what each rank did with its time
+(`busy_fraction`, `worker_*`). All but this group is the same bit for bit for any number
+of ranks and after any kill and resume.
 
 The serial and the MPI-IO writer are one code under two ways to open a file. Gathering
 keeps 24 to 48 bytes a case and 32 MB of traces (at least one case's) in memory. HDF5

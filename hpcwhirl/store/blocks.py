@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.blades import amplification
 from hpcwhirl.store.contents import Contents, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import measured_of, measured_row
 from hpcwhirl.store.schema import dtype, encode, missing
+from hpcwhirl.store.shares import GROUP, TWIN_ROW, shares, shown
 
 MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
 MOST_CASES = 1024
@@ -63,9 +66,58 @@ def read_block(contents: Contents, cases: range) -> Block:
         out[name] = np.array([stored(value) for value in values])
     for name, column in contents.columns.items():
         out[name] = column[cases.start : cases.stop]
+    out |= _blades(contents, rows, records, cases)
     own = [measured_row(records.get(case)) for case in cases]
     out |= _table(measured_of(plan), own)
+    out |= _twins(contents, cases, out)
     return out | _traces(contents, cases, records)
+
+
+def _twins(contents: Contents, cases: range, own: Block) -> Block:
+    """Return the rows of twins, {`twins/NAME`: (cases, twins)}, and their shares."""
+    count = contents.twins.shape[1]
+    if not count:
+        return {}
+    parts = []
+    for twin in range(1, count + 1):
+        found = records_of(contents, cases, twin)
+        rows = [_twin_row(found.get(case)) for case in cases]
+        parts.append(_table(TWIN_ROW, rows))
+    out = {
+        f"{GROUP}/{n}": np.stack([part[n] for part in parts], axis=1) for n in TWIN_ROW
+    }
+    mine, theirs = (
+        shown(*(_words(block[n], n) for n in ("status", "outcome", "regime")))
+        for block in (own, {n: out[f"{GROUP}/{n}"] for n in TWIN_ROW})
+    )
+    return out | shares(mine, theirs)
+
+
+def _twin_row(record: Record | None) -> dict[str, Any]:
+    """Return the row of a twin and its status; what is not to be is missing."""
+    known = record or {"status": "missing"}
+    return dict(known.get("row") or {}) | {"status": known["status"]}
+
+
+def _words(codes: Array, name: str) -> Array:
+    return np.array(ENUMS[name])[codes]
+
+
+def _blades(
+    contents: Contents,
+    rows: list[dict[str, Any]],
+    records: dict[int, Record],
+    cases: range,
+) -> Block:
+    """Return the variables of blades, if the plan has any."""
+    table, tuned_of = contents.blades, contents.tuned
+    if "amplification" in table:
+        first = {tuned_of[case]: None for case in cases if case in tuned_of}
+        tuned = {t: records_of(contents, range(t, t + 1)).get(t) for t in first}
+        for case, row in zip(cases, rows, strict=True):
+            beside = tuned.get(tuned_of.get(case, -1))
+            row.update(amplification(records.get(case), beside))
+    return _table(table, rows)
 
 
 def _status(record: Record | None) -> dict[str, Any]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,14 @@ from numpy.typing import NDArray
 from hpcwhirl.refinement.boundary import EVIDENCE
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import bytes_measured
+from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.refined import columns_of, full_plan
-from hpcwhirl.store.rows import stage_of
+from hpcwhirl.store.rows import place_of, word_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
@@ -31,6 +35,7 @@ class Contents:
     folder, plan : the campaign
     journals : their names
     place : (cases, 2), number of the journal, -1 for none, and byte of the record
+    twins : (cases, twins, 2), the same of the twins of each case
     samples : (cases,), of its traces
     sizes : {axis: most that any case has of it}, of what traces have beside samples
     kept : names of the traces that any case has, in the order of `TRACES`
@@ -44,6 +49,7 @@ class Contents:
     plan: Manifest
     journals: list[str] = field(default_factory=list)
     place: NDArray[np.int64] = field(init=False)
+    twins: NDArray[np.int64] = field(init=False)
     samples: NDArray[np.int64] = field(init=False)
     interval: NDArray[np.float64] = field(init=False)
     sizes: dict[str, int] = field(default_factory=dict)
@@ -54,6 +60,8 @@ class Contents:
 
     def __post_init__(self) -> None:
         self.place = np.full((self.cases, 2), -1)
+        count = int(self.plan.twins.get("count", 0))
+        self.twins = np.full((self.cases, count, 2), -1)
         self.samples = np.zeros(self.cases, dtype=np.int64)
         self.interval = np.full(self.cases, np.nan)
 
@@ -61,6 +69,16 @@ class Contents:
     def cases(self) -> int:
         """Number of cases."""
         return len(self.plan.digests)
+
+    @cached_property
+    def blades(self) -> dict[str, Quantity]:
+        """Variables of blades."""
+        return blade_quantities(self.plan)
+
+    @cached_property
+    def tuned(self) -> dict[int, int]:
+        """The tuned case beside each one that has such a one."""
+        return tuned_cases(self.plan)
 
     @property
     def common_interval(self) -> float | None:
@@ -89,8 +107,9 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
-        row += bytes_measured(self.plan)
-        return self.cases * (row + self.bytes_of_traces())
+        each = row * (1 + self.twins.shape[1])
+        each += bytes_measured(self.plan) + 8 * len(self.blades)
+        return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:
         """Return the bytes that the traces of one case take."""
@@ -120,15 +139,14 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}
     shapes_seen: dict[str, dict[str, Any]] = {}
-    rank: dict[int, int] = {}  # of the stage that a case's row is of, see `stage_of`
-    for path, start, record in whole_records(folder):
-        stage, name = stage_of(record, contents.plan)
-        case = case_of.get(name)
-        if case is None or stage < rank.get(case, 0):
+    words = np.full(contents.cases, "", dtype="U16")
+    for place, start, record in _counted(contents, case_of):
+        at = numbers.setdefault(place.file, len(numbers)), start
+        if place.twin:
+            contents.twins[place.case, place.twin - 1] = at
             continue
-        if stage:
-            rank[case] = stage
-        contents.place[case] = numbers.setdefault(path.name, len(numbers)), start
+        case = place.case
+        contents.place[case], words[case] = at, word_of(record)
         row = record.get("row") or {}
         contents.interval[case] = row.get("sample_interval", np.nan)
         traces.pop(case, None)
@@ -139,16 +157,24 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
             kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
             traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
     contents.journals = list(numbers)
-    contents.columns = columns_of(contents.plan)
-    if contents.columns:
-        contents.found = _found(contents)
+    _tell_refined(contents)
+    plan = contents.plan
+    if plan.twins.get("of") == "boundary":
+        contents.twins[~at_boundary(plan.settings, plan.swept, words.tolist())] = -1
     kinds = list({id(kind): kind for kind in traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
 
 
-def _found(contents: Contents) -> dict[str, NDArray[Any]]:
+def _tell_refined(contents: Contents) -> None:
+    """Add what the results of a refined campaign have beside."""
+    contents.columns = columns_of(contents.plan)
+    if contents.columns:
+        contents.found = _evidence(contents)
+
+
+def _evidence(contents: Contents) -> dict[str, NDArray[Any]]:
     """Return what the boundaries of a refined campaign are found from, by variable."""
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
@@ -168,9 +194,32 @@ def _found(contents: Contents) -> dict[str, NDArray[Any]]:
     return out
 
 
-def records_of(contents: Contents, cases: range) -> dict[int, Record]:
-    """Return {case: its newest whole record} of those that have one."""
-    place = contents.place[cases.start : cases.stop]
+class _Found(NamedTuple):
+    """Of what a record of a journal is."""
+
+    case: int
+    twin: int
+    file: str
+
+
+def _counted(
+    contents: Contents, case_of: Mapping[str, int]
+) -> Iterator[tuple[_Found, int, Record]]:
+    """Yield of what, byte, record; of those of one case or twin the last one counts."""
+    stages: dict[tuple[int, int], int] = {}  # later ones than the first, see `rows`
+    for path, start, record in whole_records(contents.folder):
+        name, twin, stage = place_of(record, contents.plan)
+        case = case_of.get(name)
+        if case is not None and stage >= stages.get((case, twin), 0):
+            if stage:
+                stages[case, twin] = stage
+            yield _Found(case, twin, path.name), start, record
+
+
+def records_of(contents: Contents, cases: range, twin: int = 0) -> dict[int, Record]:
+    """Return {case: its newest whole record}, or its twin's, of those that have one."""
+    own = contents.twins[:, twin - 1] if twin else contents.place
+    place = own[cases.start : cases.stop]
     found: dict[int, Record] = {}
     for number in np.unique(place[:, 0][place[:, 0] >= 0]):
         mine = np.flatnonzero(place[:, 0] == number)

@@ -2,7 +2,8 @@
 
 Both writers define the same file with the same calls; they differ in who writes which
 cases. Cases are read and written in blocks, so that memory does not grow with their
-traces. The file is written under a temporary name of its own, synced and renamed.
+traces; each rank at its own pace, in step with the others only where HDF5 asks for it.
+The file is written under a temporary name of its own, synced and renamed.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -24,7 +25,7 @@ import numpy as np
 from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.atomic import part_of, publish, sweep
-from hpcwhirl.store.blocks import block_size, ranges, read_block
+from hpcwhirl.store.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.layout import LIBVER, define
@@ -139,26 +140,55 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the whole file alone, or on several ranks each its share of the cases.
-
-    All ranks take part in every write, those without a case left with none of it: a
-    compressed trace can be written in no other way.
-    """
+    """Write the whole file alone, or on several ranks each its share of the cases."""
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:
         define(file, contents, facts, compress)
-        for cases in ranges(contents.cases, comm.rank, comm.size, block_size(contents)):
-            read = partial(read_block, contents, cases)
-            block = _agreed(read, part, comm)
+        in_step = parallel and compress > 0
+        for cases, block in _blocks(contents, part, comm, in_step=in_step):
             for name, values in block.items():
-                _put(file[name], cases, values, collective=parallel)
+                _put(file[name], cases, values, in_step=in_step)
 
 
-def _put(data: h5py.Dataset, cases: range, values: Any, *, collective: bool) -> None:
-    """Write the rows `cases` of a variable; a collective write may be of none."""
-    if not collective:
-        data[cases.start : cases.stop] = values
+def _blocks(
+    contents: Contents, part: Path, comm: Communicator, *, in_step: bool
+) -> Iterator[tuple[range, Block]]:
+    """Yield what this rank writes; what one cannot read is raised on all of them.
+
+    In step, all have as many blocks at the same time, of no cases where none are left:
+    compressed traces can be written in no other way. Otherwise each goes on by itself.
+    """
+    mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
+    error: Exception | None = None
+    for cases in mine:
+        read = partial(read_block, contents, cases)
+        if in_step:
+            yield cases, _agreed(read, part, comm)
+            continue
+        try:
+            block = read()
+        except Exception as failed:  # noqa: BLE001 - raised below, on every rank
+            error = failed
+            break
+        yield cases, block
+    _agreed(partial(_raise, error), part, comm)
+
+
+def _raise(error: Exception | None) -> None:
+    if error is not None:
+        raise error
+
+
+def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
+    """Write the rows `cases` of a variable, which may be none.
+
+    All ranks at once only where they must: in step they wait for one another in every
+    write, hundreds of times, which took longer than the writing.
+    """
+    if not (in_step and data.chunks):
+        if len(cases):
+            data[cases.start : cases.stop] = values
         return
     whole, rest = data.id.get_space(), data.shape[1:]
     if len(cases) and all(rest):

@@ -27,6 +27,7 @@ from hpcwhirl.scene.quantities import (
 )
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.blades import blade_quantities
 from hpcwhirl.store.cells import define_cells
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
@@ -35,6 +36,7 @@ from hpcwhirl.store.refined import refined_quantities
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
+from hpcwhirl.store.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
 
 LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
 CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
@@ -108,12 +110,13 @@ def write_words(data: h5py.Dataset, words: list[str]) -> None:
     StoreError
         where this version has no such word
     """
-    name = data.name.lstrip("/")
+    name = data.name.rpartition("/")[2]
     alien = set(words) - {*ENUMS[name]}
     if alien:
         msg = f"{name} has the word {min(alien)}, which this version does not know"
         raise StoreError(msg)
-    data[:] = [ENUMS[name].index(word) for word in words]
+    codes = [ENUMS[name].index(word) for word in words]
+    data[:] = np.array(codes, dtype=data.dtype).reshape(data.shape)
     mark_words(data, name)
 
 
@@ -144,7 +147,9 @@ def define(
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
     _define_table(file, file["case"], refined_quantities(plan))
-    _define_table(file, file["case"], measured_of(plan))
+    _define_table(file, file["case"], blade_quantities(plan) | measured_of(plan))
+    if contents.plan.twins:
+        _define_twins(file, contents)
     performance = file.create_group("performance")
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
@@ -153,6 +158,22 @@ def define(
         define_cells(file, plan, contents.found, facts)
     if contents.kept:
         _define_traces(file, contents, compress)
+
+
+def _define_twins(file: h5py.File, contents: Contents) -> None:
+    """Define the shares that twins give, and a group of the twins' own rows."""
+    file.attrs[SURE] = np.float64(contents.plan.twins["sure"])
+    _define_table(file, file["case"], SHARE)
+    group, count = file.create_group(GROUP), contents.plan.twins["count"]
+    _axis(group, TWIN, np.arange(1, count + 1))
+    for name, variable in TWIN_ROW.items():
+        shape, fill = (contents.cases, count), missing(variable)
+        data = group.create_dataset(name, shape, dtype(variable), fillvalue=fill)
+        _tell(data, variable)
+        if variable.kind == "enum":
+            mark_words(data, name)
+        data.dims[0].attach_scale(file["case"])
+        data.dims[1].attach_scale(group[TWIN])
 
 
 def _define_head(

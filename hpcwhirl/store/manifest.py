@@ -53,6 +53,7 @@ class Manifest:
     version, format : of the program and of this file
     refine : the rule by which further cases follow from words; empty for none
     extended : s, to what its undecided cases were extended, in this order
+    twins : how many of which cases, by which spread of inputs; empty for none
     """
 
     engine: str
@@ -64,6 +65,7 @@ class Manifest:
     format: int = FORMAT
     extended: list[float] = field(default_factory=list)
     refine: dict[str, Any] = field(default_factory=dict)
+    twins: dict[str, Any] = field(default_factory=dict)
 
 
 def write_manifest(folder: Path, plan: Manifest) -> None:
@@ -119,8 +121,8 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
-    data.setdefault("extended", [])  # no plan of before it could be
-    data.setdefault("refine", {})
+    for name, none in (("extended", []), ("twins", {}), ("refine", {})):
+        data.setdefault(name, none)  # plans of before have none of them
     if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
@@ -130,8 +132,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
-    kinds["extended"] = list
-    kinds["refine"] = dict
+    kinds |= {"extended": list, "twins": dict, "refine": dict}
     lists = data["digests"], data["settings"]
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
@@ -201,6 +202,10 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
             got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
             raise InputError(msg + f"got {got}: {own}")
     check_change(old.refine, new.refine, f"{folder}")
+    spreads = [plan.twins.get("spread") for plan in (old, new)]
+    if None not in spreads and spreads[0] != spreads[1]:
+        msg = f"{folder} was begun with [twins] spread = {shown(spreads[0])}, "
+        raise InputError(f"{msg}got {shown(spreads[1])}: {own}")
     known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
     for settings, digest in zip(new.settings, new.digests, strict=True):
         file = settings.get("engine.file")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.scene.quantities import AXES, ROW, TRACES
+from hpcwhirl.scene.quantities import AXES, BLADES, ROW, TRACES
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.manifest import MEASURE, Manifest
 from hpcwhirl.store.schema import dtype
@@ -58,7 +58,7 @@ def one_case(
     """
     import xarray
 
-    known = {**ROW, **TRACES, "time": AXES["time"]}
+    known = {**ROW, **BLADES, **TRACES, "time": AXES["time"]}
     variables = {
         name: (
             dims,

@@ -46,7 +46,7 @@ def results_of(place: Path) -> Path:
     return place if place.is_file() else place / "results.h5"
 
 
-def words_in(file: h5py.File, name: str) -> np.ndarray[Any, np.dtype[np.str_]]:
+def words_in(file: h5py.Group, name: str) -> np.ndarray[Any, np.dtype[np.str_]]:
     """Return the words of a variable by the file's own `flag_meanings`, (cases,).
 
     Raises
@@ -56,7 +56,7 @@ def words_in(file: h5py.File, name: str) -> np.ndarray[Any, np.dtype[np.str_]]:
     """
     codes, meanings = file[name][:], file[name].attrs["flag_meanings"]
     known = np.array(np.bytes_(meanings).decode().split())
-    if len(codes) and not 0 <= codes.min() <= codes.max() < len(known):
+    if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
         msg = f"{name} is damaged: it has a value that stands for no word"
         raise StoreError(msg)
     return np.asarray(known[codes])

@@ -19,6 +19,7 @@ from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.layout import write_words
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file, words_in
+from hpcwhirl.store.shares import GROUP, shares, shown
 
 WORDS = ("outcome", "regime", "whirl")
 Word = tuple[str, str, str]  # of one case
@@ -46,6 +47,9 @@ def relabel(
             shutil.copyfile(path, part)
             with writing(part, "r+") as file:
                 changes = _rename(file, name)
+                if GROUP in file:
+                    _rename(file[GROUP], name)
+                    _share_anew(file)
                 for limit, value in thresholds.items():
                     file.attrs[f"threshold_{limit}"] = np.float64(value)
                 write_boundaries(file, dict(file.attrs))
@@ -62,8 +66,18 @@ def relabel(
     return changes
 
 
+def _share_anew(file: h5py.File) -> None:
+    """Write the shares of words that twins give by now."""
+    own, theirs = (
+        shown(*(words_in(group, n) for n in ("status", "outcome", "regime")))
+        for group in (file, file[GROUP])
+    )
+    for variable, values in shares(own, theirs).items():
+        file[variable][:] = values
+
+
 def _rename(
-    file: h5py.File, name: Callable[[dict[str, Any]], Words]
+    file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> list[tuple[Word, Word]]:
     """Write new words of finished cases, and the table that says what codes mean."""
     given = words_in(file, "status") == "ok"
@@ -72,9 +86,9 @@ def _rename(
     new = name(numbers | {"stop": words_in(file, "stop")[given]})
     old = [words_in(file, variable) for variable in WORDS]
     for variable, was, now in zip(WORDS, old, new, strict=True):
-        shown = was.astype(object)
-        shown[given] = now
-        write_words(file[variable], shown.tolist())
+        words = was.copy().astype(object)
+        words[given] = now
+        write_words(file[variable], words.ravel().tolist())
     before, after = (
         zip(*(column.tolist() for column in columns), strict=True)
         for columns in ([was[given] for was in old], new)

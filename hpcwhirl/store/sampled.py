@@ -17,7 +17,7 @@ from hpcwhirl.store.select import swept_of
 if TYPE_CHECKING:
     import xarray
 
-SALTELLI = "saltelli"
+SALTELLI, TUNED = "saltelli", "tuned"
 EACH = "each"  # cases at a point, beside what a plan tells
 
 
@@ -52,6 +52,7 @@ class Drawn:
     swept : variables of the others that were swept
     point, draw : (cases,), which point of the sweep, and which of its draws a case is
     each : draws at a point
+    tuned : whether the first of them is no draw, but the tuned engine
     """
 
     method: str
@@ -60,6 +61,7 @@ class Drawn:
     point: NDArray[np.int64]
     draw: NDArray[np.int64]
     each: int
+    tuned: bool = False
 
     @property
     def block(self) -> NDArray[np.int64]:
@@ -70,7 +72,7 @@ class Drawn:
     def independent(self) -> NDArray[np.bool_]:
         """Whether a draw shares no number with another one, (cases,)."""
         if self.method != SALTELLI:
-            return np.ones(len(self.draw), dtype=bool)
+            return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
 
 
@@ -99,4 +101,5 @@ def drawn_of(data: xarray.Dataset) -> Drawn:
         raise StoreError(msg) from None
     number = data["case"].to_numpy()
     swept = tuple(name for name in swept_of(data) if name not in inputs)
-    return Drawn(method, inputs, swept, number // each, number % each, each)
+    point, draw = number // each, number % each
+    return Drawn(method, inputs, swept, point, draw, each, TUNED in told)

@@ -86,7 +86,8 @@ def bytes_of(
     always = 1 + sum(width for name, width in widths.items() if name not in MORE)
     more = sum(width for name, width in widths.items() if name in MORE)
     return Bytes(
-        journal=contents.cases * _record_bytes(contents, widths),
+        journal=contents.cases * _record_bytes(contents, widths)
+        + contents.twins[..., 0].size * _record_bytes(contents, {}),
         traces=int(8 * (samples * (always + more * full)).sum()),
         results=results_bytes(contents, facts),
     )

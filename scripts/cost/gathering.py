@@ -6,7 +6,8 @@ Makes campaign directories of many cases, without and with orbits, and gathers t
 processes of their own. A few cases are really integrated; every record is one of their
 rows, and every trace block their traces, kept through the real journal under the digest
 of a case of its own. What gathering does with them is what it does with as many
-different ones. MPI-IO is measured where h5py has parallel HDF5.
+different ones. MPI-IO is measured where h5py has parallel HDF5. Told are the wall time
+and the processor time of the busiest rank, medians, and the most that a rank kept.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from statistics import median
 
 from hpcwhirl.campaign.design import Design, design_of
 from hpcwhirl.campaign.forecast import forecast
@@ -41,13 +43,12 @@ def most():  # kB; ru_maxrss would count what started this process, too
     return int(status.split("VmHWM:")[1].split()[0])
 comm = communicator()
 before = most()
-start = time.perf_counter()
+start, busy = time.perf_counter(), time.process_time()
 gather(Path(sys.argv[1]), {}, comm, compress=int(sys.argv[2]))
-spent = time.perf_counter() - start
-peak = most()
-found = comm.gather((before, peak))
+spent, busy = time.perf_counter() - start, time.process_time() - busy
+found = comm.gather((busy, before / 1024, most() / 1024))
 if found:
-    print(spent, max(b for b, _ in found) / 1024, max(p for _, p in found) / 1024)
+    print(spent, *map(max, zip(*found)))
 """
 
 
@@ -86,14 +87,15 @@ def begin(folder: Path, many: Design, results: list[Result]) -> float:
     return spent / len(plan.digests)
 
 
-def gathered(folder: Path, ranks: int, compress: int = 0) -> str:
+def gathered(folder: Path, ranks: int, repeat: int, compress: int = 0) -> str:
     """Gather in processes of their own; return what it took."""
-    said = under_mpi(ranks, "-c", GATHER, folder, str(compress))
-    seconds, before, peak = map(float, said.split())
+    words = "-c", GATHER, folder, str(compress)
+    runs = [[*map(float, under_mpi(ranks, *words).split())] for _ in range(repeat)]
+    seconds, busy, before, peak = map(median, zip(*runs, strict=True))
     size = (folder / "results.h5").stat().st_size
     return (
-        f"{seconds:7.2f} s  {size / 1e6:8.1f} MB  peak {peak:5.0f} MB a process, "
-        f"{peak - before:4.0f} MB of it gathering"
+        f"{seconds:7.2f} s, processor {busy:5.2f} s  {size / 1e6:8.1f} MB  "
+        f"peak {peak:5.0f} MB a process, {peak - before:4.0f} MB of it gathering"
     )
 
 
@@ -107,13 +109,13 @@ def measure(options: argparse.Namespace, place: Path, detail: str) -> None:
     each = begin(folder, many, results)
     told = forecast(many, folder).disk.results
     print(f"{1e3 * each:.2f} ms to keep one; predicted {told / 1e6:.1f} MB", flush=True)
-    print("  serial      ", gathered(folder, 0), flush=True)
-    if detail != "summary":
-        print("  serial, gzip", gathered(folder, 0, 4), flush=True)
+    repeat = options.repeat
+    print("  serial      ", gathered(folder, 0, repeat), flush=True)
     if has_mpi_io():
-        print(
-            f"  MPI-IO, -n {options.ranks}", gathered(folder, options.ranks), flush=True
-        )
+        how = f"  MPI-IO, -n {options.ranks}"
+        print(how, gathered(folder, options.ranks, repeat), flush=True)
+    if detail != "summary":
+        print("  serial, gzip", gathered(folder, 0, 1, 4), flush=True)
 
 
 def main() -> None:
@@ -122,6 +124,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=10_000)
     parser.add_argument("--samples", type=int, default=500, help="of an orbit")
     parser.add_argument("--ranks", type=int, default=2, help="of the MPI-IO gather")
+    parser.add_argument("--repeat", type=int, default=3, help="gathers of each kind")
     parser.add_argument("--out", type=Path, help="where the directories go")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-", dir=options.out) as place:

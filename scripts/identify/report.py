@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
+import numpy as np
+from identify.full import OTHER_NUMERICS
+from identify.guide import WEIGHTS, WORDS, cost, misses, words_right
+from identify.kept import key_of
 from identify.score import Row, divergent_near_270, pick, score_parts
+from identify.space import COORDINATES, Engine, default_engine, point_of
 
-NEAR = 0.9  # of the best score: engines that determine the unknowns
 SHORT = {
     "engine.casing.thickness": ("thickness, mm", 1e3),
     "engine.casing.width": ("width, mm", 1e3),
@@ -24,38 +26,75 @@ SHORT = {
 Lines = list[str]
 
 
-def write_report(
-    out: Path, search: Any, unknowns: dict[str, Any], default: dict[str, Any],
-    minutes: float,
-) -> None:  # fmt: skip
+def write_report(search: Any) -> None:
     """Write engines.json and report.md of a search as far as it has come."""
-    stages = {"A": search.screened, "B": search.swept, "C": search.final}
+    out, kept, asked = search.out, search.kept, search.screen.asked
+    best = search.best()[:20]
     facts = {
-        "minutes": minutes,
-        "default": default,
-        "unknowns": unknowns,
-        "stages": {name: [_record(f) for f in _sorted(items)]
-                   for name, items in stages.items()},
-        "profile": search.profile,
-    }  # fmt: skip
+        "seconds": kept.seconds,
+        "engines": len(asked),
+        "screened": [{"engine": e, "cost": cost(asked[key_of(e)])} for e in best],
+        "tried": [_record(item) for item in search.tried],
+        "whole": [_record(item) for item in search.whole],
+    }
     out.mkdir(parents=True, exist_ok=True)
     (out / "engines.json").write_text(json.dumps(facts, indent=1) + "\n")
-    lines = [f"# Engines found in {minutes:.0f} minutes", ""]
-    for name, items in stages.items():
-        lines += engines_table(name, _sorted(items)[:8], default)
-    for item in _sorted(search.final):
+    lines = ["# Engines with the motions of the paper", "", *_counts(search), ""]
+    lines += screened_table(best[:8], asked)
+    lines += tried_table(search.tried)
+    default = default_engine()
+    for item in search.whole:
         whose = " (the default)" if item.engine == default else ""
-        lines += [f"## Stage C, score {item.score:.3f}{whose}", ""]
+        lines += [f"## Computed whole, score {item.score:.3f}{whose}", ""]
         lines += [describe(item.engine), "", *targets_table(item.rows)]
         lines += [*motions(item.rows), *robustness(item.rows)]
-    lines += determined("A", search.screened, unknowns)
-    lines += determined("B", search.swept, unknowns)
-    lines += profile_table(search.profile)
+    lines += determined([e for e in search.best() if _all_right(asked[key_of(e)])])
     (out / "report.md").write_text("\n".join(lines))
 
 
-def _sorted(items: Iterable[Any]) -> list[Any]:
-    return sorted(items, key=lambda item: -item.score)
+def _all_right(rows: Sequence[Row]) -> bool:
+    return words_right(rows) == len(WORDS)
+
+
+def _counts(search: Any) -> Lines:
+    """Say what was screened, in what time, and what came of it."""
+    asked = search.screen.asked.values()
+    cases, seconds = sum(len(rows) for rows in asked), search.kept.seconds
+    right = [words_right(rows) for rows in asked]
+    told = ", ".join(f"{right.count(n)} with {n}" for n in range(len(WORDS), -1, -1))
+    return [
+        f"{len(asked)} engines screened, {cases} cases, {seconds:.0f} s of processor",
+        f"time; of the four motions: {told}.",
+        f"At full numerics {len(search.tried)} tried, {len(search.found)} with all",
+        "four in every one.",
+    ]
+
+
+def screened_table(engines: Sequence[Engine], asked: Any) -> Lines:
+    """Return the best engines of the screening with what misses."""
+    names = list(WEIGHTS)
+    lines = ["## The best when screened (0: as the paper, 1: not at all)", ""]
+    lines += _head(["cost", *(what for what, _ in SHORT.values()), *names])
+    for engine in engines:
+        rows = asked[key_of(engine)]
+        found = misses(rows)
+        cells = [f"{cost(rows):.3f}", *_values(engine)]
+        lines.append(_line([*cells, *(f"{found[n]:.2f}" for n in names)]))
+    return [*lines, ""]
+
+
+def tried_table(items: Sequence[Any]) -> Lines:
+    """Return what engines with four motions do at full numerics."""
+    if not items:
+        return []
+    kinds = list(items[0].words)
+    lines = ["## At full numerics: motions right, of four", ""]
+    lines += _head([*(what for what, _ in SHORT.values()), *kinds])
+    lines += [
+        _line([*_values(item.engine), *(str(item.words[k]) for k in kinds)])
+        for item in items
+    ]
+    return [*lines, ""]
 
 
 def _record(item: Any) -> dict[str, Any]:
@@ -66,25 +105,13 @@ def _record(item: Any) -> dict[str, Any]:
 
 def describe(engine: dict[str, Any]) -> str:
     """Return the unknowns of an engine in a line."""
-    values = (f"{what} {engine[n] * by:.4g}" for n, (what, by) in SHORT.items())
-    return ", ".join(values)
+    names = (what for what, _ in SHORT.values())
+    pairs = zip(names, _values(engine), strict=True)
+    return ", ".join(f"{name} {value}" for name, value in pairs)
 
 
-def engines_table(stage: str, items: Sequence[Any], default: dict[str, Any]) -> Lines:
-    """Return the best engines of a stage with the parts of their scores."""
-    if not items:
-        return []
-    names = list(score_parts(items[0].rows))
-    heads = ["score", *(what for what, _ in SHORT.values()), *names]
-    lines = [f"## Stage {stage}: the best", "", *_head(heads)]
-    for item in items:
-        parts = score_parts(item.rows)
-        mark = " (default)" if item.engine == default else ""
-        cells = [f"{item.score:.3f}{mark}"]
-        cells += [f"{item.engine[n] * by:.4g}" for n, (_, by) in SHORT.items()]
-        cells += [f"{won:.3g} of {most:g}" for won, most in parts.values()]
-        lines.append(_line(cells))
-    return [*lines, ""]
+def _values(engine: Engine) -> list[str]:
+    return [f"{engine[name] * by:.5g}" for name, (_, by) in SHORT.items()]
 
 
 def targets_table(rows: Sequence[Row]) -> Lines:
@@ -128,7 +155,7 @@ def _letters(row: Row) -> str:
 def robustness(rows: Sequence[Row]) -> Lines:
     """Return the words at the deciding speeds for other steps and modes."""
     usual = pick(rows, "table 2")
-    kinds = [k for k in dict.fromkeys(r["kind"] for r in rows) if k.startswith("step")]
+    kinds = [k for k in dict.fromkeys(r["kind"] for r in rows) if k in OTHER_NUMERICS]
     if not kinds:
         return []
     speeds = sorted(pick(rows, kinds[0]))
@@ -141,37 +168,22 @@ def robustness(rows: Sequence[Row]) -> Lines:
     return [*lines, ""]
 
 
-def determined(stage: str, items: Sequence[Any], unknowns: dict[str, Any]) -> Lines:
-    """Return the range of each unknown among engines within 10 % of the best."""
-    if not items:
+def determined(engines: Sequence[Engine]) -> Lines:
+    """Return the range of each coordinate among engines with all four motions."""
+    if not engines:
         return []
-    best = max(item.score for item in items)
-    near = [item.engine for item in items if item.score >= NEAR * best]
-    lines = [f"## Within 10 % of the best of stage {stage}: {len(near)} engines", ""]
-    lines += _head(["unknown", "lowest", "highest", "share of the bounds"])
-    for name, (what, by) in SHORT.items():
-        values = [engine[name] for engine in near]
-        low, high, along_log = unknowns[name]
-        span = max(values) - min(values)
-        share = span / (high - low)
-        if along_log:
-            share = math.log(max(values) / min(values)) / math.log(high / low)
-        ends = [f"{v * by:.4g}" for v in (min(values), max(values))]
-        lines.append(_line([what, *ends, f"{share:.0%}"]))
+    points = np.array([point_of(engine) for engine in engines])
+    lines = [f"## All four motions when screened: {len(engines)} engines", ""]
+    lines += _head(["coordinate", "lowest", "highest", "share of the box"])
+    for name, at in zip(COORDINATES, points.T, strict=True):
+        ends = [f"{COORDINATES[name].value(x):.4g}" for x in (at.min(), at.max())]
+        lines.append(_line([name, *ends, f"{at.max() - at.min():.0%}"]))
     return [*lines, ""]
 
 
-def profile_table(profile: dict[str, list[tuple[float, float]]]) -> Lines:
-    """Return the score along each unknown, the others held."""
-    if not profile:
-        return []
-    lines = ["## One at a time about the best (screened: few speeds, short runs)", ""]
-    lines += _head(["unknown", "value: score"])
-    for name, pairs in profile.items():
-        what, by = SHORT[name]
-        told = ", ".join(f"{value * by:.4g}: {got:.2f}" for value, got in pairs)
-        lines.append(_line([what, told]))
-    return [*lines, ""]
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Lines:
+    """Return a table in Markdown and the empty line after it."""
+    return [*_head(heads), *(_line(cells) for cells in rows), ""]
 
 
 def _line(cells: Iterable[str]) -> str:

@@ -29,7 +29,6 @@ say how it read them; they, radius and ratio count only where the regime is righ
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -39,8 +38,6 @@ ABOUT_270 = (260.0, 270.0, 280.0)
 NEIGHBOURS = ((250.0, 290.0), (400.0, 430.0))  # rad/s, may do other than damp
 RADIUS = (0.5, 2.0)  # of the gap
 RATIO = (2.0, 8.0)
-LEAST = 0.08  # of a target in the guide: none can be lost for good
-HALFWAY = 0.6  # of a target whose word is wrong, at most
 
 
 def pick(rows: Sequence[Row], kind: str) -> dict[float, Row]:
@@ -137,45 +134,3 @@ def _ratio(row: Row, low: Row | None) -> float:
     if "amplitude" in (row["stop"], low["stop"]):
         return 0.0
     return float(RATIO[0] <= row["orbit_radius"] / low["orbit_radius"] <= RATIO[1])
-
-
-def guide(rows: Sequence[Row]) -> float:
-    """Return what leads the search where words alone are flat, 0 to 1.
-
-    The geometric mean of how near each target is, so that no target can be bought with
-    the others: an engine that damps everything has many points and is not the paper's.
-    It decides nothing: engines are judged by their score.
-    """
-    sweep = pick(rows, "table 2")
-    low = [_nearness(sweep[s], "divergent") for s in ABOUT_270 if s in sweep]
-    near = [max(low)] if low else []
-    for speed, word in ((410.0, "sustained"), (420.0, "divergent"), (520.0, "damped")):
-        if speed in sweep:
-            near.append(_nearness(sweep[speed], word))
-    others = [row for speed, row in sweep.items() if is_other(speed)]
-    kinds = [list(pick(rows, kind).values()) for kind in ("clamped", "table 1, k=1")]
-    near += [
-        sum(_nearness(row, "damped") for row in group) / len(group)
-        for group in filter(None, (others, *kinds))
-    ]
-    forward = [_forward(sweep[speed]) for speed in (410.0, 420.0) if speed in sweep]
-    near += [0.5 + 0.5 * sum(forward) / len(forward)] if forward else []
-    if not near:
-        return 0.0
-    return math.exp(sum(math.log(max(x, LEAST)) for x in near) / len(near))
-
-
-def _nearness(row: Row, word: str) -> float:
-    """Return 1 where the word is right, else up to `HALFWAY` by fed over lost."""
-    if row["regime"] == word:
-        return 1.0
-    lost = row["late_lost"]
-    kept = min(max(row["late_fed"] / lost, 0.0), 3.0) if lost > 0.0 else 0.0
-    change = min(max(row["growth_rate"] * row["window"], -5.0), 5.0)
-    if row["stop"] == "amplitude":
-        kept, change = 3.0, 5.0
-    if word == "damped":
-        return HALFWAY * min(max(1.2 - kept, 0.0), 1.0) * math.exp(-max(change, 0.0))
-    if word == "sustained":
-        return HALFWAY * min(kept, 1.0) * math.exp(-max(abs(change) - 0.1, 0.0))
-    return HALFWAY * min(kept / 1.2, 1.0) * min(max(1.0 + change, 0.2), 1.0)

@@ -7,7 +7,7 @@ from paper.found import Found, Row
 from paper.text import table
 from scipy.stats import spearmanr
 
-from hpcwhirl.analysis.stability import growth_of_diameter
+from hpcwhirl.analysis.stability import growth_of_diameter, static_line
 from hpcwhirl.case.resolve import resolve
 
 COLUMNS = (
@@ -46,7 +46,7 @@ def why(found: Found) -> list[str]:
         (
             f"{r['speed']:g}",
             *(f"{r[name]:.3g}" for name in COLUMNS),
-            f"{r['slow_line'] + r['speed']:.0f}",
+            f"{static_line(r['slow_line'], 1, r['speed']):.0f}",
             f"{r['line_frequency']:.0f}",
         )
         for r in growing
@@ -90,7 +90,10 @@ def _followed(growing: list[Row]) -> list[str]:
     slow = np.array([r["slow"] for r in growing])
     measured = np.array([r["growth_rate"] for r in growing])
     rank = spearmanr(slow, measured).statistic
-    away = [abs(r["slow_line"] + r["speed"] - r["line_frequency"]) for r in growing]
+    away = [
+        abs(static_line(r["slow_line"], 1, r["speed"]) - r["line_frequency"])
+        for r in growing
+    ]
     ratio = np.median(slow / measured)
     told = f"Among the divergent, its rates below 150 Hz are {ratio:.2g} times the "
     told += f"measured (median), with rank correlation {rank:.2f}; its line lies "

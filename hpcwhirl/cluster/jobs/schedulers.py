@@ -3,6 +3,9 @@
 Sources: man pages sbatch, srun and scontrol of Slurm 22.05; qsub(1B) and qrerun(1B) of
 OpenPBS; IBM's reference of bsub (-wa, -wt, -Q); sge_submit(1) and queue_conf(5) of Son
 of Grid Engine 8.1.9; flux-batch(1), and flux-core's issues 5105 and 6729 on signals.
+Run for real, by `scripts/test_cluster.sh`: Slurm 22.05 and Son of Grid Engine 8.1.9, as
+Debian 12 has them, on one node. Scripts for PBS, LSF and Flux were run with stand-ins
+for their tools alone (`tests/test_jobs.py`), never by those schedulers.
 """
 
 from __future__ import annotations
@@ -120,8 +123,9 @@ def _pbs(request: Request) -> Lines:
     ]
 
 
-def _pbs_launch(request: Request) -> str:
-    # PBS has no warning: TERM comes with the limit, and KILL seconds later.
+def _timed(request: Request) -> str:
+    # No warning to rely on. PBS: TERM comes with the limit, and KILL seconds later.
+    # Grid Engine: a job that has come again is killed at s_rt as if it were h_rt.
     limit = request.seconds - request.warning
     return f"timeout --foreground --preserve-status -s USR1 {limit} {_mpirun(request)}"
 
@@ -161,13 +165,12 @@ def _lsf(request: Request) -> Lines:
 
 
 def _sge(request: Request) -> Lines:
-    soft = clock(request.seconds - request.warning)
     return [
         "-S /bin/bash",
         "-cwd",
         f"-N {request.name}",
         f"-pe {request.pe} {request.ntasks}",
-        f"-l h_rt={clock(request.seconds)},s_rt={soft}",
+        f"-l h_rt={clock(request.seconds)}",
         *_given("-q ", request.partition),
         *_given("-P ", request.account),
         *_given("-t 1-", request.array),
@@ -229,7 +232,7 @@ SCHEDULERS = {
     ),
     "pbs": Scheduler(
         "#PBS ", "qsub", "${PBS_ARRAY_INDEX:-$HPCWHIRL_SHARD}",
-        _pbs, _pbs_launch, _pbs_again,
+        _pbs, _timed, _pbs_again,
         opening=('cd "$PBS_O_WORKDIR"',),
     ),
     "lsf": Scheduler(
@@ -238,7 +241,7 @@ SCHEDULERS = {
     ),
     "sge": Scheduler(
         "#$ ", "qsub", "$SGE_TASK_ID",
-        _sge, _mpirun, _counted("${JOB_ID}_$SGE_TASK_ID", 99),
+        _sge, _timed, _counted("${JOB_ID}_$SGE_TASK_ID", 99),
     ),
     "flux": Scheduler(
         "# flux: ", "flux batch", "",

@@ -1,0 +1,73 @@
+"""What a case's twins say of its word: the share of each word, with its interval."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene.quantities import ROW, STATUS
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import REGIMES
+
+CONFIDENCE = 0.95
+TWIN = "twin"  # dimension, and with an s the group of the twins' own rows
+GROUP = f"{TWIN}s"
+COUNT = "twin_count"
+SURE = "word_share_sure"  # root attribute
+ENDS = ("", "_low", "_high")
+TOLD = {"": "", "_low": ", lower end (Wilson, 95 %)", "_high": ", upper end (Wilson)"}
+# of each twin: what words are given by, and what it was
+TWIN_ROW = {n: q for n, q in (ROW | STATUS).items() if not q.kind.startswith("S")}
+Words = NDArray[np.str_]
+
+
+def _quantities(name: str, meaning: str) -> dict[str, Quantity]:
+    return {name + end: Quantity("1", meaning + TOLD[end], kind="f8") for end in ENDS}
+
+
+SHARE: dict[str, Quantity] = {
+    COUNT: Quantity("1", "twins that gave a result", kind="i8"),
+    **_quantities("word_share", "share of twins with the word of the case"),
+}
+for _word in REGIMES:
+    SHARE |= _quantities(f"share_{_word}", f"share of twins that are {_word}")
+
+
+@lru_cache(maxsize=65536)
+def interval(count: int, total: int) -> tuple[float, float, float]:
+    """Return a share with its interval (Wilson); NaN of none."""
+    from scipy.stats import binomtest
+
+    if total == 0:
+        return np.nan, np.nan, np.nan
+    found = binomtest(count, total).proportion_ci(CONFIDENCE, method="wilson")
+    return count / total, float(found.low), float(found.high)
+
+
+def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
+    """Return the columns of `SHARE`, (cases,) each.
+
+    Parameters
+    ----------
+    own : (cases,), the word of each case, "" for none
+    twins : (cases, twins), the words of its twins, "" for none
+    """
+    total = (twins != "").sum(axis=1)
+    counted = {"word_share": ((twins == own[:, None]) & (twins != "")).sum(axis=1)}
+    counted |= {f"share_{word}": (twins == word).sum(axis=1) for word in REGIMES}
+    out: dict[str, NDArray[Any]] = {COUNT: total}
+    for name, counts in counted.items():
+        of = total * (own != "") if name == "word_share" else total
+        pairs = zip(counts.tolist(), of.tolist(), strict=True)
+        found = np.array([interval(*pair) for pair in pairs]).reshape(-1, 3)
+        out |= {name + end: found[:, i] for i, end in enumerate(ENDS)}
+    return out
+
+
+def shown(status: Words, outcome: Words, regime: Words) -> Words:
+    """Return the word of each case or twin: its regime, or `unstable`; "" for none."""
+    word = np.where(outcome == "unstable", outcome, regime)
+    return np.where(status == "ok", word, "").astype("U16")

@@ -1,0 +1,171 @@
+"""How sure the four motions of an engine are: under scatter, and along each unknown.
+
+    python scripts/identify/sure.py --out DIR [--engine NAME ...] [--fast] [--write]
+
+Scatter: every unknown times exp(s z), z normal, s = 1 % and 5 %, 64 draws from a seed;
+of each motion the share of draws with its regime and whirl, with the interval (Wilson,
+95 %) that so many draws leave open. Sharpness: one unknown at a time by up to 20 %, the
+others held; how far it may go until a motion is lost. At the default inputs; `--fast`
+takes the preset of `identify.screen`. `--write` writes scripts/identify/sure.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from identify.full import DECIDING, Found, Stage, compute
+from identify.guide import WORDS
+from identify.report import SHORT, table
+from identify.score import pick
+from identify.screen import motion
+from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
+
+from hpcwhirl.scene import engine_names, named_scene
+
+SCATTERS = (0.01, 0.05)
+CHANGES = (0.01, 0.02, 0.05, 0.1, 0.2)
+FOUR = Stage("scatter", DECIDING)
+PAGE = Path(__file__).with_name("sure.md")
+TOLD = """\
+# How sure the motions are
+
+`python scripts/identify/sure.py{option} --write`, at {numerics}. d damped, S sustained,
+V divergent, ? undecided, at 270, 410, 420 and 520 rad/s; a star: not the paper's regime
+and whirl. Scatter of all eight unknowns at once; in brackets what so many draws leave
+open (95 %).
+"""
+LETTERS = {"damped": "d", "sustained": "S", "divergent": "V", "undecided": "?"}
+
+
+def changed(engine: Engine) -> list[tuple[str, float, Engine]]:
+    """Return (unknown, relative change, engine), one unknown at a time, and none."""
+    steps = sorted({0.0, *CHANGES, *(-c for c in CHANGES)})
+    return [
+        (name, step, engine | {name: float(f"{engine[name] * (1 + step):.6g}")})
+        for name in UNKNOWNS
+        for step in steps
+    ]
+
+
+def wilson(hits: int, draws: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share of which `hits` of `draws` were seen."""
+    z = 1.96
+    share, scale = hits / draws, 1 + z * z / draws
+    middle = (share + z * z / (2 * draws)) / scale
+    spread = share * (1 - share) / draws + z * z / (4 * draws * draws)
+    half = z * math.sqrt(spread) / scale
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def right(found: Found) -> list[bool]:
+    """Return which of the four motions have regime and whirl of the paper."""
+    sweep = pick(found.rows, "table 2")
+    return [(sweep[s]["regime"], sweep[s]["whirl"]) == (r, w) for s, r, w in WORDS]
+
+
+def scatter_lines(found: dict[float, list[Found]]) -> list[str]:
+    """Return the table of shares under scatter."""
+    heads = [f"{speed:g} {regime} {whirl}" for speed, regime, whirl in WORDS]
+    lines = []
+    for scatter, items in found.items():
+        each = np.array([right(item) for item in items])
+        counts = [*each.sum(axis=0), each.all(axis=1).sum()]
+        lines.append([f"{scatter:.0%}", *(_share(int(n), len(items)) for n in counts)])
+    return table(["scatter", *heads, "all four"], lines)
+
+
+def _share(hits: int, draws: int) -> str:
+    low, high = wilson(hits, draws)
+    return f"{hits} of {draws} ({low:.0%} to {high:.0%})"
+
+
+def sharp_lines(tried: Sequence[tuple[str, float, Found]]) -> list[str]:
+    """Return the table of words along each unknown, and how far all four hold."""
+    steps = sorted({step for _, step, _ in tried})
+    lines = []
+    for name in UNKNOWNS:
+        own = {step: found for unknown, step, found in tried if unknown == name}
+        told = [_letters(own[step]) for step in steps]
+        lines.append([SHORT[name][0], *told, _holds(own)])
+    heads = ["unknown", *(f"{step:+.0%}" if step else "0" for step in steps)]
+    return table([*heads, "all four hold"], lines)
+
+
+def _letters(found: Found) -> str:
+    sweep = pick(found.rows, "table 2")
+    words = (
+        LETTERS.get(sweep[s]["regime"], "!") + ("" if ok else "*")
+        for s, ok in zip(DECIDING, right(found), strict=True)
+    )
+    return "".join(words)
+
+
+def _holds(own: dict[float, Found]) -> str:
+    """Say between which changes about none all four motions are there."""
+    ends = []
+    for sign in (-1.0, 1.0):
+        end = 0.0
+        for step in sorted((s for s in own if s * sign >= 0.0), key=abs):
+            if not all(right(own[step])):
+                break
+            end = step
+        ends.append(end)
+    return f"{ends[0]:+.0%} to {ends[1]:+.0%}" if all(right(own[0.0])) else "never"
+
+
+class Sure:
+    """What computes engines: campaigns in a directory, or the fast preset here."""
+
+    def __init__(self, out: Path, workers: int, *, fast: bool) -> None:
+        self.out, self.workers, self.fast = out, workers, fast
+
+    def found(self, engines: Sequence[Engine]) -> list[Found]:
+        """Return the four motions of each engine."""
+        if not self.fast:
+            return compute(engines, FOUR, self.out, self.workers)
+        return [
+            Found(e, [motion(e, "table 2", speed) for speed in DECIDING])
+            for e in engines
+        ]
+
+    def section(self, name: str, draws: int) -> list[str]:
+        """Return what is found of a named engine."""
+        engine = engine_of_scene(named_scene(name))
+        under = {s: self.found(scattered(engine, s, draws)) for s in SCATTERS}
+        tried = changed(engine)
+        along = self.found([item for _, _, item in tried])
+        sharp = [(n, s, f) for (n, s, _), f in zip(tried, along, strict=True)]
+        return [f"## {name}", "", *scatter_lines(under), *sharp_lines(sharp)]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Compute, print and write."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("build/sure"))
+    parser.add_argument("--workers", type=int, default=1, help="MPI ranks")
+    parser.add_argument("--draws", type=int, default=64)
+    parser.add_argument("--engine", action="append", choices=engine_names())
+    parser.add_argument("--fast", action="store_true", help="preset of the screening")
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    args = parser.parse_args(words)
+    sure = Sure(args.out, args.workers, fast=args.fast)
+    numerics = "the preset of `identify.screen`" if args.fast else "the default inputs"
+    option = " --fast" if args.fast else ""
+    lines = [*TOLD.format(option=option, numerics=numerics).splitlines(), ""]
+    for name in args.engine or ["four_motions"]:
+        lines += sure.section(name, args.draws)
+    print("\n".join(lines))
+    if args.write:
+        PAGE.write_text("\n".join(lines).rstrip() + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

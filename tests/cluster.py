@@ -1,0 +1,53 @@
+"""What the tests of every real scheduler share: a campaign, and what becomes of it."""
+
+import os
+import time
+
+import pytest
+from launch import launch, root_variables
+
+LIMIT = 600  # s, of any job, on a busy machine where kernels are compiled first
+CASES = 40
+CAMPAIGN = """
+scene = {duration = 0.8}
+solver = {time_step = 2e-6}
+output = {traces = "summary"}
+sweep = {speed = {start = 300, stop = 495, step = 5}}
+"""
+MARKS = [
+    pytest.mark.cluster,
+    pytest.mark.slow,
+    pytest.mark.mpi,
+    pytest.mark.skipif(
+        os.environ.get("HPCWHIRL_CLUSTER") != "1",
+        reason="scripts/test_cluster.sh runs them",
+    ),
+]
+
+
+def in_one_process(place):
+    """Return the root variables of the campaign, computed without a scheduler."""
+    (place / "campaign.toml").write_text(CAMPAIGN)
+    done = launch("campaign", place / "campaign.toml", "--out", place / "out")
+    assert done.returncode == 0, done.err
+    return root_variables(place / "out")
+
+
+def put_tools(place, **tools):
+    """Make `place`/bin hold {name: words to run}, whatever the shell would find."""
+    (place / "bin").mkdir()
+    for name, words in tools.items():
+        tool = place / "bin" / name
+        tool.write_text(f'#!/bin/bash\nexec {" ".join(words)} "$@"\n')
+        tool.chmod(0o755)
+
+
+def wait_until(reached, what):
+    end = time.monotonic() + LIMIT
+    while not reached():
+        assert time.monotonic() < end, f"waited {LIMIT} s for {what}"
+        time.sleep(0.1)
+
+
+def log(folder):
+    return "\n".join(path.read_text() for path in folder.glob("*.log"))

@@ -1,0 +1,100 @@
+"""How sure the motions are, and why: shares, profiles, lines and roots."""
+
+import numpy as np
+import pytest
+from identify import named, sure, why
+from identify.full import DECIDING, Found
+from identify.guide import WORDS
+from identify.space import UNKNOWNS, default_engine, scattered
+
+from hpcwhirl.scene import apply_settings, engine_names, engine_shows, named_scene
+
+
+def found(*wrong):
+    rows = [{"kind": "table 2", "speed": speed, "whirl": whirl,
+             "regime": "undecided" if speed in wrong else regime}
+            for speed, regime, whirl in WORDS]  # fmt: skip
+    return Found(default_engine(), rows)
+
+
+@pytest.mark.parametrize(("hits", "draws"), [(0, 64), (31, 64), (64, 64), (1, 2)])
+def test_the_interval_of_a_share_holds_it_and_narrows_with_draws(hits, draws):
+    low, high = sure.wilson(hits, draws)
+    assert 0.0 <= low <= hits / draws <= high <= 1.0
+    less, more = sure.wilson(100 * hits, 100 * draws)
+    assert more - less < 0.2 * (high - low)
+
+
+def test_scatter_is_as_wide_as_told_and_every_draw_is_its_own():
+    engine = default_engine()
+    drawn = scattered(engine, 0.05, 256)
+    assert drawn[:8] == scattered(engine, 0.05, 8)  # more draws: the first the same
+    off = np.log([[e[n] / engine[n] for n in UNKNOWNS] for e in drawn])
+    assert off.std(axis=0) == pytest.approx(0.05, rel=0.2)
+    assert np.abs(np.corrcoef(off.T) - np.eye(len(UNKNOWNS))).max() < 0.25
+    assert drawn != scattered(engine, 0.05, 256, seed=2)
+
+
+def test_shares_count_motions_one_by_one_and_all_at_once():
+    lines = sure.scatter_lines({0.01: [found(), found(270.0), found(420.0), found()]})
+    cells = [cell.strip() for cell in lines[2].split("|")[2:-1]]
+    assert [cell.split(" (")[0] for cell in cells] == [
+        "3 of 4", "4 of 4", "3 of 4", "4 of 4", "2 of 4",
+    ]  # fmt: skip
+
+
+def test_a_profile_ends_where_a_motion_is_first_lost():
+    steps = dict.fromkeys((-0.1, -0.05, 0.0, 0.05), found())
+    steps |= {0.1: found(410.0), 0.2: found(), -0.2: found(520.0)}
+    assert sure._holds(steps) == "-10% to +5%"
+    assert sure._holds(steps | {0.0: found(270.0)}) == "never"
+    changed = sure.changed(default_engine())
+    assert len(changed) == len(UNKNOWNS) * (1 + 2 * len(sure.CHANGES))
+    for name, step, engine in changed:
+        other = {n for n in UNKNOWNS if engine[n] != default_engine()[n]}
+        assert other == ({name} if step else set())
+        assert engine[name] == pytest.approx(default_engine()[name] * (1 + step))
+
+
+@pytest.mark.parametrize("line", [-213.0, 125.0, 202.0])
+def test_a_window_tells_radius_line_and_force_of_a_made_up_orbit(line):
+    time = 0.3 + 2e-4 * np.arange(500)
+    orbit = 1e-4 * np.exp(1j * line * time) + 1e-5 * np.exp(-1j * 650.0 * time)
+    radius, got, force = why._window(time, orbit, 12.0 * time)
+    assert radius == pytest.approx(np.hypot(1e-4, 1e-5), rel=1e-2)
+    assert got == pytest.approx(line, abs=3.0)
+    assert force == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "whirl", "closed"),
+    [(270.0, "backward", 1), (410.0, "forward", -1), (430.0, "forward", 1)],
+)
+def test_the_root_of_an_engine_with_four_motions_tells_its_words(speed, whirl, closed):
+    small = {"speed": speed, "modes": 44, "harmonics": 6}
+    root = why.branch(apply_settings(named_scene("four_motions"), small), whirl)
+    assert np.sign(root[-1].real) == closed
+    assert root.real.max() > 0.0 > root[0].real  # free it rests, touching it grows
+    assert (root.imag[-1] > 0.0) == (whirl == "forward")
+    assert np.abs(np.diff(root.imag)).max() < 15.0  # followed, no jump
+    told = why._where(root)
+    assert ("closed" in told) == (closed > 0)
+
+
+def test_a_line_of_speeds_is_told_in_ranges():
+    def row(speed, regime, whirl="forward"):
+        return {"speed": speed, "regime": regime, "whirl": whirl}
+
+    words = "dVVVdSd"
+    regimes = {"d": "damped", "V": "divergent", "S": "sustained"}
+    sweep = {10.0 * i: row(10.0 * i, regimes[w]) for i, w in enumerate(words)}
+    assert named.ranges(sweep, "divergent") == "10-30 (forward)"
+    assert named.ranges(sweep, "sustained") == "50 (forward)"
+    assert named.ranges(sweep, "undecided") == ""
+    with pytest.raises(SystemExit, match="no line"):
+        named.written("[one]\n", "one", "something")
+
+
+def test_named_engines_say_what_they_show():
+    for name in engine_names():
+        assert all(f"{speed:g}" in engine_shows(name) for speed in DECIDING)

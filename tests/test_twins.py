@@ -1,0 +1,348 @@
+"""Twins of cases: how sure a word is, the same on any ranks and after any kill."""
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+from launch import launch, root_variables
+from scipy.stats import binomtest, kstest
+
+import hpcwhirl
+from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.progress import progress_of
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.twins import draw, identity
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, digest
+from hpcwhirl.store.journal import read_records
+from hpcwhirl.store.neighbours import at_boundary
+from hpcwhirl.store.shares import interval, shares
+
+# at 250 rad/s hardly anything changes, at 330 a word is that of a coin
+FIRST = {
+    "scene": {"duration": 0.3},
+    "solver": {"time_step": 8e-6},
+    "output": {"traces": "summary"},
+    "sweep": {"speed": [250.0, 330.0, 400.0]},
+    "twins": {"count": 3, "spread": {"force": 0.3, "friction": 0.3}},
+}
+
+
+def run(folder, policy=None, extend=None, **tables):
+    design = design_of(FIRST | tables)
+    prepare(design, folder, extend)
+    ending = run_campaign(design, folder, policy=policy or Policy())
+    assert ending.complete
+    return variables(folder), ending
+
+
+def variables(folder):
+    """Return the root variables of results, and those of the twins."""
+    with h5py.File(folder / "results.h5") as file:
+        twins = {f"twins/{n}": d[()].tobytes() for n, d in file["twins"].items()}
+    return root_variables(folder) | twins
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    run(folder)
+    return folder
+
+
+@given(some.text("0123456789abcdef", min_size=64, max_size=64), some.integers(1, 999))
+def test_a_draw_is_a_number_of_its_case_twin_and_input_alone(name, number):
+    one = draw(name, number, "force")
+    assert -1.0 <= one <= 1.0
+    assert one == draw(name, number, "force")
+    assert one != draw(name, number + 1, "force")
+    assert one != draw(name, number, "gap")
+
+
+def test_twins_do_not_depend_on_what_is_kept_or_how_long_it_may_last():
+    scene = design_of(FIRST).scenes[0]
+    own = {"traces": "full", "interval": 1e-3, "until": "decided", "longest": 9.0}
+    assert identity(apply_settings(scene, own), "") == identity(scene, "")
+    other = apply_settings(scene, {"friction": 0.2})
+    assert identity(other, "") != identity(scene, "")
+
+
+def test_draws_are_even_and_do_not_repeat():
+    drawn = np.array([draw("d", n, x) for n in range(4000) for x in ("force", "gap")])
+    assert kstest(drawn, "uniform", (-1.0, 2.0)).pvalue > 1e-3
+    assert abs(np.corrcoef(drawn[::2], drawn[1::2])[0, 1]) < 0.06
+
+
+def test_a_twin_is_its_case_with_inputs_changed_a_little(whole):
+    design = design_of(FIRST)
+    records = read_records(whole)
+    twins = [record for record in records.values() if "twin" in record]
+    assert len(twins) == 9
+    for record in twins:
+        case = record["case"]
+        scene, own = design.scenes[case], design.digests[case]
+        force, friction = (
+            getattr(scene, name)
+            * (1.0 + 0.3 * draw(identity(scene, ""), record["twin"], name))
+            for name in ("force", "friction")
+        )
+        assert (record["row"]["force"], record["row"]["friction"]) == (force, friction)
+        assert record["of"] == own
+        twin = apply_settings(scene, {"force": force, "friction": friction})
+        assert record["digest"] == digest(twin)
+    assert len({record["row"]["force"] for record in twins}) == 9
+    alone = simulate(apply_settings(scene, {"force": force, "friction": friction}))
+    assert alone.row == twins[-1]["row"]
+
+
+def test_a_case_is_as_without_twins(whole, tmp_path):
+    design = design_of({n: t for n, t in FIRST.items() if n != "twins"})
+    prepare(design, tmp_path)
+    assert run_campaign(design, tmp_path).complete
+    without, with_ = root_variables(tmp_path), root_variables(whole)
+    assert "word_share" in with_
+    assert {n: with_[n] for n in without} == without
+
+
+def test_the_share_of_a_word_is_that_of_its_twins(whole):
+    data = hpcwhirl.open_results(whole)
+    own, records = hpcwhirl.words(data.regime), read_records(whole).values()
+    for case in range(3):
+        words = [r["row"]["regime"] for r in records
+                 if r["case"] == case and "twin" in r]  # fmt: skip
+        assert data.twin_count[case] == 3
+        assert data.word_share[case] == words.count(own[case]) / 3
+        for word in ("damped", "sustained", "divergent", "undecided"):
+            share = data[f"share_{word}"].values[case]
+            assert share == words.count(word) / 3
+            low, high = (
+                data[f"share_{word}_{end}"].values[case] for end in ("low", "high")
+            )
+            assert low <= share <= high
+    assert data.word_share.values.min() < 1.0  # else nothing was tried
+
+
+@given(
+    some.integers(1, 60).flatmap(
+        lambda n: some.tuples(some.integers(0, n), some.just(n))
+    )
+)
+def test_the_interval_is_that_of_a_library_and_holds_the_share(pair):
+    share, low, high = interval(*pair)
+    found = binomtest(*pair).proportion_ci(method="wilson")
+    assert (low, high) == (found.low, found.high)
+    assert low - 1e-12 <= share <= high + 1e-12
+
+
+def test_a_case_without_twins_has_no_share():
+    own = np.array(["damped", "", "damped"])
+    twins = np.array([["", ""], ["damped", "damped"], ["damped", ""]])
+    found = shares(own, twins)
+    assert found["twin_count"].tolist() == [0, 2, 1]
+    assert np.isnan(found["word_share"][:2]).all()
+    assert found["word_share"][2] == 1.0
+    assert np.isnan(found["share_damped"][0])
+    assert found["share_damped"][1] == 1.0
+
+
+class Death(BaseException):
+    """What no code catches."""
+
+
+@pytest.mark.parametrize("of", ["all", "boundary"])
+def test_a_kill_among_twins_changes_no_bit(tmp_path, monkeypatch, of):
+    table = {"twins": FIRST["twins"] | {"of": of}}
+    expected, _ = run(tmp_path / "whole", **table)
+    advance, deaths = March.advance, 0
+    while True:
+        left = [15]
+
+        def counted(march, steps, left=left):
+            left[0] -= 1
+            if left[0] < 0:
+                raise Death
+            advance(march, steps)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(March, "advance", counted)
+            try:
+                found, _ = run(tmp_path / "o", Policy(save_every=1e-9), **table)
+            except Death:
+                deaths += 1
+                assert deaths < 300
+            else:
+                break
+    assert deaths > 3
+    assert found == expected
+
+
+def test_more_twins_are_welcome_and_none_is_computed_again(
+    whole, tmp_path, monkeypatch
+):
+    few, _ = run(tmp_path, twins=FIRST["twins"] | {"count": 2})
+    made, advance = [], March.advance
+
+    def counted(march, steps):
+        made.append(steps)
+        advance(march, steps)
+
+    monkeypatch.setattr(March, "advance", counted)
+    more, _ = run(tmp_path)
+    assert more == variables(whole) != few
+    assert len(read_records(tmp_path)) == 12
+    made.clear()
+    again, _ = run(tmp_path, twins=FIRST["twins"] | {"count": 2})
+    assert again == few
+    assert made == []
+
+
+def test_progress_counts_a_case_when_its_twins_are_there(tmp_path):
+    for of in ("all", "boundary"):
+        folder, table = tmp_path / of, {"twins": FIRST["twins"] | {"of": of}}
+        without = design_of({n: t for n, t in FIRST.items() if n != "twins"})
+        prepare(without, folder)
+        run_campaign(without, folder)
+        assert progress_of(folder).left == 0
+        prepare(design_of(FIRST | table), folder)
+        words = hpcwhirl.words(hpcwhirl.open_results(folder).regime)
+        differ = words[:-1] != words[1:]
+        edge = np.r_[differ, False] | np.r_[False, differ]
+        assert progress_of(folder).left == (3 if of == "all" else edge.sum()) > 0
+        run(folder, **table)
+        assert (progress_of(folder).left, progress_of(folder).done) == (0, 3)
+
+
+def test_another_spread_is_refused(whole):
+    other = FIRST | {"twins": FIRST["twins"] | {"spread": {"force": 0.1}}}
+    with pytest.raises(InputError, match=r"was begun with \[twins\] spread = "):
+        prepare(design_of(other), whole)
+
+
+def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path):
+    late = Policy(case_limit=1e-9)
+    design = design_of(FIRST)
+    prepare(design, tmp_path)
+    run_campaign(design_of({n: t for n, t in FIRST.items() if n != "twins"}), tmp_path)
+    ending = run_campaign(design, tmp_path, policy=late)
+    assert ending.failed == 3
+    data = hpcwhirl.open_results(tmp_path)
+    assert (hpcwhirl.words(data.status) == "ok").all()
+    assert data.twin_count.values.tolist() == [0, 0, 0]
+    assert np.isnan(data.word_share.values).all()
+
+
+def test_classify_keeps_the_shares(tmp_path):
+    folder = tmp_path / "o"
+    run(folder)
+    before = variables(folder)
+    assert main(["classify", str(folder), "--set", "significance=1e9"]) == 0
+    data = hpcwhirl.open_results(folder)
+    with h5py.File(folder / "results.h5") as file:
+        regimes, own = file["twins/regime"][:], file["regime"][:]
+    expected = (regimes == own[:, None]).mean(axis=1)
+    assert np.array_equal(data.word_share.values, expected)
+    assert variables(folder) != before
+    assert main(["classify", str(folder)]) == 0
+    assert variables(folder) == before
+
+
+def test_twins_of_boundaries_stand_where_neighbours_differ(tmp_path):
+    table = FIRST["twins"] | {"of": "boundary"}
+    speeds = [100.0, 250.0, 400.0, 420.0]
+    run(tmp_path, twins=table, sweep={"speed": speeds})
+    data = hpcwhirl.open_results(tmp_path)
+    words = hpcwhirl.words(data.regime)
+    edge = [
+        any(words[i] != words[j] for j in (i - 1, i + 1) if 0 <= j < 4)
+        for i in range(4)
+    ]
+    assert 0 < sum(edge) < 4
+    assert (data.twin_count.values == 3 * np.array(edge)).all()
+    # one more speed moves the boundaries: shares are those of the new ones
+    more = sorted([*speeds, 200.0, 330.0])
+    grown, _ = run(tmp_path, twins=table, sweep={"speed": more})
+    fresh, _ = run(tmp_path / "fresh", twins=table, sweep={"speed": more})
+    assert grown == fresh
+
+
+def test_a_neighbour_differs_in_one_number_by_one_level():
+    rows = [{"a": a, "b": b, "word": w} for a in (1, 2, 4) for b in (0.1, 0.2)
+            for w in ("x", "y")]  # fmt: skip
+    words = ["s"] * 12
+    words[4] = "t"  # a = 2, b = 0.1, x
+    found = at_boundary(rows, ["a", "b", "word"], words)
+    assert np.flatnonzero(found).tolist() == [0, 4, 6, 8]
+
+
+def test_twins_go_on_with_their_case(tmp_path):
+    table = {"scene": {"duration": 0.1}, "sweep": {"speed": [330.0, 430.0]}}
+    own = {"until": "decided", "longest": 0.4}
+    natural, _ = run(tmp_path / "a", solver=FIRST["solver"] | own, **table)
+    run(tmp_path / "b", **table)
+    extended, _ = run(tmp_path / "b", extend=0.4, **table)
+    assert extended == natural
+    with h5py.File(tmp_path / "b" / "results.h5") as file:
+        assert set(np.unique(file["twins/duration"][:])) >= {0.4}
+
+
+WRONG = {
+    "count = 1": "[twins] count must be a whole number, 2 to 1000, got 1",
+    'of = "speckle"': "[twins] of must be all or boundary (speckle is not known here)",
+    'of = "boundaryy"': "unknown [twins] of 'boundaryy'; did you mean 'boundary'?",
+    "cuont = 3": "unknown key in [twins] 'cuont'; did you mean 'count'?",
+    "sure = 2": "[twins] sure must be a number > 0, at most 1, got 2",
+    "spread = {forcee = 1e-6}": "unknown scene input 'forcee'",
+    "spread = {blades = 0.1}": "spread blades must be of an input that is a real",
+    "spread = {force = 2}": "spread force must be a number > 0 and < 1, got 2",
+    "spread = 3": "[twins] spread must be a table such as {force = 1e-6}, got 3",
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_a_wrong_table_is_one_line(line, tmp_path, capsys):
+    file = tmp_path / "c.toml"
+    file.write_text(f"sweep = {{speed = [300, 400]}}\n[twins]\n{line}\n")
+    assert main(["campaign", str(file), "--out", str(tmp_path / "o")]) == 2
+    (told,) = capsys.readouterr().err.splitlines()
+    assert WRONG[line] in told
+    assert not (tmp_path / "o").exists()
+
+
+def test_boundaries_need_numbers_and_all_words(tmp_path, capsys):
+    file = tmp_path / "c.toml"
+    file.write_text('twins = {of = "boundary"}\nsweep = {direction = ["squeeze"]}\n')
+    assert main(["campaign", str(file), "--out", str(tmp_path / "o")]) == 2
+    assert "no two cases differ in one number alone" in capsys.readouterr().err
+    file.write_text('twins = {of = "boundary"}\nsweep = {speed = [300, 400]}\n')
+    words = ("--out", str(tmp_path / "o"), "--shard", "1/2")
+    assert main(["campaign", str(file), *words]) == 2
+    assert "needs the words of all cases: no --shard" in capsys.readouterr().err
+
+
+def test_a_dry_run_counts_twins(tmp_path, facts):
+    file = tmp_path / "c.toml"
+    text = "solver = {time_step = 2e-6}\nscene = {duration = 4e-3}\n"
+    file.write_text(text + "sweep = {speed = [300, 400]}\n")
+    words = ("campaign", str(file), "--dry-run", "--json", "--out", str(tmp_path / "o"))
+    alone = facts(*words)
+    file.write_text(text + "sweep = {speed = [300, 400]}\ntwins = {count = 4}\n")
+    found = facts(*words)
+    assert found["steps"] == 5 * alone["steps"]
+    assert found["bytes"]["results"] > alone["bytes"]["results"]
+
+
+@pytest.mark.mpi
+def test_two_ranks_have_the_same_twins(whole, tmp_path):
+    import tomli_w
+
+    file = tmp_path / "c.toml"
+    file.write_text(tomli_w.dumps(FIRST))
+    done = launch("campaign", file, "--out", tmp_path / "o", ranks=2)
+    assert done.returncode == 0, done.err
+    assert variables(tmp_path / "o") == variables(whole)
