@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from launch import launch, root_variables
 
 import hpcwhirl
 from hpcwhirl.analysis.blades import blade_amplitudes, blade_numbers, localisation
@@ -148,3 +149,28 @@ def test_a_sample_has_its_tuned_engine_at_each_point(tmp_path):
 def test_a_tuned_engine_goes_with_mistuning_alone(more, told):
     with pytest.raises(InputError, match=told):
         design_of({**SMALL, "sample": {"count": 4, "mistuning": LAW, **more}})
+
+
+TOML = """
+scene = {duration = 3e-3}
+engine = {rotor = {blades = 5, elements = 3}}
+solver = {time_step = 2e-6, modes = 10}
+output = {interval = 2e-5, traces = "blades"}
+sweep = {speed = [300, 410]}
+[sample]
+count = 4
+tuned = true
+mistuning = {distribution = "normal", mean = 0.0, deviation = 0.05}
+"""
+
+
+@pytest.mark.mpi
+def test_two_ranks_compare_with_the_same_tuned_engine(tmp_path):
+    path = tmp_path / "population.toml"
+    path.write_text(TOML)
+    for name, ranks in (("alone", 0), ("together", 2)):
+        done = launch("campaign", path, "--out", tmp_path / name, ranks=ranks)
+        assert done.returncode == 0, done.err
+    alone, together = (root_variables(tmp_path / n) for n in ("alone", "together"))
+    assert "amplification" in alone
+    assert together == alone

@@ -260,8 +260,10 @@ def test_classify_without_json_says_what_there_is(copy, capsys):
 
 def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     found = facts("bench", "--json", "--repeats", "1")
-    rows = [(r["scheme"], r["contact"] > 0) for r in found["rows"]]
-    assert rows == [(scheme, touches) for scheme in NAMES for touches in (False, True)]
+    rows = [(r["scheme"], r["engine"], r["contact"] > 0) for r in found["rows"]]
+    engines = [(scheme, "as given") for scheme in NAMES]
+    engines += [("modal", e) for e in ("mistuned", "file, cyclic", "file, mistuned")]
+    assert rows == [(*pair, touches) for pair in engines for touches in (False, True)]
     for row in found["rows"]:
         assert row.keys() >= {"microseconds_per_step", "spread"}
         assert row["microseconds_per_step"] > 0

@@ -64,7 +64,7 @@ def test_the_flow_is_central_differences_as_the_step_goes_to_zero():
 def items_of(march):
     """Return the items of rotor and ring, (ITEMS, size) each."""
     bodies = march.scheme.arrays.rotor, march.scheme.arrays.casing
-    return [body.items.reshape(passes.ITEMS, -1) for body in bodies]
+    return [passes.unpacked(body.items) for body in bodies]
 
 
 def random_state(march, rng, share=1.0):

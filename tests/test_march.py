@@ -11,10 +11,10 @@ from scipy.linalg import expm
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCHEMES = ["modal", "general", "paper", "exact"]
@@ -153,19 +153,25 @@ def test_contact_forces_cancel_between_the_bodies(scheme):
     assert u[0] == pytest.approx(mu * lam.sum(), rel=1e-12)  # moment over radius
 
 
+def modes_of(march):
+    """Return (q, d) of the rotor of `general`, (m,) each, the step that waits ended."""
+    size, odd = len(march.model.rotor.omega), march.steps & 1
+    rotor = march.scheme.ended(march.state)[0].reshape(3, -1)[:, :size]
+    return rotor[0], rotor[1 + odd]
+
+
 def test_multipliers_and_friction_are_what_moves_the_modes():
     # the modal increments of one step, less those predicted, are give * phi^T f
     march = March(resolve(scene(scheme="general")))
     model, step = march.model, march.scene.solver.time_step
+    now = modes_of(march)
     while march.counter[contact.LAST] < 0:
-        q, d = march.state.q_b.copy(), march.state.d_b.copy()
-        impulse = march.state.impulse.copy()
+        (q, d), impulse = now, march.state.impulse.copy()
         march.advance(1)
+        now = modes_of(march)
     lam = (march.state.impulse - impulse) / step
-    body = march.scheme.arrays.rotor
-    size = len(model.rotor.omega)
-    pushed = march.state.d_b - (body.keep * d - body.pull * q)
-    pushed = pushed[:size] / body.give[:size]
+    keep, pull, give = recursion(model.rotor.omega, model.rotor.ratios, step)
+    pushed = (now[1] - (keep * d - pull * q)) / give
     radial, tangential = model.rotor.shapes[0:44:2], model.rotor.shapes[1:44:2]
     mu = march.scene.friction
     want = -(lam @ radial) - mu * (lam @ tangential)
@@ -346,8 +352,8 @@ def test_no_contact_is_the_matrix_exponential():
     v = v * 300.0
     drag, stiff = 2 * model.damping * model.omega, model.omega**2
     back = q - step * v - 0.5 * step**2 * (stiff * q + drag * v)
-    march.state.q_b[:size] = q
-    march.state.d_b[:size] = q - back
+    rotor = march.state.rotor.reshape(3, -1)
+    rotor[0, :size], rotor[1, :size] = q, q - back
     march.run()
     time = march.steps * step
     for m in np.flatnonzero(slow)[:40]:
@@ -355,7 +361,7 @@ def test_no_contact_is_the_matrix_exponential():
         want = flow[0] @ [q[m], v[m]]
         error = (model.omega[m] * step) ** 2 * model.omega[m] * time
         size_q = abs(q[m]) + abs(v[m]) / model.omega[m]
-        assert abs(march.state.q_b[m] - want) < (error + 1e-5) * size_q
+        assert abs(rotor[0, m] - want) < (error + 1e-5) * size_q
 
 
 @pytest.mark.order
@@ -450,8 +456,10 @@ def test_the_guess_is_the_solution_or_says_no():
         if gaps.min() >= 0:
             continue
         space = circulant.circulant_space(22, wide, column, known)
+        assert np.array_equal(space.rows.reshape(22, -1), w[fold].T)
+        circulant.recall(22, wide, space)
         row = gaps[fold].copy()
-        active = circulant.guess(row, 0, gaps.min(), 22, wide, 24, *space[:6])
+        active = circulant.guess(row, 0, gaps.min(), 22, wide, 24, *space[:5])
         if active >= 0:
             right += 1
         else:
@@ -461,7 +469,7 @@ def test_the_guess_is_the_solution_or_says_no():
         found[space[4][:active]] = space[0][:active]
         assert found == pytest.approx(lam, rel=1e-11)
         assert row[places] == pytest.approx(opened, rel=1e-9, abs=1e-19)
-        again = circulant.guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:6])
+        again = circulant.guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:5])
         assert again == active  # the set that is kept is the solution's
     assert 0 < right < 200
 
@@ -521,3 +529,35 @@ def test_no_slice_outgrows_what_the_last_one_showed(made):
         size = marching.next_slice(size, made, seconds)
     shown = made * marching.SLICE_SECONDS / seconds
     assert size == max(round(shown), marching.LEAST_SLICE)
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact"])
+@pytest.mark.parametrize(("blades", "k"), [(3, 1), (8, 3), (21, 4), (36, 2)])
+@pytest.mark.parametrize("kind", ["ring", "rigid"])
+def test_one_kernel_marches_every_number_of_blades(blades, k, kind, scheme):
+    # odd and even, slots with and without padding; the oracle has no slots at all
+    settings = {"blades": blades, "modes": 5 * blades, "nodal_diameter": k,
+                "duration": 3e-3, "friction": 0.2}  # fmt: skip
+    if kind == "rigid":
+        settings |= {"kind": kind, "amplitude": 4e-4, "growth": 40.0}
+    own, general = ended(scheme=scheme, **settings), ended(scheme="general", **settings)
+    if scheme == "modal":
+        assert_equal_runs(own, general)
+    assert own[1].contacts > 0
+    assert own[1].gap_error < 1e-9
+    assert own[1].contacts == pytest.approx(general[1].contacts, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["rotor", "turns", "column"])
+def test_arrays_of_another_size_are_not_marched(name):
+    # the kernel reads sizes off the state and loads vectors unchecked
+    march = March(resolve(scene()))
+    arrays, state = march.scheme.arrays, march.state
+    if name == "rotor":
+        state = state._replace(rotor=state.rotor[:-4])
+    else:
+        short = getattr(arrays.contact, name)[:-1]
+        arrays = arrays._replace(contact=arrays.contact._replace(**{name: short}))
+    with pytest.raises(ModelError, match=f"{name} of the cyclic kernel"):
+        cyclic.space_of(arrays, state)
+    cyclic.space_of(march.scheme.arrays, march.state)

@@ -32,12 +32,12 @@ HANG = """
 import pathlib, time
 from hpcwhirl.campaign import evaluate
 compute = evaluate.compute
-def hang(case, *others):
+def hang(case, *others, **named):
     if case.given.speed == 420 and pathlib.Path("PLACE/hang").exists():
         pathlib.Path("PLACE/hangs").touch()
         while True:
             time.sleep(3600)
-    return compute(case, *others)
+    return compute(case, *others, **named)
 evaluate.compute = hang
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import resource
 import subprocess
@@ -10,6 +11,7 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
@@ -24,13 +26,22 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 420.0},
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
+COUNTED = (DEFAULT, "general")  # schemes whose operations are counted
+UNEVEN = 0.03  # of Young's modulus, of the blades of a mistuned engine
 START = (
+    "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
     "from hpcwhirl.dynamics.march import March\n"
     "from hpcwhirl.scene import apply_settings, named_scene\n"
-    "scene = apply_settings(named_scene('table2'), {'scheme': '%s'})\n"
-    "March(resolve(scene)).advance(10)\n"
+    "chosen = dict(word.split('=') for word in sys.argv[1:])\n"
+    "March(resolve(apply_settings(named_scene('table2'), chosen))).advance(10)\n"
 )
+# of a process that takes ten steps, one after the other with one cache: empty at first
+STARTS: dict[str, tuple[str, ...]] = {
+    "cold": (),
+    "new_size": ("blades=13", "modes=52", "harmonics=7"),
+    "warm": (),
+}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +52,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--cases", action="store_true", help="also whole cases, one of each regime"
     )
     parser.add_argument(
-        "--compile", action="store_true", help="also the first start ever, and the next"
+        "--compile",
+        action="store_true",
+        help="also the first start ever, one with a new size, and the next",
     )
 
 
@@ -66,20 +79,42 @@ def run(args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return the timings, the core's peak and what `modal` reaches of it in flight."""
+    """Return the timings, the core's peak and what of it is reached in flight."""
     from hpcwhirl.measure import bench
 
     peak = bench.fma_peak(repeats)
     rows = [asdict(timing) for timing in bench.time_schemes(scene, repeats)]
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
+        engines = engines_of(scene, Path(folder))
+        rows += [asdict(timing) for timing in bench.time_engines(engines, repeats)]
     facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
-    facts["modal_bytes"] = bench.bytes_of(scene)
-    operations = bench.flight_operations(scene)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
-    own = [r for r in rows if r["scheme"] == DEFAULT]
-    flight = own[0]["microseconds_per_step"]
-    facts["modal_operations_in_flight"] = operations
-    facts["modal_gflops_in_flight"] = 1e-3 * operations / flight
+    for scheme in COUNTED:
+        flight = next(r for r in rows if r["scheme"] == scheme)["microseconds_per_step"]
+        operations = bench.flight_operations(scene, scheme)
+        facts[f"{scheme}_bytes"] = bench.bytes_of(scene, scheme)
+        facts[f"{scheme}_operations_in_flight"] = operations
+        facts[f"{scheme}_gflops_in_flight"] = 1e-3 * operations / flight
     return facts
+
+
+def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
+    """Return engines made of a built-in one: mistuned, and both as files."""
+    from hpcwhirl.case.resolve import resolve
+    from hpcwhirl.cli.export_model import arrays_of
+    from hpcwhirl.store.single import write_arrays
+
+    if scene.engine.file or scene.engine.rotor.mistuning:
+        return {}
+    blades = scene.engine.rotor.blades
+    pattern = [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
+    mistuned = apply_settings(scene, {"mistuning": pattern})
+    engines = {"mistuned": mistuned}
+    for name, own in (("file, cyclic", scene), ("file, mistuned", mistuned)):
+        path = folder / f"{name}.h5"
+        write_arrays(path, arrays_of(resolve(own).model), {})
+        engines[name] = apply_settings(scene, {"file": str(path)})
+    return engines
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
@@ -99,17 +134,33 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Return seconds of a process that takes ten steps, cache empty and cache full."""
+    """Return what processes cost that take ten steps, the first with an empty cache.
+
+    Of each of `STARTS`: seconds, those of the processor, and what it left in the cache.
+    """
+    facts: dict[str, Any] = {"scheme": scheme}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:
-        spent = []
-        for _ in range(2):
-            start = time.perf_counter()
+        for name, settings in STARTS.items():
+            before, start = _compiled(cache), time.perf_counter()
+            busy = _of_children()
             subprocess.run(
-                [sys.executable, "-c", START % scheme],
+                [sys.executable, "-c", START, f"scheme={scheme}", *settings],
                 env=os.environ | {"NUMBA_CACHE_DIR": cache}, check=True,
             )  # fmt: skip
-            spent.append(time.perf_counter() - start)
-    return {"scheme": scheme, "cold_seconds": spent[0], "warm_seconds": spent[1]}
+            facts[f"{name}_seconds"] = time.perf_counter() - start
+            facts[f"{name}_processor_seconds"] = _of_children() - busy
+            facts[f"{name}_compiled"] = _compiled(cache) - before
+    return facts
+
+
+def _compiled(cache: str) -> int:
+    """Return how many compiled functions there are in a cache."""
+    return sum(1 for _ in Path(cache).rglob("*.nbc"))
+
+
+def _of_children() -> float:
+    """Return the processor's seconds of all ended children, in user mode."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
 
 def _peak_memory() -> float:
@@ -124,24 +175,28 @@ def _show(facts: dict[str, Any]) -> None:
     console = Console()
     table = Table(
         "scheme",
+        "engine",
         "steps in contact",
         f"{PERFORMANCE['microseconds_per_step'].unit} a step",
         "spread",
     )
     for row in facts["rows"]:
         table.add_row(
-            str(row["scheme"]), f"{row['contact']:.1%}",
+            str(row["scheme"]), str(row["engine"]), f"{row['contact']:.1%}",
             f"{row['microseconds_per_step']:.3f}", f"{row['spread']:.0%}",
         )  # fmt: skip
     console.print(table)
-    share = facts["modal_gflops_in_flight"] / facts["fma_peak_gflops"]
+    for scheme in COUNTED:
+        share = facts[f"{scheme}_gflops_in_flight"] / facts["fma_peak_gflops"]
+        console.print(
+            f"{scheme} in flight: {facts[f'{scheme}_operations_in_flight']} operations "
+            f"a step, {facts[f'{scheme}_gflops_in_flight']:.1f} GFLOP/s, {share:.0%} "
+            f"of the measured peak of {facts['fma_peak_gflops']:.1f}; "
+            f"{facts[f'{scheme}_bytes']} bytes of state and operators"
+        )
     console.print(
-        f"modal in flight: {facts['modal_operations_in_flight']} operations a step, "
-        f"{facts['modal_gflops_in_flight']:.1f} GFLOP/s, {share:.0%} of the measured "
-        f"peak of {facts['fma_peak_gflops']:.1f}; {facts['modal_bytes']} bytes of "
-        f"state and operators; peak memory of the process "
-        f"{facts['peak_memory_mb']:.0f} MB; a step of a damped tail costs "
-        f"{facts['modal_tail_ratio']:.2f} times one that is alive"
+        f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
+        f"damped tail costs {facts['modal_tail_ratio']:.2f} times one that is alive"
     )
     for case in facts.get("cases", []):
         console.print(
@@ -149,8 +204,20 @@ def _show(facts: dict[str, Any]) -> None:
             f"{case['regime']}, {case['whirl']}, {case['steps']} steps "
             f"({case['end_time']:.2f} s of engine time) in {case['seconds']:.3f} s"
         )
-    for start in facts.get("starts", []):
-        console.print(
-            f"{start['scheme']}: first start ever {start['cold_seconds']:.1f} s, next "
-            f"{start['warm_seconds']:.1f} s"
-        )
+    if "starts" in facts:
+        console.print(_table_of_starts(facts["starts"]))
+
+
+def _table_of_starts(starts: list[dict[str, Any]]) -> Any:
+    from rich.table import Table
+
+    heads = ("first start ever", "a new size", "next start")
+    table = Table("seconds (of the processor)", *heads, "compiled")
+    for facts in starts:
+        cells = [
+            f"{facts[f'{name}_seconds']:.1f} ({facts[f'{name}_processor_seconds']:.1f})"
+            for name in STARTS
+        ]
+        counts = [str(facts[f"{name}_compiled"]) for name in STARTS]
+        table.add_row(facts["scheme"], *cells, ", ".join(counts))
+    return table

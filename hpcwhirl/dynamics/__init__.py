@@ -7,7 +7,7 @@ recursion marches increments, which loses no digits on slow modes. Kernels run i
 of 10 ms; any cut gives the same bits. Amplitudes below 1e-150 are set to zero, since
 denormals are slow. `kernels` is all compiled code.
 
-- `paper` is Algorithm 1 on dense matrices; `general` goes mode by mode.
+- `paper` is Algorithm 1 on dense matrices, the oracle of others.
 - `modal` marches complex amplitudes, one for the two phases of a double mode, in slots
   of nodal diameters, the ring's in the rotating frame, where nothing depends on the
   blades' place: one real transform of N points gives all gaps of both bodies, its
@@ -18,10 +18,16 @@ denormals are slow. `kernels` is all compiled code.
   the next pass. Vectors are written out, so that sums and products are rounded as they
   stand, on every machine. The active blades stay the same in 98 of 100 steps: the
   inverse of their part of the Delassus matrix is kept until they change.
-- `exact` is the same kernel with the coefficients of each mode's exact flow, in (q, d =
-  q - q before), where the flow loses no digits on slow modes; contact gives an impulse
-  at the beginning of a step so that no blade has penetrated at its end. Away from
-  contact it jumps: amplitudes bound the second derivative of every gap (the ring's
+- `general` marches the rotor's real modes one by one and the ring as `modal` does: in
+  the rotating frame the ring is the same at every angle whatever the rotor, so that W
+  is constant, though not circulant, and its inverse kept. Tips are a product of N m
+  terms a step; modal forces are summed over the blades in contact alone. Beside a
+  casing of elements, which has no such frame, it takes both bodies' modes and the
+  places of the blades from step to step.
+- `exact` is the kernel of `modal` with the coefficients of each mode's exact flow, in
+  (q, d = q - q before), where the flow loses no digits on slow modes; contact gives an
+  impulse at the beginning of a step so that no blade has penetrated at its end. Away
+  from contact it jumps: amplitudes bound the second derivative of every gap (the ring's
   motion past the blades included), value and rate do the rest; a jump ends one step
   before a blade might touch, so contact begins on the same grid of steps as in `modal`.
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.certificate import LESS, roots_of
+from hpcwhirl.dynamics.free_rotor import free_rotor
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.bodies import TINY
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.named import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError
@@ -52,7 +52,7 @@ class _Motion:
         return self.alpha * z + self.beta * back, self.gamma * z + self.delta * back
 
     def energies(self, z: Complexes, own: slice) -> Floats:
-        """Return the energy of some modes, (samples,), as `general.modal_energy`, J.
+        """Return the energy of some modes, (samples,), as `modes.modal_energy`, J.
 
         z : (samples, modes), z^n of all modes
         """
@@ -105,27 +105,21 @@ class Coast:
 
     Parameters
     ----------
-    scheme : cyclic, of central differences
+    scheme : of central differences, in the frame that turns
     blades : of what is marched
     step : s
     """
 
     def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
         if scheme.ended is None:
-            msg = "only the cyclic kernel's steps can be ended"
+            msg = "only steps of kernels in the frame that turns can be ended"
             raise ModelError(msg)
         self.ended = scheme.ended
-        (rotor, hub), ring = scheme.arrays.rotor, scheme.arrays.casing.items
+        self.free = free_rotor(scheme.arrays, blades)
         self.step = step
-        self.slots, _ = widths(blades)
-        parts = rotor.reshape(passes.ITEMS, -1, 2, self.slots)
-        self.rotor_items = parts[:, :, 0].reshape(passes.ITEMS, -1)
-        self.ring_items = ring.reshape(passes.ITEMS, -1)
+        self.rotor_items = self.free.items
+        self.ring_items = passes.unpacked(scheme.arrays.casing.items)
         self.rotor, self.ring = roots_of(self.rotor_items), roots_of(self.ring_items)
-        axes = hub.reshape(2, -1, 2, self.slots)
-        self.hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)
-        columns = scheme.arrays.contact.turns.reshape(blades, 2 * self.slots)
-        self.waves = columns[:, : self.slots] - 1j * columns[:, self.slots :]
 
     @property
     def possible(self) -> bool:
@@ -136,25 +130,28 @@ class Coast:
         """Return (q, d) of the rotor and of the ring, all places, of an ended state."""
         odd = int(state.counter[contact.STEP]) & 1
         s_b, s_c, _, _ = self.ended(state)
-        phases = s_b.reshape(passes.ROTOR_STATE, -1, 2, self.slots)
-        rotor = phases[:, :, 0] + 1j * phases[:, :, 1]
-        rotor = rotor.reshape(passes.ROTOR_STATE, -1)
+        rotor = self.free.read(s_b)
         parts = s_c.reshape(3, 2, -1)
         ring = parts[:, 0] + 1j * parts[:, 1]
         return rotor[0], rotor[1 + odd], ring[0], ring[1 + odd]
 
     def bound(self, state: CyclicState) -> tuple[Floats, Floats]:
-        """Return (weighed amplitudes (modes,), m; decay of each a step, r).
+        """Return (weighed amplitudes (blades, modes), m; decay of each a step, r).
 
-        Their sum bounds every later radial displacement of a tip against the ring.
+        The sum of a row bounds every later radial displacement of a blade's tip against
+        the ring; one row where all blades have the same.
         """
         q_b, d_b, q_c, d_c = self._bodies(state)
+        reach = self.free.reach[:, self.rotor.own]
+        weights = reach, np.tile(self.ring.weight, (len(reach), 1))
         sizes = []
-        for roots, q, d in ((self.rotor, q_b, d_b), (self.ring, q_c, d_c)):
+        for weight, roots, q, d in zip(
+            weights, (self.rotor, self.ring), (q_b, q_c), (d_b, d_c), strict=True
+        ):
             a, b = roots.waves(q[roots.own], d[roots.own])
-            sizes.append(roots.weight * np.hypot(np.abs(a), np.abs(b)))
+            sizes.append(weight * np.hypot(np.abs(a), np.abs(b)))
         decays = np.concatenate([self.rotor.radius, self.ring.radius])
-        return np.concatenate(sizes), decays
+        return np.hstack(sizes), decays
 
     def motion(self, state: CyclicState) -> _Motion:
         """Return the free motion from an ended state on."""
@@ -213,7 +210,7 @@ class Coast:
     def _centre(self, motion: _Motion, z: Complexes) -> Floats:
         """Return x_o, y_o, (samples, 2), m, rotating frame."""
         own = len(self.rotor.own)
-        hub = self.hub[:, self.rotor.own]
+        hub = self.free.hub[:, self.rotor.own]
         swing = (hub.conj() * motion.alpha[:own] + hub * motion.beta[:own].conj()).T
         return np.asarray((z[:, :own] @ swing).real)
 
@@ -266,10 +263,9 @@ class Coast:
 
     def _tips(self, q: Complexes) -> Floats:
         """Return (samples, N, 2), m: radial and tangential, of amplitudes q."""
-        own, items = self.rotor.own, self.rotor_items
-        sigma = items[passes.SR] + 1j * items[passes.SI]
-        waves = self.waves[:, own % self.slots]
-        shapes = -items[passes.RADIAL][own] * waves, -sigma[own] * waves
+        shapes = (
+            rows[:, self.rotor.own] for rows in (self.free.radial, self.free.tangential)
+        )
         return np.stack([(q @ shape.T).real for shape in shapes], axis=-1)
 
     def _leave(
@@ -288,7 +284,7 @@ class Coast:
         waits = float(rate @ np.abs(d + old) ** 2)
         _, _, state.sums_b[:], state.sums_c[:] = settled
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
-        state.sums_b[4 * self.slots] += float(lost) - waits
+        state.sums_b[2 * len(state.sums_b) // 3] += float(lost) - waits
         spin = self.ring_items[passes.SPIN][self.ring.own] * self.step
         now, then = np.exp(1j * spin * steps), np.exp(1j * spin * (steps - 1))
         for place, values, turn in (
@@ -302,15 +298,19 @@ class Coast:
         self, state: CyclicState, place: int, rotor: Complexes, ring: Complexes
     ) -> None:
         """Write amplitudes or increments, (modes,) of each body, in the state."""
-        parts = state.rotor.reshape(passes.ROTOR_STATE, -1, 2, self.slots)[place]
-        for part, values in enumerate((rotor.real, rotor.imag)):
-            flat = np.zeros(parts[:, 0].size)
-            flat[self.rotor.own] = np.where(np.abs(values) < TINY, 0.0, values)
-            parts[:, part] = flat.reshape(-1, self.slots)
+        whole = np.zeros(self.free.items.shape[1], dtype=complex)
+        whole.real[self.rotor.own] = flushed(rotor.real)
+        whole.imag[self.rotor.own] = flushed(rotor.imag)
+        self.free.write(state.rotor, place, whole)
         for part, values in enumerate((ring.real, ring.imag)):
             row = state.ring.reshape(3, 2, -1)[place, part]
             row[:] = 0.0
-            row[self.ring.own] = np.where(np.abs(values) < TINY, 0.0, values)
+            row[self.ring.own] = flushed(values)
+
+
+def flushed(values: Floats) -> Floats:
+    """Return values of which those below 1e-150 are zero, as kernels set them."""
+    return np.where(np.abs(values) < TINY, 0.0, values)
 
 
 def next_look(
@@ -319,9 +319,11 @@ def next_look(
     """Return steps until the bound may be below the gap if nothing touches meanwhile.
 
     Within `shortest` .. `longest`; where contact changes the motion it is a guess.
+
+    sizes, decays : of `Coast.bound`
     """
     for _ in range(40):
-        if shortest >= longest or sizes @ decays**shortest < LESS * gap:
+        if shortest >= longest or (sizes @ decays**shortest).max() < LESS * gap:
             break
         shortest *= 2
     return min(shortest, longest)

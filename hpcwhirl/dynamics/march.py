@@ -132,7 +132,7 @@ class March:
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
         sizes, decays = self.coast.bound(self.state)
-        reach, room = float(sizes.sum()), min(self.scene.gap, self._limit)
+        reach, room = float(sizes.sum(axis=1).max()), min(self.scene.gap, self._limit)
         if not reach < LESS * room:
             pause = LOOKS * self.beat
             self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))

@@ -68,6 +68,14 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
     return DenseBody._make([*(np.ascontiguousarray(m.T) for m in matrices), *places])
 
 
+def rotor_compliance(model: Model, scene: Scene) -> Floats:
+    """Return W of the rotor (N, N), m/N, see `contact_operators`."""
+    step, mu = scene.solver.time_step, friction_with_sign(scene)
+    radial, tangential = tip_rows(model.rotor, model.blades)
+    _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
+    return np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+
+
 def contact_operators(model: Model, scene: Scene) -> Contact:
     """Return W of the rotor and the ring's compliance, m/N, and the ring.
 
@@ -76,9 +84,7 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     Phi diag(give) Phi^T. A row of the compliance is a loaded radial coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
-    radial, tangential = tip_rows(model.rotor, model.blades)
-    _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
-    w_rotor = np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+    w_rotor = rotor_compliance(model, scene)
     if model.casing is None or model.ring is None:
         return Contact(w_rotor, EMPTY, ring_kind(model))
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)

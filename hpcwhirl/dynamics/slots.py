@@ -18,6 +18,7 @@ from hpcwhirl.dynamics.kernels.named import (
     CyclicRotor,
     Load,
 )
+from hpcwhirl.dynamics.kernels.vectors import aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -58,7 +59,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     columns = np.zeros(wide, dtype=int)
     columns[:half] = np.arange(half)
     wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
-    return turns.ravel(), np.ascontiguousarray(wave).ravel()
+    return aligned(turns.ravel()), aligned(wave.ravel())
 
 
 @dataclass(frozen=True)
@@ -147,8 +148,8 @@ def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     return items.ravel(), hub.reshape(2, -1), rows
 
 
-def _ring(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS size,), load (size,), rows)."""
+def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
+    """Return (items (ITEMS size,), load (size,), rows); none of a rigid casing."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
@@ -213,11 +214,16 @@ def modal_amplitudes(
     for mode in _rotor_modes(model):
         value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
         q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
+    return q_b, ring_displacements(model, scene, bodies[1], steps)
+
+
+def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) -> Floats:
+    """Return q of the ring (n,), static frame, from an ended state."""
     if model.casing is None:
-        return q_b, np.zeros(0)
-    ring = bodies[1][: 2 * len(bodies[1]) // passes.RING_STATE]
+        return np.zeros(0)
+    ring = state[: 2 * len(state) // passes.RING_STATE]
     angle = scene.speed * steps * scene.solver.time_step
-    return q_b, ring_amplitudes(model, ring[None], np.array([angle]))[0]
+    return np.asarray(ring_amplitudes(model, ring[None], np.array([angle]))[0])
 
 
 def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
@@ -249,22 +255,32 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
     """
     blades = model.blades
     rotor, hub, rows = _rotor(model, scene)
-    ring, lobe, casing_rows = _ring(model, scene)
+    ring, lobe, casing_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
     symbol = _symbol(rotor.reshape(passes.ITEMS, rows, 2, -1)[:, :, 0])
     if casing_rows:
         symbol = symbol + _symbol(ring.reshape(passes.ITEMS, casing_rows, -1))
     half = blades // 2 + 1
-    column = (blade_waves(blades) @ symbol[:half]).real  # W of blade j to blade 0
+    column = (blade_waves(blades) @ symbol[:half]).real.copy()  # W of j to blade 0
     flight = flight_arrays(scene, beat, rotor, ring)
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
-        CyclicRotor(rotor, hub),
-        CyclicCasing(ring, slot, sign),
+        CyclicRotor(passes.packed(rotor), hub),
+        CyclicCasing(passes.packed(ring), slot, sign),
         CyclicContact(column, turns, wave, flight),
     )
     return arrays, rows, casing_rows
+
+
+def ring_column(model: Model, scene: Scene) -> Floats:
+    """Return the ring's part of W to blade 0, (N,), m/N; in W at (i - j) mod N."""
+    items, _, rows = ring_arrays(model, scene)
+    if not rows:
+        return np.zeros(model.blades)
+    symbol = _symbol(items.reshape(passes.ITEMS, rows, -1))
+    waves = blade_waves(model.blades)
+    return np.asarray((waves @ symbol[: waves.shape[1]]).real)
 
 
 def _symbol(items: Floats) -> Complexes:

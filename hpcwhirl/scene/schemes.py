@@ -48,7 +48,7 @@ _TABLE = (
     Scheme(
         "general",
         "mode by mode, also takes over where modal cannot (unequal sectors, "
-        "ring of elements, fewer than 3 blades)", 2, 6e-6,
+        "ring of elements, fewer than 3 blades)", 2, 0.8e-6,
     ),
     Scheme("paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True),
 )  # fmt: skip

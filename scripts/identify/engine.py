@@ -30,7 +30,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from identify.full import FOUR, WHOLE, Found, Stage, compute
-from identify.guide import WORDS, cost, words_right
+from identify.guide import WORDS, cost, shows_all, words_right
 from identify.kept import Kept, engine_of, key_of
 from identify.report import write_report
 from identify.screen import about
@@ -125,7 +125,7 @@ class Search:
         tried = [item.engine for item in self.tried]
         new = [e for e in self.best()[: 50 * AT_ONCE] if e not in tried]
         rows = self.screen.asked
-        new = [e for e in new if words_right(rows[key_of(e)]) == len(WORDS)][:AT_ONCE]
+        new = [e for e in new if shows_all(rows[key_of(e)])][:AT_ONCE]
         if not new:
             return
         stage, ranks = self.limits.stages[0], self.limits.workers

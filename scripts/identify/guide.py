@@ -30,7 +30,7 @@ RISEN = 0.4  # ln amplitude over the window that the word `divergent` wants
 SHOWN = 1.4  # gaps: radius at which a kept-up motion loses its bound
 WEIGHTS = {
     "step": 2.5, "270": 1.3, "520": 1.1, "others": 1.0, "clamped": 0.3,
-    "table 1, k=1": 0.3, "sure": 1.0, "linear": 2.0,
+    "table 1, k=1": 0.3, "long": 1.5, "sure": 1.0, "linear": 2.0,
 }  # fmt: skip
 WORDS = ((270.0, "divergent", "backward"), (410.0, "sustained", "forward"),
          (420.0, "divergent", "forward"), (520.0, "damped", "forward"))  # fmt: skip
@@ -130,6 +130,9 @@ def misses(rows: list[Row]) -> dict[str, float]:
     out["270"] = min([*low, 1.0])
     if 520.0 in sweep:
         out["520"] = off(sweep[520.0], "damped", "forward")
+    kept = pick(rows, "long")
+    if all(speed in kept for speed, _, _ in WORDS):
+        out["long"] = _mean(off(kept[s], regime, whirl) for s, regime, whirl in WORDS)
     return out | _groups(rows, sweep) | _sure(rows)
 
 
@@ -177,3 +180,8 @@ def words_right(rows: Sequence[Row], kind: str = "table 2") -> int:
         for speed, regime, whirl in WORDS
         if speed in sweep
     )
+
+
+def shows_all(rows: Sequence[Row]) -> bool:
+    """Return whether all four motions are right, and stay so for 2.5 s."""
+    return all(words_right(rows, k) == len(WORDS) for k in ("table 2", "long"))

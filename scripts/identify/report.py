@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from identify.full import OTHER_NUMERICS
-from identify.guide import WEIGHTS, WORDS, cost, misses, words_right
+from identify.guide import WEIGHTS, WORDS, cost, misses, shows_all, words_right
 from identify.kept import key_of
 from identify.score import Row, divergent_near_270, pick, score_parts
 from identify.space import COORDINATES, Engine, default_engine, point_of
@@ -48,12 +48,8 @@ def write_report(search: Any) -> None:
         lines += [f"## Computed whole, score {item.score:.3f}{whose}", ""]
         lines += [describe(item.engine), "", *targets_table(item.rows)]
         lines += [*motions(item.rows), *robustness(item.rows)]
-    lines += determined([e for e in search.best() if _all_right(asked[key_of(e)])])
+    lines += determined([e for e in search.best() if shows_all(asked[key_of(e)])])
     (out / "report.md").write_text("\n".join(lines))
-
-
-def _all_right(rows: Sequence[Row]) -> bool:
-    return words_right(rows) == len(WORDS)
 
 
 def _counts(search: Any) -> Lines:

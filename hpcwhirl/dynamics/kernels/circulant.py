@@ -1,4 +1,6 @@
-"""The contact problem of equally spaced blades: W is constant and circulant.
+"""The contact problem of blades beside a round casing: W is constant.
+
+In the rotating frame: the ring's part is circulant, and so is a cyclic rotor's.
 
 Nearly always the penetrating blades are the ones in contact, and the same as in the
 step before: the inverse of their part of W is kept until they change.
@@ -7,12 +9,14 @@ step before: the inverse of their part of W is kept until they change.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.contact import complementarity, contact_space
-from hpcwhirl.dynamics.kernels.named import CirculantSpace
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.named import ConstantSpace, ContactSpace
+from hpcwhirl.dynamics.kernels.pivoting import pivot
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    aligned,
     broadcast,
     element,
     fma,
@@ -22,8 +26,11 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
-@njit(error_model="numpy", cache=True)
+
+@part
 def invert(a, stride, size):
     """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
 
@@ -46,49 +53,73 @@ def invert(a, stride, size):
     return sound
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def place_of(j, blades, wide):
     """Return where a folded row, blades 0 .. N // 2 then N - j, has blade j."""
     return j if 2 * j <= blades else wide + blades - j
 
 
-@njit(error_model="numpy", cache=True)
-def remember(where, size, blades, known, inverse, column, stride):
+@part
+def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert W of the blades where[:size] and keep it."""
     for r in range(size):
         known[r] = where[r]
+        row = where[r] * 2 * wide
         for s in range(size):  # the transpose, to be read by columns
-            inverse[r * stride + s] = column[(where[s] - where[r]) % blades]
+            inverse[r * stride + s] = rows[row + place_of(where[s], blades, wide)]
     known[blades] = size
     known[blades + 1] = 1 if invert(inverse, stride, size) else 0
 
 
-@njit(error_model="numpy", cache=True)
-def circulant_space(blades, wide, column, known):
-    """Return the work space of `guess` and `solve_any`."""
+def folded(blades: int, wide: int) -> Integers:
+    """Return the blades (2 wide,) of a folded row: 0 .. N // 2, then N - j.
+
+    Each half is padded with blade 0.
+    """
+    i = np.arange(wide)
+    half = np.where(2 * i > blades, 0, i)
+    return np.concatenate([half, -half % blades])
+
+
+def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
+    """Return the work space of `guess` and `solve_any`; `recall` completes it.
+
+    w : (N, N), m/N, whose column j is what a unit multiplier on blade j opens
+    """
     padded = -(-blades // FOUR) * FOUR
-    rows = np.zeros(blades * 2 * wide)
-    for j in range(blades):
-        for i in range(2 * wide):
-            blade = i if i < wide else blades - (i - wide)
-            if 2 * (i % wide) > blades:  # padding repeats blade 0
-                blade = 0
-            rows[j * 2 * wide + i] = column[(blade - j) % blades]
-    fallback = contact_space(blades, 0)
-    for j in range(blades):
-        for i in range(blades):
-            fallback.w[j, i] = column[(i - j) % blades]
-        fallback.have[j] = 1
-    push, inverse = np.zeros(padded), np.zeros(padded * padded)
+    rows = aligned(w[folded(blades, wide)].T.ravel())
+    fallback = ContactSpace(
+        np.zeros(0), w.T.copy(), np.ones(blades, np.int64), np.zeros((blades, blades)),
+        np.zeros(blades), np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
+    )  # fmt: skip
+    work = [np.zeros(blades) for _ in range(3)]
+    return ConstantSpace(
+        aligned(np.zeros(padded)), known, aligned(np.zeros(padded * padded)), rows,
+        fallback.where, fallback, *work,
+    )  # fmt: skip
+
+
+def circulant_space(
+    blades: int, wide: int, column: Floats, known: Integers
+) -> ConstantSpace:
+    """Return the work space of a circulant W; column (N,), m/N, to blade 0."""
+    j = np.arange(blades)
+    w = column[np.subtract.outer(j, j) % blades]
+    return constant_space(blades, wide, w, known)
+
+
+@inlined
+def recall(blades, wide, space):
+    """Invert W of the blades of the last solution, which the state remembers."""
+    known, inverse, padded = space.known, space.inverse, len(space.push)
     if known[blades] > 0:
-        remember(known, known[blades], blades, known, inverse, column, padded)
-    return CirculantSpace(push, known, inverse, rows, fallback.where, column, fallback)
+        remember(known, known[blades], blades, wide, known, inverse, space.rows, padded)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def penetrating(gaps, row, blades, wide, where):
     """Set `where` to the penetrating blades of a folded row; return their number."""
-    size = 0
+    size = blades - blades  # a literal 0 would be compiled for by itself
     for j in range(blades // 2 + 1):
         where[size] = j
         size += gaps[row + j] < 0.0
@@ -98,9 +129,9 @@ def penetrating(gaps, row, blades, wide, where):
     return size
 
 
-@njit(error_model="numpy", cache=True, inline="always")
-def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
-          column):  # fmt: skip
+@inlined
+def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows,
+          where):  # fmt: skip
     """Open the gaps of a folded row with a likely set of active blades.
 
     Returns their number, with their multipliers in `push`; or -1, and leaves the row
@@ -112,7 +143,7 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
     for attempt in range(2):
         if attempt == 1:
             size = penetrating(gaps, row, blades, wide, where)
-            remember(where, size, blades, known, inverse, column, padded)
+            remember(where, size, blades, wide, known, inverse, rows, padded)
         sound = size > 0 and known[blades + 1] == 1
         for v in range(0, size, FOUR):
             total = broadcast(0.0)
@@ -148,21 +179,17 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
     return size
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
-    push, known, inverse, _, where, column, fallback = space
-    nothing, no_index = np.zeros((0, 0)), np.zeros((blades, 0), np.int64)
-    near, lam, opened = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+    push, known, inverse, rows, where, fallback, near, lam, opened = space
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]
-    size = complementarity(
-        near, nothing, nothing, no_index, nothing, lam, opened, fallback
-    )
+    size = pivot(near, lam, opened, fallback)
     for j in range(blades):
         gaps[row + place_of(j, blades, wide)] = opened[j]
     for s in range(size):
         push[s] = lam[where[s]]
     if size > 0:
-        remember(where, size, blades, known, inverse, column, len(push))
+        remember(where, size, blades, wide, known, inverse, rows, len(push))
     return size

@@ -15,9 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.named import ContactSpace
+from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
@@ -41,7 +42,7 @@ RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def place_on_elements(turned, size, length, index, shape):
     """Set what the blades read of a ring of `size` elements at angle `turned`.
 
@@ -61,7 +62,7 @@ def place_on_elements(turned, size, length, index, shape):
         shape[j, 3] = x * x * (x - 1.0) * length
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def place_on_waves(turned, size, index, shape):
     """Set what the blades read of harmonics 0 .. `size`: 1, cos h theta, sin h theta.
 
@@ -79,7 +80,7 @@ def place_on_waves(turned, size, index, shape):
             shape[j, 2 * h - 1], shape[j, 2 * h] = x, y
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def read_ring(radial, index, shape, j):
     """Return the radial displacement at blade j from the radial coordinates, m."""
     total = 0.0
@@ -88,13 +89,13 @@ def read_ring(radial, index, shape, j):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def rigid_radial(wall, time, angle):
     """Return the radial place of a rigid casing distorted on k lobes, m."""
     return -rigid_amplitude(wall, time) * math.cos(wall.lobes * angle)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def rigid_amplitude(wall, time):
     """Return A0 e^{sigma t} with its smooth rise, m.
 
@@ -108,7 +109,7 @@ def rigid_amplitude(wall, time):
     return wall.amplitude * math.exp(wall.growth * time) * ramp
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
 
@@ -126,7 +127,7 @@ def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     return total
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def pulse_of(time, force, pulse):
     """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
     if 0.0 < time < pulse:
@@ -134,7 +135,7 @@ def pulse_of(time, force, pulse):
     return 0.0
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j]: how a unit multiplier on blade j opens every gap, m/N.
 
@@ -155,83 +156,7 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
         w[j, i] += read_ring(response, index, shape, i)
 
 
-@njit(error_model="numpy", cache=True)
-def solve_dense(matrix, right, size):
-    """Solve in place by Gauss with partial pivoting; return whether it could."""
-    for c in range(size):
-        p = c
-        for r in range(c + 1, size):
-            if abs(matrix[r, c]) > abs(matrix[p, c]):
-                p = r
-        if p != c:
-            for s in range(c, size):
-                matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
-            right[c], right[p] = right[p], right[c]
-        if matrix[c, c] == 0.0:
-            return False
-        inverse = 1.0 / matrix[c, c]
-        matrix[c, c] = inverse
-        for r in range(c + 1, size):
-            factor = matrix[r, c] * inverse
-            for s in range(c + 1, size):
-                matrix[r, s] -= factor * matrix[c, s]
-            right[r] -= factor * right[c]
-    for c in range(size - 1, -1, -1):
-        total = right[c]
-        for s in range(c + 1, size):
-            total -= matrix[c, s] * right[s]
-        right[c] = total * matrix[c, c]
-    return True
-
-
-@njit(error_model="numpy", cache=True)
-def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on the blades where[:size]; return whether it could.
-
-    right : (N,), out: their multipliers; opened : (N,), out: corrected gaps of all
-    """
-    for r in range(size):
-        right[r] = -gaps[where[r]]
-        for s in range(size):
-            small[r, s] = w[where[s], where[r]]
-    if not solve_dense(small, right, size):
-        return False
-    for i in range(len(gaps)):
-        opened[i] = gaps[i]
-    for s in range(size):
-        column, factor = w[where[s]], right[s]
-        for i in range(len(gaps)):
-            opened[i] += column[i] * factor
-    for s in range(size):
-        opened[where[s]] = 0.0
-    return True
-
-
-@njit(error_model="numpy", cache=True)
-def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Exchange what violates complementarity; return how much did.
-
-    All of it (block pivoting), or the last index alone (Murty's rule).
-    """
-    wrong, last = 0, -1
-    for s in range(size):
-        if right[s] < 0.0:
-            wrong += 1
-            last = where[s]
-            if all_of_them:
-                active[last] = 0
-    for i in range(len(opened)):
-        if opened[i] < -tolerance:
-            wrong += 1
-            last = max(last, i)
-            if all_of_them:
-                active[i] = 1
-    if wrong > 0 and not all_of_them:
-        active[last] = 1 - active[last]
-    return wrong
-
-
-@njit(error_model="numpy", cache=True)
+@kernel
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
@@ -247,33 +172,21 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     lam, opened : (N,), out: multipliers, N, and corrected gaps, m
     space : of `contact_space`; its transposed W is used as it is where `have` says so
     """
-    response, w, have, small, right, active, where = space
-    n = len(gaps)
-    largest = 0.0
-    for i in range(n):
-        active[i] = 1 if gaps[i] < 0.0 else 0
-        lam[i] = 0.0
-        largest = max(largest, abs(gaps[i]))
-    for attempt in range(3 * n + 200):
-        size = 0
-        for i in range(n):
-            if active[i] == 1:
-                where[size] = i
-                size += 1
-                if have[i] == 0:
-                    delassus_row(i, w_rotor, compliance, index, shape, response, w)
-                    have[i] = 1
-        if not solve_active(gaps, w, where, size, opened, small, right):
-            return -1
-        limit, whole = 1e-13 * largest, attempt < 3 * n
-        if exchange(active, size, where, right, opened, limit, whole) == 0:
-            for s in range(size):
-                lam[where[s]] = right[s]
-            return size
+    response, w, have, _, _, active, where = space
+    largest = begin(gaps, lam, active)
+    for attempt in range(3 * len(gaps) + 200):
+        size = gather(active, where)
+        for s in range(size):
+            if have[where[s]] == 0:
+                delassus_row(where[s], w_rotor, compliance, index, shape, response, w)
+                have[where[s]] = 1
+        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
+        if wrong <= 0:
+            return size if wrong == 0 else -1
     return -1
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def contact_space(blades, coordinates):
     """Return the work space of `complementarity`."""
     return ContactSpace(
@@ -287,7 +200,7 @@ def contact_space(blades, coordinates):
     )
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
     """Enter the multipliers `push` of blades where[:active].
 
@@ -311,7 +224,7 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
     counter[TOUCHED] += 1
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def write_sample(
     counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
 ):
@@ -339,7 +252,7 @@ def write_sample(
         judge_sample(counter, ledger, tips, len(impulse), energies, lost, tracks)
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     """Write one sample of the traces."""
     s, blades = counter[SAMPLE], len(impulse)
@@ -350,13 +263,15 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     tracks.rubbed[s] = ledger[FRICTION]
     tracks.lost[s] = lost + ledger[IMPACT]
     if len(tracks.tips) > 0:
-        tracks.tips[s] = tips[:blades]
-        tracks.blade_impulse[s, :] = impulse
-        tracks.casing[s, :] = casing
+        for j in range(blades):
+            tracks.tips[s, j, 0], tracks.tips[s, j, 1] = tips[j, 0], tips[j, 1]
+            tracks.blade_impulse[s, j] = impulse[j]
+        for m in range(tracks.casing.shape[1]):
+            tracks.casing[s, m] = casing[m]
     counter[SAMPLE] += 1
 
 
-@njit(error_model="numpy", cache=True)
+@inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
     """Write one row of evidence, and the ledger as it stands."""
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed

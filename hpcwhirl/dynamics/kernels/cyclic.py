@@ -13,30 +13,28 @@ Lambda_kappa = sum_j lambda_j e^{-2 pi i kappa j / N}, gives every modal force a
 (gamma + mu conj(sigma)) Lambda, sigma the tangential amplitude; and the Delassus
 matrix is constant and circulant.
 
-Sizes are literals of the compiled code (a kernel for each).
+Sizes are read off the arrays: one kernel of each scheme marches all of them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numba import njit
 
+from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import (
     circulant_space,
     guess,
     place_of,
+    recall,
     solve_any,
 )
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
     AMPLITUDE,
     COMPLEMENTARITY,
-    ENDED,
     IMPACT,
     LAST,
     NEXT_TRY,
@@ -49,10 +47,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     carried_by_wall,
     pulse_of,
 )
-from hpcwhirl.dynamics.kernels.flight import LESS, fly
+from hpcwhirl.dynamics.kernels.flight import LESS, fly, total_of
+from hpcwhirl.dynamics.kernels.named import Arrays, CyclicSpace, CyclicState, Sizes
 from hpcwhirl.dynamics.kernels.passes import (
-    pass_ring,
-    pass_rotor,
+    ITEMS,
+    RING_STATE,
+    ROTOR_STATE,
+    copy_to,
     pulse_work,
     push_pulse,
     to_gaps,
@@ -65,33 +66,35 @@ from hpcwhirl.dynamics.kernels.samples import (
     put_aside,
     sample_cyclic,
     sample_space,
-    size_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    aligned,
     broadcast,
     fma,
+    higher_of,
     load,
     store,
 )
+from hpcwhirl.errors import ModelError
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then (im, -re) of it."""
     half = width // 2
     for v in range(0, width, FOUR):
-        store(lam, v, load(turns, where[0] * width + v) * broadcast(push[0]))
-    for s in range(1, size):
-        for v in range(0, width, FOUR):
+        total = load(turns, where[0] * width + v) * broadcast(push[0])
+        for s in range(1, size):
             row = load(turns, where[s] * width + v)
-            store(lam, v, fma(row, broadcast(push[s]), load(lam, v)))
+            total = fma(row, broadcast(push[s]), total)
+        store(lam, v, total)
     for v in range(0, half, FOUR):
         store(lam, width + v, load(lam, half + v))
         store(lam, width + half + v, broadcast(0.0) - load(lam, v))
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def flush(s):
     """Zero amplitudes below 1e-150 before their products become denormal."""
     for m in range(len(s)):
@@ -105,144 +108,297 @@ def widths(blades: int) -> tuple[int, int]:
     return slots, slots
 
 
-@lru_cache(maxsize=64)
-def cyclic_kernel(
-    blades: int, rows: int, ring_rows: int, exact: bool
-) -> Callable[..., Any]:
-    """Return the compiled kernel for these sizes.
+def check_sizes(arrays: Arrays, state: CyclicState) -> None:
+    """Raise ModelError unless arrays have the sizes that a state tells.
 
-    Parameters
-    ----------
-    blades : N >= 3
-    rows : rows of the rotor
-    ring_rows : rows of the ring; 0 where the casing is rigid
-    exact : whether the coefficients are those of the exact flow; then flights are
-        jumped over, see `flight`
+    The kernel loads vectors unchecked: a short array would be read beyond its end.
     """
+    blades = len(state.impulse)
     k, wide = widths(blades)
-    width, padded = 2 * k, -(-blades // FOUR) * FOUR
-    size, ring_size = rows * width, ring_rows * k
+    size, ring = len(state.rotor) // ROTOR_STATE, len(state.ring) // RING_STATE
+    load, rotor, casing, contact = arrays
+    whole = [
+        ("rotor", state.rotor, size // (2 * k) * 2 * k * ROTOR_STATE),
+        ("ring", state.ring, ring // k * k * RING_STATE),
+        ("lam", state.lam, 4 * k), ("gaps", state.gaps, 6 * wide),
+        ("sums_b", state.sums_b, 6 * k), ("sums_c", state.sums_c, 4 * k),
+        ("known", state.known, blades + 2), ("last", state.last, blades),
+        ("rotor items", rotor.items, ITEMS * size), ("hub", rotor.hub, 2 * size),
+        ("casing items", casing.items, ITEMS * ring), ("load", load.modal, ring),
+        ("column", contact.column, blades), ("turns", contact.turns, blades * 2 * k),
+        ("wave", contact.wave, 2 * k * wide),
+    ]  # fmt: skip
+    for name, array, wanted in whole:
+        if array.size != wanted:
+            msg = f"{name} of the cyclic kernel: {array.size} values, not {wanted}"
+            raise ModelError(msg)
 
-    @njit(error_model="numpy", cache=True)
-    def march_cyclic(
-        steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
-        state, tracks,
-    ):  # fmt: skip
-        """March `steps` steps; see `bodies.march_bodies` and `named`."""
-        force, pulse, lobe = loading
-        c_b = rotor.items
-        c_c, slot, sign = casing
-        column, turns, wave, flight = contact
-        s_b, s_c, lam, gaps, sums_b, sums_c, known, last, counter, ledger, impulse = (
-            state
-        )
-        spectrum, out_b, out_c = np.zeros(width), np.zeros(width), np.zeros(width)
-        before, sample = np.zeros(blades), sample_space(state, blades, width)
-        space = circulant_space(blades, wide, column, known)
-        push, known, inverse, opening, where, column, _ = space
-        between = exact and strides.traces % strides.evidence != 0  # traces end no jump
-        aside = aside_space(state)
-        goal = counter[STEP] + steps
-        while counter[STEP] < goal and counter[STOP] == RUNNING:
-            jumped, far = False, 0.0
-            if (
-                exact
-                and counter[STEP] >= counter[NEXT_TRY]
-                and (counter[LAST] != counter[STEP])
-            ):
-                begun = counter[STEP]
-                if between:
-                    put_aside(state, aside)
-                jumped = fly(
-                    strides.evidence, step, wall, loading, c_b, c_c, wave, flight,
-                    state, (out_b, out_c, spectrum), rows, ring_rows, k, wide,
-                )  # fmt: skip
-                if jumped and between:
-                    keep_between(
-                        begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns,
-                        wave, flight, state, aside, sample, tracks, rows, ring_rows, k,
-                    )  # fmt: skip
-            if not jumped:
-                odd = counter[STEP] & 1
-                ring_now = (2 + 2 * odd) * ring_size
-                ring_then = (4 - 2 * odd) * ring_size
-                ended = not exact or counter[ENDED] != counter[STEP]
-                touched = ended and counter[LAST] == counter[STEP]
-                pass_rotor(
-                    s_b, s_b, c_b, lam, rows, width, (1 + odd) * size,
-                    (2 - odd) * size, ended, touched, True, exact, out_b, sums_b,
-                )  # fmt: skip
-                pass_ring(
-                    s_c, s_c, c_c, lam, ring_rows, k, ring_now, ring_then, ended,
-                    touched, True, exact, out_c, sums_c,
-                )  # fmt: skip
-                thrust = pulse_of(counter[STEP] * step, force, pulse)
-                counter[STEP] += 1
-                time, angle = counter[STEP] * step, 0.0
-                if thrust != 0.0:
-                    angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
-                if thrust != 0.0:
-                    push_pulse(
-                        s_c, c_c, ring_size, thrust, lobe, sign, angle, ring_then,
-                        out_c, k,
-                    )  # fmt: skip
-                for c in range(0, width, FOUR):
-                    store(spectrum, c, load(out_b, c) + load(out_c, c))
-                far = size_of(out_b, width)
-                if ring_size == 0 and wall.amplitude != 0.0:
-                    write_wall(wall, time, speed, slot, sign, spectrum)
-                row = counter[STEP] % 3 * 2 * wide
-                lowest = to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
-                if lowest < 0.0:
-                    active = guess(
-                        gaps, row, lowest, blades, wide, padded, push, known, inverse,
-                        opening, where, column,
-                    )  # fmt: skip
-                    if active < 0:
-                        active = solve_any(gaps, row, blades, wide, space)
-                    if active < 0:
-                        counter[STOP] = COMPLEMENTARITY
-                        return
-                    older = (counter[STEP] + 1) % 3 * 2 * wide
-                    if not exact:  # where the impact's loss is booked by columns
-                        for s in range(active):
-                            j = where[s]
-                            before[j] = gaps[older + place_of(j, blades, wide)]
-                    elif ring_size == 0 and wall.amplitude != 0.0:
-                        carried = carried_by_wall(
-                            push, where, active, blades, wall, speed, time, step
-                        )  # what the columns take for impact
-                        ledger[ROTATION] += carried
-                        ledger[IMPACT] += carried
-                    to_spectrum(push, where, active, turns, width, lam)
-                    book_contacts(
-                        push, where, active, before, last, counter, ledger, impulse,
-                        step,
-                    )  # fmt: skip
-                if thrust != 0.0:
-                    ledger[PULSE] += pulse_work(
-                        s_c, c_c, lam, ring_size, k, thrust, lobe, sign, angle,
-                        ring_then, ring_now, counter[LAST] == counter[STEP],
-                    )  # fmt: skip
-                if counter[STEP] % FLUSH_EVERY == 0:
-                    flush(s_b)
-                    flush(s_c)
-            if jumped:
-                far = size_of(out_b, width)
-            if far > LESS * limit and farthest(out_b, turns, blades, width) > limit:
-                counter[STOP] = AMPLITUDE
-            keep = counter[STEP] % strides.traces == 0
-            judge = counter[STEP] % strides.evidence == 0
-            if keep or judge:
-                sample.wall[:] = 0.0
-                if ring_size == 0 and wall.amplitude != 0.0:
-                    write_wall(
-                        wall, counter[STEP] * step, speed, slot, sign, sample.wall
-                    )
-                sample_cyclic(
-                    step, mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns,
-                    wave, state, sample, keep, judge, tracks, rows, ring_rows, width,
-                    exact,
-                )  # fmt: skip
 
-    return march_cyclic
+def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
+    """Return the work space of a march: nothing of it is needed to resume."""
+    check_sizes(arrays, state)
+    blades = len(state.impulse)
+    k, wide = widths(blades)
+    one, two, three, four, five = (aligned(np.zeros(2 * k)) for _ in range(5))
+    return CyclicSpace(
+        one, two, three, aligned(np.zeros(2 * wide)), (four, five), np.zeros(blades),
+        sample_space(state, blades, 2 * k),
+        circulant_space(blades, wide, arrays.contact.column, state.known),
+        aside_space(state),
+    )  # fmt: skip
+
+
+@inlined
+def sizes_of(state):
+    """Return the sizes of a state's arrays."""
+    k, blades = len(state.lam) // 4, len(state.impulse)
+    rows, ring_rows = len(state.rotor) // (2 * k), len(state.ring) // k
+    wide = len(state.gaps) // 6
+    return Sizes(blades, rows // ROTOR_STATE, ring_rows // RING_STATE, k, wide)
+
+
+@inlined
+def angle_of(wall, speed, time):
+    """Return k Omega t."""
+    return wall.lobes * ((speed * time) % (2.0 * math.pi))
+
+
+@inlined
+def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
+            sizes):  # fmt: skip
+    """Set a row of the gaps, at `time`, from the passes' spectra.
+
+    Return the lowest, and a bound of the tips' displacements, see `bound_of`.
+    """
+    tips = broadcast(0.0)
+    for c in range(0, 2 * sizes.k, FOUR):
+        part = load(out_b, c)
+        tips = tips + higher_of(part, broadcast(0.0) - part)
+        store(spectrum, c, part + load(out_c, c))
+    if sizes.ring_rows == 0 and wall.amplitude != 0.0:
+        write_wall(wall, time, speed, slot, sign, spectrum)
+    lowest = to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
+    return lowest, total_of(tips)
+
+
+@inlined
+def bound_of(out_b, sizes):
+    """Return a bound of every tip's displacement: the 1-norm of its spectrum, m."""
+    tips = broadcast(0.0)
+    for c in range(0, 2 * sizes.k, FOUR):
+        part = load(out_b, c)
+        tips = tips + higher_of(part, broadcast(0.0) - part)
+    return total_of(tips)
+
+
+@inlined
+def read_before(gaps, row, where, active, sizes, before):
+    """Set the gaps of the active blades in a row, for the impact's loss."""
+    for s in range(active):
+        before[where[s]] = gaps[row + place_of(where[s], sizes.blades, sizes.wide)]
+
+
+@inlined
+def prepare(step, speed, wall, slot, sign, state, sample):
+    """Set copies of the sums, to be ended, and a rigid casing's spectrum."""
+    copy_to(sample.sums_b, state.sums_b)
+    copy_to(sample.sums_c, state.sums_c)
+    for c in range(len(sample.wall)):
+        sample.wall[c] = 0.0
+    if len(state.ring) == 0 and wall.amplitude != 0.0:
+        time = state.counter[STEP] * step
+        write_wall(wall, time, speed, slot, sign, sample.wall)
+
+
+@part
+def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
+                       keep, judge, tracks):  # fmt: skip
+    """End the step in copies and write a sample of them."""
+    c_b, c_c, slot, sign = rotor.items, casing.items, casing.slot, casing.sign
+    counter, wide = state.counter, len(state.gaps) // 6
+    t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
+    prepare(step, speed, wall, slot, sign, state, sample)
+    differences.end_step(
+        state.rotor, t_b, c_b, state.ring, t_c, c_c, state.lam, counter, sums_b, sums_c
+    )
+    sample_cyclic(
+        mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns, wave, state,
+        differences.energies_of(t_b, c_b, t_c, c_c, counter[STEP] & 1, step),
+        differences.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
+    )  # fmt: skip
+
+
+@part
+def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
+                judge, tracks):  # fmt: skip
+    """End the step in copies and write a sample of them."""
+    c_b, c_c, slot, sign = rotor.items, casing.items, casing.slot, casing.sign
+    counter, wide = state.counter, len(state.gaps) // 6
+    t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
+    prepare(step, speed, wall, slot, sign, state, sample)
+    flow.end_step(
+        state.rotor, t_b, c_b, state.ring, t_c, c_c, state.lam, counter, sums_b, sums_c
+    )
+    sample_cyclic(
+        mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns, wave, state,
+        flow.energies_of(t_b, c_b, t_c, c_c, counter[STEP] & 1, step),
+        flow.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
+    )  # fmt: skip
+
+
+@kernel
+def march_differences(
+    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+    state, tracks, space,
+):  # fmt: skip
+    """March `steps` steps by central differences; see `bodies.march_bodies`.
+
+    space : of `space_of`
+    """
+    force, pulse, lobe = loading
+    (c_b, _), (c_c, slot, sign), (_, turns, wave, _) = rotor, casing, contact
+    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
+    out_b, out_c, spectrum, _, _, before, sample, solver, _ = space
+    push, known, inverse, opening, where, _, _, _, _ = solver
+    sizes = sizes_of(state)
+    blades, rows, ring_rows, k, wide = sizes
+    ring_size = ring_rows * k
+    recall(blades, wide, solver)
+    goal = counter[STEP] + steps
+    while counter[STEP] < goal and counter[STOP] == RUNNING:
+        differences.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
+        differences.pass_ring(s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c)
+        thrust = pulse_of(counter[STEP] * step, force, pulse)
+        counter[STEP] += 1
+        time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
+        if thrust != 0.0:
+            push_pulse(
+                s_c, c_c, ring_size, thrust, lobe, sign, angle_of(wall, speed, time),
+                counter, out_c, k,
+            )  # fmt: skip
+        lowest, far = predict(
+            out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
+            sizes,
+        )  # fmt: skip
+        if lowest < 0.0:
+            active = guess(
+                gaps, row, lowest, blades, wide, len(push), push, known, inverse,
+                opening, where,
+            )  # fmt: skip
+            if active < 0:
+                active = solve_any(gaps, row, blades, wide, solver)
+            if active < 0:
+                counter[STOP] = COMPLEMENTARITY
+                return
+            older = (counter[STEP] + 1) % 3 * 2 * wide
+            read_before(gaps, older, where, active, sizes, before)
+            to_spectrum(push, where, active, turns, 2 * k, lam)
+            book_contacts(
+                push, where, active, before, last, counter, ledger, impulse, step
+            )
+        if thrust != 0.0:
+            ledger[PULSE] += pulse_work(
+                s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
+                angle_of(wall, speed, time), counter,
+            )  # fmt: skip
+        if counter[STEP] % FLUSH_EVERY == 0:
+            flush(s_b)
+            flush(s_c)
+        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
+            counter[STOP] = AMPLITUDE
+        keep = counter[STEP] % strides.traces == 0
+        judge = counter[STEP] % strides.evidence == 0
+        if keep or judge:
+            sample_differences(
+                step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
+                judge, tracks,
+            )  # fmt: skip
+
+
+@kernel
+def march_flow(
+    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+    state, tracks, space,
+):  # fmt: skip
+    """March `steps` steps of the exact flow, as `march_differences`; see `flight`."""
+    force, pulse, lobe = loading
+    (c_b, _), (c_c, slot, sign), (_, turns, wave, flight) = rotor, casing, contact
+    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
+    out_b, out_c, spectrum, rates, _, before, sample, solver, _ = space
+    outs = out_b, out_c, spectrum, rates
+    between = strides.traces % strides.evidence != 0  # traces end no jump
+    push, known, inverse, opening, where, _, _, _, _ = solver
+    sizes = sizes_of(state)
+    blades, rows, ring_rows, k, wide = sizes
+    ring_size = ring_rows * k
+    recall(blades, wide, solver)
+    goal = counter[STEP] + steps
+    while counter[STEP] < goal and counter[STOP] == RUNNING:
+        jumped, far = False, 0.0
+        if counter[STEP] >= counter[NEXT_TRY] and counter[LAST] != counter[STEP]:
+            begun = counter[STEP]
+            if between:
+                put_aside(state, space.aside)
+            jumped = fly(
+                strides.evidence, step, wall, loading, c_b, c_c, wave, flight, state,
+                outs, sizes,
+            )  # fmt: skip
+            if jumped and between:
+                keep_between(
+                    begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns, wave,
+                    flight, state, space, tracks, sizes,
+                )  # fmt: skip
+        if jumped:
+            far = bound_of(out_b, sizes)
+        else:
+            flow.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
+            flow.pass_ring(s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c)
+            thrust = pulse_of(counter[STEP] * step, force, pulse)
+            counter[STEP] += 1
+            time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
+            if thrust != 0.0:
+                push_pulse(
+                    s_c, c_c, ring_size, thrust, lobe, sign,
+                    angle_of(wall, speed, time), counter, out_c, k,
+                )  # fmt: skip
+            lowest, far = predict(
+                out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
+                sizes,
+            )  # fmt: skip
+            if lowest < 0.0:
+                active = guess(
+                    gaps, row, lowest, blades, wide, len(push), push, known, inverse,
+                    opening, where,
+                )  # fmt: skip
+                if active < 0:
+                    active = solve_any(gaps, row, blades, wide, solver)
+                if active < 0:
+                    counter[STOP] = COMPLEMENTARITY
+                    return
+                if ring_size == 0 and wall.amplitude != 0.0:
+                    carried = carried_by_wall(
+                        push, where, active, blades, wall, speed, time, step
+                    )  # what the columns take for impact
+                    ledger[ROTATION] += carried
+                    ledger[IMPACT] += carried
+                to_spectrum(push, where, active, turns, 2 * k, lam)
+                book_contacts(
+                    push, where, active, before, last, counter, ledger, impulse, step
+                )
+            if thrust != 0.0:
+                ledger[PULSE] += pulse_work(
+                    s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
+                    angle_of(wall, speed, time), counter,
+                )  # fmt: skip
+            if counter[STEP] % FLUSH_EVERY == 0:
+                flush(s_b)
+                flush(s_c)
+        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
+            counter[STOP] = AMPLITUDE
+        keep = counter[STEP] % strides.traces == 0
+        judge = counter[STEP] % strides.evidence == 0
+        if keep or judge:
+            sample_flow(
+                step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
+                judge, tracks,
+            )  # fmt: skip

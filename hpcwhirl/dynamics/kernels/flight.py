@@ -16,9 +16,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numba import njit
-
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
     CERTIFICATE,
     CERTIFIED,
@@ -30,12 +28,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     PATIENCE,
     STEP,
 )
+from hpcwhirl.dynamics.kernels.flow import end_step
 from hpcwhirl.dynamics.kernels.passes import (
+    ITEMS,
     RADIAL,
     SPEED_D,
     SPEED_Q,
     SPIN,
-    end_step,
     to_gaps,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -62,7 +61,7 @@ PASSES = 2  # jumps of powers of two that make up one
 LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def bound_rotor(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the rotor; set rate (2 k,), the spectrum of its velocity."""
     width, size = 2 * k, 2 * k * rows
@@ -75,16 +74,16 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
             for phase in range(2):
                 i = m + phase * k
                 q, d = load(s, i), load(s, now + i)
-                v = load(c, SPEED_Q * size + i) * q
-                v = fma(load(c, SPEED_D * size + i), d, v)
+                v = load(c, i * ITEMS + SPEED_Q * FOUR) * q
+                v = fma(load(c, i * ITEMS + SPEED_D * FOUR), d, v)
                 part = load(bound, STIFF * size + m) * q
                 part = fma(load(bound, MIXED * size + m), v, part)
                 power = fma(part, q, power)
                 power = fma(load(bound, ONE * size + m) * v, v, power)
                 if phase == 0:
-                    rate_re = fma(load(c, RADIAL * size + i), v, rate_re)
+                    rate_re = fma(load(c, i * ITEMS + RADIAL * FOUR), v, rate_re)
                 else:
-                    rate_im = fma(load(c, RADIAL * size + i), v, rate_im)
+                    rate_im = fma(load(c, i * ITEMS + RADIAL * FOUR), v, rate_im)
             v = root(higher_of(power, broadcast(0.0)))  # of 1e-160 it rounds below 0
             bend = fma(load(bound, RISE * size + m), v, bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
@@ -93,7 +92,7 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
     return total_of(bend), total_of(reach)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def bound_ring(s, c, bound, rows, k, now, rate):
     """Return (A, reach) of the ring; add to rate (2 k,)."""
     size = rows * k
@@ -104,7 +103,8 @@ def bound_ring(s, c, bound, rows, k, now, rate):
             m = r * k + col
             yr, yi = load(s, m), load(s, size + m)
             dr, di = load(s, now + m), load(s, now + size + m)
-            of_d, of_q = load(c, SPEED_D * size + m), load(c, SPEED_Q * size + m)
+            of_d = load(c, m * ITEMS + SPEED_D * FOUR)
+            of_q = load(c, m * ITEMS + SPEED_Q * FOUR)
             vr, vi = fma(of_d, dr, of_q * yr), fma(of_d, di, of_q * yi)
             held = fma(yr, yr, yi * yi)
             power = load(bound, STIFF * size + m) * held
@@ -115,7 +115,8 @@ def bound_ring(s, c, bound, rows, k, now, rate):
             bend = fma(load(bound, RISE * size + m), v, bend)
             bend = fma(load(bound, RISE_HELD * size + m), root(held), bend)
             reach = fma(load(bound, REACH * size + m), v, reach)
-            spin, psi = load(c, SPIN * size + m), load(c, RADIAL * size + m)
+            spin = load(c, m * ITEMS + SPIN * FOUR)
+            psi = load(c, m * ITEMS + RADIAL * FOUR)
             rate_re = fma(psi, fnma(spin, yi, vr), rate_re)
             rate_im = fma(psi, fma(spin, yr, vi), rate_im)
         store(rate, col, rate_re)
@@ -123,13 +124,13 @@ def bound_ring(s, c, bound, rows, k, now, rate):
     return total_of(bend), total_of(reach)
 
 
-@njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def total_of(four):
     """Return the sum of four doubles."""
     return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def open_until(gap, rate, bend):
     """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
     if gap <= 0.0 and rate <= 0.0:
@@ -140,7 +141,7 @@ def open_until(gap, rate, bend):
     return (rate + apex) / bend if rate >= 0.0 else 2.0 * gap / (apex - rate)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the steps, at most `longest`, in which no blade can touch."""
     time = longest * step
@@ -152,7 +153,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     return int(LESS * time / step)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def jump_rotor(s, c, table, rows, width, now, then, out, sums):
     """Jump: q, d at `now` to q, d at `then`; set out (width,); add damping loss."""
     size = rows * width
@@ -170,12 +171,12 @@ def jump_rotor(s, c, table, rows, width, now, then, out, sums):
                 fma(load(table, DD * size + m), d, load(table, DQ * size + m) * q),
             )  # fmt: skip
             store(s, m, ahead)
-            spectrum = fma(load(c, RADIAL * size + m), ahead, spectrum)
+            spectrum = fma(load(c, m * ITEMS + RADIAL * FOUR), ahead, spectrum)
         store(out, col, spectrum)
         store(sums, 2 * width + col, loss)
 
 
-@njit(error_model="numpy", cache=True)
+@part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
     """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
     size = rows * k
@@ -202,23 +203,20 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
             store(s, size + m, yi)
             store(s, then + m, fnma(ei, pi, er * pr))
             store(s, then + size + m, fma(er, pi, ei * pr))
-            psi = load(c, RADIAL * size + m)
+            psi = load(c, m * ITEMS + RADIAL * FOUR)
             real, imag = fma(psi, yr, real), fma(psi, yi, imag)
         store(out, col, real)
         store(out, k + col, imag)
         store(sums, 2 * k + col, loss)
 
 
-@njit(error_model="numpy", cache=True)
+@kernel
 def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring_rows,
                k, wide):  # fmt: skip
     """End the step; return the steps free of contact from here; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     width, odd = 2 * k, counter[STEP] & 1
-    end_step(
-        s_b, s_b, c_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c, rows, ring_rows,
-        width, True,
-    )  # fmt: skip
+    end_step(s_b, s_b, c_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
     bend, reach = bound_rotor(
         s_b, c_b, flight.bounds_b, rows, k, (1 + odd) * rows * width, rate
@@ -235,11 +233,10 @@ def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring
     return free_steps(gaps, row, rates, 2 * wide, bend + more, step, longest) - 1
 
 
-@njit(error_model="numpy", cache=True)
-def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
+@part
+def leap(count, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     """Jump over `count` steps, or the most of them that a few jumps make; return it."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
-    out_b, out_c, _ = outs
     counter, width, left = state.counter, 2 * k, count
     for _ in range(PASSES):
         p = len(counts) - 1 if left == counts[-1] else len(counts) - 2
@@ -265,9 +262,8 @@ def leap(count, c_b, c_c, flight, state, outs, rows, ring_rows, k):
     return count - left
 
 
-@njit(error_model="numpy", cache=True)
-def fly(beat, step, wall, load,  c_b, c_c, wave, flight, state, outs, rows,
-        ring_rows, k, wide):  # fmt: skip
+@part
+def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
@@ -275,11 +271,11 @@ def fly(beat, step, wall, load,  c_b, c_c, wave, flight, state, outs, rows,
 
     Parameters
     ----------
-    wall, load, flight, state : see `named`
-    outs : spectra of rotor, ring and gaps, (2 k,), work space
+    wall, load, flight, state, sizes : see `named`
+    outs : spectra of rotor, ring and gaps, (2 k,), and rates of the gaps, (2 wide,)
     """
-    gaps, counter, ledger = state.gaps, state.counter, state.ledger
-    out_b, out_c, spectrum = outs
+    counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
+    out_b, out_c, spectrum, rates = outs
     if load.force != 0.0 and counter[STEP] * step < load.pulse:
         counter[NEXT_TRY] = int(load.pulse / step) + 1
         return False
@@ -288,25 +284,26 @@ def fly(beat, step, wall, load,  c_b, c_c, wave, flight, state, outs, rows,
         return False
     free = left
     if counter[CERTIFIED] < 0:
-        rates = np.empty(2 * wide)
         free = look_ahead(
-            step, wall.gap, c_b, c_c, wave, flight, state, spectrum, rates, rows,
-            ring_rows, k, wide,
+            step, wall.gap, c_b, c_c, wave, flight, state, spectrum, rates,
+            rows, ring_rows, k, wide,
         )  # fmt: skip
     if counter[CERTIFIED] >= 0:
-        leap(left, c_b, c_c, flight, state, outs, rows, ring_rows, k)
+        leap(left, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k)
         return True
     if free < SHORTEST:
         counter[PATIENCE] = min(max(2 * counter[PATIENCE], 2), LONGEST_PATIENCE)
         counter[NEXT_TRY] = counter[STEP] + counter[PATIENCE]
         return False
     counter[PATIENCE] = 0
-    done = leap(min(free, left), c_b, c_c, flight, state, outs, rows, ring_rows, k)
+    done = leap(
+        min(free, left), c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k
+    )
     counter[NEXT_TRY] = counter[STEP] + (done == free)
     for c in range(2 * k):
         spectrum[c] = out_b[c] + out_c[c]
     row = counter[STEP] % 3 * 2 * wide
-    lowest = to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
-    if lowest < -ledger[MISS] * wall.gap:  # the bounds forbid it
-        ledger[MISS] = -lowest / wall.gap
+    lowest = to_gaps(spectrum, wave, wall.gap, k, wide, state.gaps, row)
+    if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it
+        state.ledger[MISS] = -lowest / wall.gap
     return True

@@ -1,124 +1,323 @@
-"""Schemes `general`'s body: any rotor, any ring, mode by mode. The oracle of others."""
+"""Any rotor beside a round casing: its modes one by one, the ring in slots.
+
+In the frame of the blades the ring is the same at every angle, whatever the rotor: its
+harmonics ride in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m
+modes of the rotor are real and know no slots; with gamma and sigma (N, m) the radial
+and tangential displacements of the tips, counted negative,
+
+g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
+
+and the multipliers give the modal forces lambda gamma, and mu lambda sigma of friction.
+They are summed over the blades in contact alone, and wait with the ring's spectrum for
+the next pass: a mode of the rotor is a column of `differences.pass_rotor`, of one row,
+which reads its modal forces where a slot has the spectrum.
+"""
 
 from __future__ import annotations
 
-from numba import njit
+import math
 
-from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
-from hpcwhirl.dynamics.kernels.named import ModalBody
-from hpcwhirl.dynamics.kernels.verbs import does
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
+from hpcwhirl.dynamics.kernels.circulant import (
+    constant_space,
+    guess,
+    place_of,
+    recall,
+    solve_any,
+)
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.contact import (
+    AMPLITUDE,
+    COMPLEMENTARITY,
+    FRICTION,
+    IMPACT,
+    LAST,
+    PULSE,
+    ROTATION,
+    RUNNING,
+    STEP,
+    STOP,
+    book_contacts,
+    pulse_of,
+    write_sample,
+)
+from hpcwhirl.dynamics.kernels.cyclic import flush, to_spectrum, widths
+from hpcwhirl.dynamics.kernels.differences import (
+    column_sums,
+    energies_of,
+    pass_ring,
+    pass_rotor,
+    settle_ring,
+    settle_rotor,
+)
+from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
+from hpcwhirl.dynamics.kernels.passes import (
+    ITEMS,
+    RING_STATE,
+    ROTOR_STATE,
+    copy_to,
+    pulse_work,
+    push_pulse,
+    to_gaps,
+    write_wall,
+)
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    aligned,
+    broadcast,
+    element,
+    fma,
+    get,
+    higher_of,
+    load,
+    lower_of,
+    store,
+)
+from hpcwhirl.errors import ModelError
+
+EIGHT = 2 * FOUR  # modes and folded blades are padded to this
 
 
-@njit(cache=True)
-def accumulate(rows, values, out):
-    """Set out = values @ rows, four rows at a time; rows is (m, n), m % 4 == 0."""
-    for j in range(len(out)):
-        out[j] = 0.0
-    for m in range(0, len(values), 4):
-        a, b, c, d = values[m], values[m + 1], values[m + 2], values[m + 3]
-        ra, rb, rc, rd = rows[m], rows[m + 1], rows[m + 2], rows[m + 3]
-        for j in range(len(out)):
-            out[j] += (a * ra[j] + b * rb[j]) + (c * rc[j] + d * rd[j])
+@inlined
+def read_tips(q, gamma, out):
+    """Set out (2 wide,) = sum over modes of gamma q, folded.
+
+    q : (m,) or more, m % 8 == 0
+    gamma : (2 wide / 8, m, 8) flat: eight blades after the other, so that all is read
+        in order
+    """
+    modes = len(gamma) // len(out)
+    for v in range(0, len(out), EIGHT):
+        a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
+        e, f, g, h = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
+        for m in range(0, modes, FOUR):
+            at = v * modes + m * EIGHT
+            x, y = broadcast(get(q, m)), broadcast(get(q, m + 1))
+            a, b = fma(load(gamma, at), x, a), fma(load(gamma, at + 4), x, b)
+            c, d = fma(load(gamma, at + 8), y, c), fma(load(gamma, at + 12), y, d)
+            x, y = broadcast(get(q, m + 2)), broadcast(get(q, m + 3))
+            e, f = fma(load(gamma, at + 16), x, e), fma(load(gamma, at + 20), x, f)
+            g, h = fma(load(gamma, at + 24), y, g), fma(load(gamma, at + 28), y, h)
+        store(out, v, (a + c) + (e + g))
+        store(out, v + FOUR, (b + d) + (f + h))
 
 
-@njit(cache=True)
-def modal_energy(values, increments, omega, step):
-    """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} over all modes at n + 1/2, J."""
+@inlined
+def close_gaps(tips, gaps, row):
+    """Add tips (2 wide,) to a row of gaps; return (lowest gap, largest tip), m."""
+    least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
+    for v in range(0, len(tips), FOUR):
+        tip = load(tips, v)
+        gap = load(gaps, row + v) + tip
+        store(gaps, row + v, gap)
+        least = lower_of(least, gap)
+        most = higher_of(most, higher_of(tip, broadcast(0.0) - tip))
+    lowest, far = element(least, 0), element(most, 0)
+    for i in range(1, FOUR):
+        lowest, far = min(lowest, element(least, i)), max(far, element(most, i))
+    return lowest, far
+
+
+@inlined
+def to_modes(push, where, active, radial, tangential, lam):
+    """Set lam (2 m,): gamma and sigma, (N, m) flat each, of the active blades' push."""
+    modes = len(lam) // 2
+    for v in range(0, modes, EIGHT):
+        a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
+        for s in range(active):
+            at, x = where[s] * modes + v, broadcast(push[s])
+            a, b = fma(load(radial, at), x, a), fma(load(radial, at + FOUR), x, b)
+            c = fma(load(tangential, at), x, c)
+            d = fma(load(tangential, at + FOUR), x, d)
+        store(lam, v, a)
+        store(lam, v + FOUR, b)
+        store(lam, modes + v, c)
+        store(lam, modes + v + FOUR, d)
+
+
+@kernel
+def settle_general(c_b, c_c, state, copies):
+    """Set copies of bodies and sums (s_b, s_c, sums_b, sums_c), their step ended."""
+    t_b, t_c, end_b, end_c = copies
+    copy_to(end_b, state.sums_b)
+    copy_to(end_c, state.sums_c)
+    lam, width = state.lam, len(t_b) // ROTOR_STATE
+    counter, k = state.counter, len(end_c) // 4
+    settle_rotor(state.rotor, t_b, c_b, lam, width, counter, end_b)
+    settle_ring(state.ring, t_c, c_c, lam[2 * width :], k, counter, end_c)
+
+
+@part
+def sum_modes(rows, blade, q):
+    """Return row `blade` of rows (N, m) flat, times q (m,)."""
     total = 0.0
-    for m in range(len(values)):
-        speed = increments[m] / step
-        total += 0.5 * speed * speed
-        total += 0.5 * omega[m] * omega[m] * values[m] * (values[m] - increments[m])
+    for m in range(len(q)):
+        total += rows[blade * len(q) + m] * q[m]
     return total
 
 
-@njit(cache=True)
-def collect_modes(lam, index, shape, rows, out):
-    """Set out (m,), the modal forces of lam through what the blades read."""
-    out[:] = 0.0
-    for j in range(len(lam)):
-        if lam[j] > 0.0:
-            for a in range(index.shape[1]):
-                part = lam[j] * shape[j, a]
-                row = rows[index[j, a]]
-                for m in range(len(out)):
-                    out[m] += part * row[m]
+@part
+def write_tips(rotor, q, whole, tips):
+    """Set tips (N + 1, 2): x_o, y_o, and if `whole` each blade's; rotating frame."""
+    blades = len(tips) - 1
+    for axis in range(2):
+        tips[blades, axis] = sum_modes(rotor.hub, axis, q)
+    if whole:
+        for j in range(blades):
+            tips[j, 0] = -sum_modes(rotor.radial, j, q)
+            tips[j, 1] = -sum_modes(rotor.tangential, j, q)
 
 
-@does(verbs.predict, ModalBody)
-def predict(body, motion):
-    """Mode by mode."""
-    keep, pull = body.keep, body.pull
-    q, d, _, ahead, following, _, _ = motion
-    for m in range(len(q)):
-        step = keep[m] * d[m] - pull[m] * q[m]
-        ahead[m] = step
-        following[m] = q[m] + step
+@part
+def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, judge,
+                   tracks):  # fmt: skip
+    """Write a sample of the state as it is with its step ended, from copies.
+
+    Where there is contact and the motion is judged, the gaps of the bodies are compared
+    with `row` of those that were solved. space.wall : of a rigid casing, or 0
+    """
+    counter, ledger = state.counter, state.ledger
+    _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole = space
+    settle_general(rotor.items, c_c, state, (t_b, t_c, end_b, end_c))
+    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    energies = energies_of(t_b, rotor.items, t_c, c_c, counter[STEP] & 1, step)
+    q = t_b[:m]
+    if judge and counter[LAST] == counter[STEP]:
+        k = len(wall) // 2
+        add_ring(t_c, c_c, k, wall)
+        to_gaps(wall, wave, gap, k, len(out) // 2, again, 0)
+        read_tips(q, rotor.read, out)
+        _, reach = close_gaps(out, again, 0)
+        blades = len(state.last)
+        note_miss_folded(again, state.gaps, row, reach, gap, blades, ledger)
+    write_tips(rotor, q, keep and len(tracks.tips) > 0, tips)
+    rotation, impact, drag, loss = column_sums(end_b, end_c, step)
+    copy_to(whole, ledger)
+    whole[ROTATION] += rotation
+    whole[IMPACT] += impact
+    whole[FRICTION] += mu * drag
+    write_sample(
+        counter, whole, state.impulse, tips, t_c[: 2 * n], energies, loss, keep, judge,
+        tracks,
+    )  # fmt: skip
 
 
-@does(verbs.load, ModalBody)
-def load(body, motion, push, modal):
-    """Mode by mode."""
-    give, ahead, following = body.give, motion.ahead, motion.following
-    for m in range(len(ahead)):
-        change = give[m] * push * modal[m]
-        ahead[m] += change
-        following[m] += change
+def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
+    """Return the work space of a march: nothing of it is needed to resume."""
+    check_sizes(arrays, state)
+    blades, wide = len(state.last), len(state.gaps) // 6
+    modes, width = len(state.rotor) // ROTOR_STATE, len(state.sums_c) // 2
+    bodies = state.rotor, state.ring, state.sums_b, state.sums_c
+    sizes = [modes, width, blades, *map(len, bodies), width, 2 * wide, 2 * wide]
+    spare, spectrum, before, *sample = (aligned(np.zeros(size)) for size in sizes)
+    solver = constant_space(blades, wide, arrays.contact.w, state.known)
+    tips, ledger = np.zeros((blades + 1, 2)), np.zeros_like(state.ledger)
+    return GeneralSpace._make([spare, spectrum, before, solver, *sample, tips, ledger])
 
 
-@does(verbs.read, ModalBody)
-def read(body, values, out):
-    """Sum the modes."""
-    accumulate(body.read, values, out)
+def check_sizes(arrays: Arrays, state: CyclicState) -> None:
+    """Raise ModelError unless all arrays are of the sizes that the kernel reads off."""
+    blades, modes = len(state.impulse), len(state.rotor) // ROTOR_STATE
+    k, wide = widths(blades)
+    ring, (_, rotor, casing, touch) = len(state.ring) // RING_STATE, arrays
+    whole = [
+        ("rotor", state.rotor, modes // EIGHT * EIGHT * ROTOR_STATE),
+        ("ring", state.ring, ring // k * k * RING_STATE),
+        ("lam", state.lam, 2 * modes + 4 * k), ("gaps", state.gaps, 6 * wide),
+        ("sums_b", state.sums_b, 3 * modes), ("sums_c", state.sums_c, 4 * k),
+        ("known", state.known, blades + 2), ("last", state.last, blades),
+        ("rotor items", rotor.items, ITEMS * modes), ("hub", rotor.hub, 2 * modes),
+        ("read", rotor.read, 2 * wide * modes),
+        ("radial", rotor.radial, blades * modes),
+        ("tangential", rotor.tangential, blades * modes),
+        ("casing items", casing.items, ITEMS * ring),
+        ("load", arrays.load.modal, ring), ("w", touch.w, blades * blades),
+        ("turns", touch.turns, blades * 2 * k), ("wave", touch.wave, 2 * k * wide),
+    ]  # fmt: skip
+    for name, array, wanted in whole:
+        if array.size != wanted:
+            msg = f"{name} of the general kernel: {array.size} values, not {wanted}"
+            raise ModelError(msg)
 
 
-@does(verbs.read_tips, ModalBody)
-def read_tips(body, values, radial, tips):
-    """Sum the modes."""
-    tangential = body.tangential
-    blades = len(tangential)
-    for j in range(blades):
-        total = 0.0
-        for m in range(len(values)):
-            total += tangential[j, m] * values[m]
-        tips[j, 0], tips[j, 1] = radial[j], total
-    tips[blades, 0], tips[blades, 1] = radial[blades], radial[blades + 1]
+@kernel
+def march_general(
+    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+    state, tracks, space,
+):  # fmt: skip
+    """March `steps` steps; see `bodies.march_bodies` and `named`.
 
-
-@does(verbs.collect, ModalBody)
-def collect(body, motion, lam, index, shape):
-    """Through the rows of modes."""
-    collect_modes(lam, index, shape, body.radial, motion.normal)
-    collect_modes(lam, index, shape, body.tangential, motion.drag)
-
-
-@does(verbs.meet, ModalBody)
-def meet(body, motion, mu, ledger):
-    """Mode by mode."""
-    give = body.give
-    _, d, _, ahead, _, normal, drag = motion
-    for m in range(len(ahead)):
-        ahead[m] += give[m] * (normal[m] + mu * drag[m])
-    for m in range(len(ahead)):
-        mean = 0.5 * (ahead[m] + d[m])
-        ledger[ROTATION] += normal[m] * mean
-        ledger[FRICTION] += mu * drag[m] * mean
-
-
-@does(verbs.accept, ModalBody)
-def accept(body, motion, _):
-    """Mode by mode: 2 xi w (d' + d)^2 / (4 dt)."""
-    rate = body.rate
-    q, d, loss, ahead, _, _, _ = motion
-    for m in range(len(q)):
-        both = ahead[m] + d[m]
-        loss[m] += rate[m] * both * both
-        q[m] += ahead[m]
-        d[m] = ahead[m]
-
-
-@does(verbs.energy, ModalBody)
-def energy(body, values, increments, step):
-    """Sum the modes."""
-    return modal_energy(values, increments, body.omega, step)
+    space : of `general_space`
+    """
+    force, pulse, lobe = loading
+    c_b, gamma, radial, tangential, _ = rotor
+    c_c, slot, sign = casing
+    _, turns, wave = contact
+    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
+    spare, spectrum, before, solver, _, _, _, _, spectrum_of_wall, out, _, _, _ = space
+    push, known, inverse, opening, where, _, _, _, _ = solver
+    blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
+    size, ring_size = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
+    ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
+    lam_b, lam_c = lam[: 2 * size], lam[2 * size :]
+    recall(blades, wide, solver)
+    goal = counter[STEP] + steps
+    while counter[STEP] < goal and counter[STOP] == RUNNING:
+        pass_rotor(s_b, c_b, lam_b, 1, size, counter, spare, sums_b)
+        pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c)
+        thrust = pulse_of(counter[STEP] * step, force, pulse)
+        counter[STEP] += 1
+        time, angle = counter[STEP] * step, 0.0
+        if thrust != 0.0:
+            angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
+            push_pulse(
+                s_c, c_c, ring_size, thrust, lobe, sign, angle, counter, spectrum, k
+            )
+        if driven:
+            write_wall(wall, time, speed, slot, sign, spectrum)
+        row = counter[STEP] % 3 * 2 * wide
+        to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
+        read_tips(s_b, gamma, out)
+        lowest, far = close_gaps(out, gaps, row)
+        if far > limit:
+            counter[STOP] = AMPLITUDE
+        if lowest < 0.0:
+            active = guess(
+                gaps, row, lowest, blades, wide, len(push), push, known, inverse,
+                opening, where,
+            )  # fmt: skip
+            if active < 0:
+                active = solve_any(gaps, row, blades, wide, solver)
+            if active < 0:
+                counter[STOP] = COMPLEMENTARITY
+                return
+            older = (counter[STEP] + 1) % 3 * 2 * wide
+            for s in range(active):
+                j = where[s]
+                before[j] = gaps[older + place_of(j, blades, wide)]
+            to_modes(push, where, active, radial, tangential, lam_b)
+            to_spectrum(push, where, active, turns, 2 * k, lam_c)
+            book_contacts(
+                push, where, active, before, last, counter, ledger, impulse, step
+            )
+        if thrust != 0.0:
+            ledger[PULSE] += pulse_work(
+                s_c, c_c, lam_c, ring_size, k, thrust, lobe, sign, angle, counter
+            )  # fmt: skip
+        if counter[STEP] % FLUSH_EVERY == 0:
+            flush(s_b)
+            flush(s_c)
+        keep = counter[STEP] % strides.traces == 0
+        judge = counter[STEP] % strides.evidence == 0
+        if keep or judge:
+            for c in range(2 * k):
+                spectrum_of_wall[c] = 0.0
+            if driven:
+                write_wall(wall, time, speed, slot, sign, spectrum_of_wall)
+            sample_general(
+                step, mu, wall.gap, row, rotor, c_c, wave, state, space, keep, judge,
+                tracks,
+            )  # fmt: skip

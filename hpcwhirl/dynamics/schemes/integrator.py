@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.casing_trace import waves_of_rigid
+from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState
+from hpcwhirl.dynamics.slots import ring_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -44,8 +45,8 @@ class Integrator:
         the model's matrices, m
     casing_width : coordinates of the casing that the kernel copies at a sample
     casing_waves : (copies (n, width), steps between them) -> `History.casing`
-    ended : of the cyclic kernel: state -> copies of bodies and sums, the step that
-        waits ended and booked
+    ended : of kernels in the frame that turns: state -> copies of bodies and sums, the
+        step that waits ended and booked
     """
 
     kernel: Callable[..., Any]
@@ -83,3 +84,14 @@ def reader(
     if model.casing is not None:
         return of_ring
     return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)
+
+
+def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:
+    """Return the reader of copies of a ring in slots, rotating frame, see `slots`."""
+
+    def read(copies: Floats, stride: int) -> Floats:
+        steps = stride * np.arange(1.0, len(copies) + 1)
+        angles = np.asarray(scene.speed * steps * scene.solver.time_step)
+        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
+
+    return read

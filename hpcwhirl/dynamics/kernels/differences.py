@@ -1,0 +1,243 @@
+"""The passes of central differences: what they book of a step, and its energy.
+
+A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP
+from hpcwhirl.dynamics.kernels.passes import (
+    ITEMS,
+    OMEGA,
+    RADIAL,
+    RATE,
+    RING_STATE,
+    ROTOR_STATE,
+    TURN_IM,
+    TURN_RE,
+    ahead_ring,
+    ahead_rotor,
+    book_ring,
+    book_rotor,
+    item,
+    load_both,
+    places,
+    push_ring,
+    push_rotor,
+    store_both,
+    sum_of,
+    turn,
+    work_ring,
+    work_rotor,
+)
+from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
+
+
+@inlined
+def end_rotor(c, at, q, d, old, push, touched, loss, works):
+    """End a step of four modes; return (q, d), loss and works with theirs."""
+    if touched:
+        change = push_rotor(c, at, push)
+        q, d = q + change, d + change
+    both = d + old
+    loss = fma(load(c, at + RATE * FOUR) * both, both, loss)
+    if touched:
+        works = work_rotor(c, at, both, works)
+    return q, d, loss, works
+
+
+@inlined
+def end_ring(c, at, y, d, old, push, touched, loss, works):
+    """End a step of four modes, as `end_rotor`; y, d, old : re and im."""
+    if touched:
+        cr, ci = push_ring(c, at, push)
+        y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
+    er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
+    br, bi = turn(er, ei, old[0], old[1])
+    br, bi = br + d[0], bi + d[1]
+    part = fma(br, br, bi * bi)
+    loss = fma(load(c, at + RATE * FOUR), part, loss)
+    if touched:
+        works = work_ring(c, at, br, bi, works)
+    return y, d, loss, works
+
+
+@inlined
+def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums):
+    """Do `pass_rotor`, with or without contact."""
+    for col in range(0, width, FOUR):
+        zero = broadcast(0.0)
+        push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
+        spectrum, works = zero, (zero, zero, zero)
+        for f in range(rows):
+            m = f * width + col
+            at = m * ITEMS
+            q, d, loss, works = end_rotor(
+                c, at, load(s, m), load(s, now + m), load(s, then + m), push, touched,
+                loss, works,
+            )  # fmt: skip
+            if touched:
+                store(s, now + m, d)
+            q, d = ahead_rotor(c, at, q, d)
+            store(s, then + m, d)
+            store(s, m, q)
+            spectrum = fma(load(c, at + RADIAL * FOUR), q, spectrum)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            book_rotor(sums, width, col, push, works)
+        store(out, col, spectrum)
+
+
+@inlined
+def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums):
+    """Do `pass_ring`, with or without contact."""
+    size = rows * k
+    for col in range(0, k, FOUR):
+        zero = broadcast(0.0)
+        push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
+        real, imag, works = zero, zero, (zero, zero, zero, zero)
+        for r in range(rows):
+            m = r * k + col
+            at = m * ITEMS
+            y, d, loss, works = end_ring(
+                c, at, load_both(s, size, m), load_both(s, size, now + m),
+                load_both(s, size, then + m), push, touched, loss, works,
+            )  # fmt: skip
+            if touched:
+                store_both(s, size, now + m, d)
+            y, d = ahead_ring(c, at, y, d)
+            store_both(s, size, then + m, d)
+            store_both(s, size, m, y)
+            psi = load(c, at + RADIAL * FOUR)
+            real, imag = fma(psi, y[0], real), fma(psi, y[1], imag)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            book_ring(sums, k, col, push, works)
+        store_both(out, k, col, (real, imag))
+
+
+@inlined
+def pass_rotor(s, c, lam, rows, width, counter, out, sums):
+    """End a step of the rotor and predict the next.
+
+    Parameters
+    ----------
+    s : (3 size,), state: q, and d in two places
+    c : items of the modes
+    lam : (2 width,), spectrum of the multipliers, then (im, -re) of it
+    counter : whose step waits to be ended
+    out : (width,), out: sum over rows of gamma q
+    sums : (3 width,): works of normal forces and of drag (twice, over mu), and the
+        damping loss, by column
+    """
+    now, then = places(counter, rows * width)
+    if counter[LAST] == counter[STEP]:
+        rotor_columns(s, c, lam, rows, width, now, then, True, out, sums)
+    else:
+        rotor_columns(s, c, lam, rows, width, now, then, False, out, sums)
+
+
+@inlined
+def pass_ring(s, c, lam, rows, k, counter, out, sums):
+    """End a step of the ring and predict the next; as `pass_rotor`.
+
+    s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
+    2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,)
+    """
+    now, then = places(counter, 2 * rows * k)
+    if counter[LAST] == counter[STEP]:
+        ring_columns(s, c, lam, rows, k, now, then, True, out, sums)
+    else:
+        ring_columns(s, c, lam, rows, k, now, then, False, out, sums)
+
+
+@inlined
+def settle_rotor(s, t, c, lam, width, counter, sums):
+    """Write the rotor to t with its last step ended and booked in sums."""
+    touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
+    size = len(s) // ROTOR_STATE
+    now, then = places(counter, size)
+    for col in range(0, width, FOUR):
+        push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
+        works = zero, zero, zero
+        for m in range(col, size, width):
+            q, d, loss, works = end_rotor(
+                c, m * ITEMS, load(s, m), load(s, now + m), load(s, then + m), push,
+                touched, loss, works,
+            )  # fmt: skip
+            store(t, m, q)
+            store(t, now + m, d)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            book_rotor(sums, width, col, push, works)
+
+
+@inlined
+def settle_ring(s, t, c, lam, k, counter, sums):
+    """Write the ring to t, as `settle_rotor`."""
+    touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
+    size = len(s) // RING_STATE
+    now, then = places(counter, 2 * size)
+    for col in range(0, k, FOUR):
+        push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
+        works = zero, zero, zero, zero
+        for m in range(col, size, k):
+            y, d, loss, works = end_ring(
+                c, m * ITEMS, load_both(s, size, m), load_both(s, size, now + m),
+                load_both(s, size, then + m), push, touched, loss, works,
+            )  # fmt: skip
+            store_both(t, size, m, y)
+            store_both(t, size, now + m, d)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            book_ring(sums, k, col, push, works)
+
+
+@kernel
+def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+    k = len(sums_c) // 4
+    settle_rotor(s_b, t_b, c_b, lam, 2 * k, counter, sums_b)
+    settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
+
+
+@part
+def energy_of(s, c, place, increment, size, step):
+    """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} at n + 1/2, J.
+
+    place, increment : in s, of the amplitudes and their d
+    """
+    total = 0.0
+    for m in range(size):
+        q, d, omega = s[place + m], s[increment + m], item(c, OMEGA, m)
+        speed = d / step
+        total += 0.5 * speed * speed
+        total += 0.5 * omega * omega * q * (q - d)
+    return total
+
+
+@kernel
+def energies_of(t_b, c_b, t_c, c_c, now, step):
+    """Return the energies of rotor and ring from ended states, J.
+
+    now : 0 or 1, the place of d
+    """
+    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    at = 2 * n * (1 + now)
+    ring = energy_of(t_c, c_c, n - n, at, n, step)
+    ring += energy_of(t_c, c_c, n, at + n, n, step)
+    return energy_of(t_b, c_b, m - m, (1 + now) * m, m, step), ring
+
+
+@kernel
+def column_sums(sums_b, sums_c, _):
+    """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
+
+    What `book_contacts` has not entered: no impact.
+    """
+    m, n = len(sums_b) // 3, len(sums_c) // 4
+    normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
+    drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
+    loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
+    return normal, 0.0, drag, loss

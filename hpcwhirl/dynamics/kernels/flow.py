@@ -1,0 +1,286 @@
+"""The passes of the exact flow: what they book of a step, and its energy.
+
+Works and losses are quadratic in (d', q') and the d before (`timestep.exact_flow`). A
+step that a jump has ended waits no more; sums of the ring have a fourth part, the
+normal forces over what the ring's shape passes below the blades in a second.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
+from hpcwhirl.dynamics.kernels.passes import (
+    ITEMS,
+    LOSS_DD,
+    LOSS_DQ,
+    LOSS_QQ,
+    MEAN_NEW,
+    MEAN_OLD,
+    MEAN_PLACE,
+    OMEGA,
+    RADIAL,
+    RING_STATE,
+    ROTOR_STATE,
+    SPEED_D,
+    SPEED_Q,
+    SPIN,
+    TURN_IM,
+    TURN_RE,
+    ahead_ring,
+    ahead_rotor,
+    book_ring,
+    book_rotor,
+    item,
+    load_both,
+    places,
+    push_ring,
+    push_rotor,
+    store_both,
+    sum_of,
+    turn,
+    work_ring,
+    work_rotor,
+)
+from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, store
+
+
+@inlined
+def lose_rotor(c, at, q, d, loss):
+    """Return `loss` with that of a step of four modes."""
+    part = load(c, at + LOSS_DQ * FOUR) * q
+    part = fma(load(c, at + LOSS_DD * FOUR), d, part)
+    loss = fma(part, d, loss)
+    return fma(load(c, at + LOSS_QQ * FOUR) * q, q, loss)
+
+
+@inlined
+def lose_ring(c, at, y, d, loss):
+    """Return `loss` with that of a step of four modes; y, d : re and im."""
+    part = fma(d[0], d[0], d[1] * d[1])
+    loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
+    part = fma(d[0], y[0], d[1] * y[1])
+    loss = fma(load(c, at + LOSS_DQ * FOUR), part, loss)
+    part = fma(y[0], y[0], y[1] * y[1])
+    return fma(load(c, at + LOSS_QQ * FOUR), part, loss)
+
+
+@inlined
+def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
+    """End a step of four modes; s, old : state and place of the d before."""
+    if touched:
+        change = push_rotor(c, at, push)
+        q, d = q + change, d + change
+    loss = lose_rotor(c, at, q, d, loss)
+    if touched:
+        both = load(c, at + MEAN_OLD * FOUR) * load(s, old)
+        both = fma(load(c, at + MEAN_NEW * FOUR), d, both)
+        both = fma(load(c, at + MEAN_PLACE * FOUR), q, both)
+        works = work_rotor(c, at, both, works)
+    return q, d, loss, works
+
+
+@inlined
+def mean_ring(c, at, y, d, old):
+    """Return dt (v- + v+) of four modes: re, im."""
+    er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
+    br, bi = turn(er, ei, old[0], old[1])
+    was, new = load(c, at + MEAN_OLD * FOUR), load(c, at + MEAN_NEW * FOUR)
+    place = load(c, at + MEAN_PLACE * FOUR)
+    br = fma(was, br, fma(new, d[0], place * y[0]))
+    return br, fma(was, bi, fma(new, d[1], place * y[1]))
+
+
+@inlined
+def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
+    """End a step of four modes, as `end_rotor`; y, d, passing : re and im."""
+    if touched:
+        cr, ci = push_ring(c, at, push)
+        y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
+    loss = lose_ring(c, at, y, d, loss)
+    if touched:
+        spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)
+        passing = fnma(spin, y[1], passing[0]), fma(spin, y[0], passing[1])
+        br, bi = mean_ring(c, at, y, d, load_both(s, size, old))
+        works = work_ring(c, at, br, bi, works)
+    return y, d, loss, works, passing
+
+
+@inlined
+def book_passing(sums, k, col, push, passing):
+    """Enter the fourth part of the ring's sums."""
+    carried = fma(push[1], passing[1], load(sums, 3 * k + col))
+    store(sums, 3 * k + col, fma(push[0], passing[0], carried))
+
+
+@inlined
+def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums):
+    """Do `pass_rotor`, with or without a step that waits, or contact."""
+    for col in range(0, width, FOUR):
+        zero = broadcast(0.0)
+        push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
+        spectrum, works = zero, (zero, zero, zero)
+        for f in range(rows):
+            m = f * width + col
+            at = m * ITEMS
+            q, d = load(s, m), load(s, now + m)
+            if ended:
+                q, d, loss, works = end_rotor(
+                    c, at, q, d, s, then + m, push, touched, loss, works
+                )
+            if touched:
+                store(s, now + m, d)
+            q, d = ahead_rotor(c, at, q, d)
+            store(s, then + m, d)
+            store(s, m, q)
+            spectrum = fma(load(c, at + RADIAL * FOUR), q, spectrum)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            book_rotor(sums, width, col, push, works)
+        store(out, col, spectrum)
+
+
+@inlined
+def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums):
+    """Do `pass_ring`, with or without a step that waits, or contact."""
+    size = rows * k
+    for col in range(0, k, FOUR):
+        zero = broadcast(0.0)
+        push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
+        real, imag, works, passing = zero, zero, (zero, zero, zero, zero), (zero, zero)
+        for r in range(rows):
+            m = r * k + col
+            at = m * ITEMS
+            y, d = load_both(s, size, m), load_both(s, size, now + m)
+            if ended:
+                y, d, loss, works, passing = end_ring(
+                    c, at, y, d, s, size, then + m, push, touched, loss, works, passing
+                )
+            if touched:
+                store_both(s, size, now + m, d)
+            y, d = ahead_ring(c, at, y, d)
+            store_both(s, size, then + m, d)
+            store_both(s, size, m, y)
+            psi = load(c, at + RADIAL * FOUR)
+            real, imag = fma(psi, y[0], real), fma(psi, y[1], imag)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            book_ring(sums, k, col, push, works)
+            book_passing(sums, k, col, push, passing)
+        store_both(out, k, col, (real, imag))
+
+
+@inlined
+def pass_rotor(s, c, lam, rows, width, counter, out, sums):
+    """End a step of the rotor, if one waits, and predict; as in `differences`."""
+    now, then = places(counter, rows * width)
+    if counter[ENDED] == counter[STEP]:
+        rotor_columns(s, c, lam, rows, width, now, then, False, False, out, sums)
+    elif counter[LAST] == counter[STEP]:
+        rotor_columns(s, c, lam, rows, width, now, then, True, True, out, sums)
+    else:
+        rotor_columns(s, c, lam, rows, width, now, then, True, False, out, sums)
+
+
+@inlined
+def pass_ring(s, c, lam, rows, k, counter, out, sums):
+    """End a step of the ring, if one waits, and predict; as in `differences`."""
+    now, then = places(counter, 2 * rows * k)
+    if counter[ENDED] == counter[STEP]:
+        ring_columns(s, c, lam, rows, k, now, then, False, False, out, sums)
+    elif counter[LAST] == counter[STEP]:
+        ring_columns(s, c, lam, rows, k, now, then, True, True, out, sums)
+    else:
+        ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums)
+
+
+@kernel
+def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+    size, ring = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
+    ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
+    touched = touched and ended
+    settle_rotor(s_b, t_b, c_b, lam, size, counter, ended, touched, sums_b)
+    settle_ring(s_c, t_c, c_c, lam, ring, counter, ended, touched, sums_c)
+
+
+@inlined
+def settle_rotor(s, t, c, lam, size, counter, ended, touched, sums):
+    """Do `end_step` for the rotor."""
+    width, zero = len(sums) // 3, broadcast(0.0)
+    now, then = places(counter, size)
+    for col in range(0, width, FOUR):
+        push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
+        works = zero, zero, zero
+        for m in range(col, size, width):
+            q, d = load(s, m), load(s, now + m)
+            if ended:
+                q, d, loss, works = end_rotor(
+                    c, m * ITEMS, q, d, s, then + m, push, touched, loss, works
+                )
+            store(t, m, q)
+            store(t, now + m, d)
+        store(sums, 2 * width + col, loss)
+        if touched:
+            book_rotor(sums, width, col, push, works)
+
+
+@inlined
+def settle_ring(s, t, c, lam, size, counter, ended, touched, sums):
+    """Do `end_step` for the ring."""
+    k, zero = len(sums) // 4, broadcast(0.0)
+    now, then = places(counter, 2 * size)
+    for col in range(0, k, FOUR):
+        push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
+        works, passing = (zero, zero, zero, zero), (zero, zero)
+        for m in range(col, size, k):
+            y, d = load_both(s, size, m), load_both(s, size, now + m)
+            if ended:
+                y, d, loss, works, passing = end_ring(
+                    c, m * ITEMS, y, d, s, size, then + m, push, touched, loss, works,
+                    passing,
+                )  # fmt: skip
+            store_both(t, size, m, y)
+            store_both(t, size, now + m, d)
+        store(sums, 2 * k + col, loss)
+        if touched:
+            book_ring(sums, k, col, push, works)
+            book_passing(sums, k, col, push, passing)
+
+
+@part
+def energy_of(s, c, place, increment, size):
+    """Return the energy of modes, J; place, increment : in s, of q and d."""
+    total = 0.0
+    for m in range(size):
+        q, d = s[place + m], s[increment + m]
+        speed = item(c, SPEED_D, m) * d + item(c, SPEED_Q, m) * q
+        stretch = item(c, OMEGA, m) * q
+        total += 0.5 * (speed * speed + stretch * stretch)
+    return total
+
+
+@kernel
+def energies_of(t_b, c_b, t_c, c_c, now, _):
+    """Return the energies of rotor and ring from ended states at n, J.
+
+    now : 0 or 1, the place of d
+    """
+    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
+    at = 2 * n * (1 + now)
+    ring = energy_of(t_c, c_c, n - n, at, n) + energy_of(t_c, c_c, n, at + n, n)
+    return energy_of(t_b, c_b, m - m, (1 + now) * m, m), ring
+
+
+@kernel
+def column_sums(sums_b, sums_c, step):
+    """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
+
+    The rotation's work is that of the contacts carried over the deformed ring, and the
+    impact what the normal forces take beside it.
+    """
+    m, n = len(sums_b) // 3, len(sums_c) // 4
+    normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
+    drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
+    loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
+    carried = -step * sum_of(sums_c, 3 * n, 4 * n)
+    return carried, carried - normal, drag, loss

@@ -1,0 +1,124 @@
+"""A body as modes in the loop of `bodies`: beside a casing of elements."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from hpcwhirl.dynamics.kernels import verbs
+from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
+from hpcwhirl.dynamics.kernels.named import ModalBody
+from hpcwhirl.dynamics.kernels.verbs import does
+
+
+@njit(cache=True)
+def accumulate(rows, values, out):
+    """Set out = values @ rows, four rows at a time; rows is (m, n), m % 4 == 0."""
+    for j in range(len(out)):
+        out[j] = 0.0
+    for m in range(0, len(values), 4):
+        a, b, c, d = values[m], values[m + 1], values[m + 2], values[m + 3]
+        ra, rb, rc, rd = rows[m], rows[m + 1], rows[m + 2], rows[m + 3]
+        for j in range(len(out)):
+            out[j] += (a * ra[j] + b * rb[j]) + (c * rc[j] + d * rd[j])
+
+
+@njit(cache=True)
+def modal_energy(values, increments, omega, step):
+    """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} over all modes at n + 1/2, J."""
+    total = 0.0
+    for m in range(len(values)):
+        speed = increments[m] / step
+        total += 0.5 * speed * speed
+        total += 0.5 * omega[m] * omega[m] * values[m] * (values[m] - increments[m])
+    return total
+
+
+@njit(cache=True)
+def collect_modes(lam, index, shape, rows, out):
+    """Set out (m,), the modal forces of lam through what the blades read."""
+    out[:] = 0.0
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            for a in range(index.shape[1]):
+                part = lam[j] * shape[j, a]
+                row = rows[index[j, a]]
+                for m in range(len(out)):
+                    out[m] += part * row[m]
+
+
+@does(verbs.predict, ModalBody)
+def predict(body, motion):
+    """Mode by mode."""
+    keep, pull = body.keep, body.pull
+    q, d, _, ahead, following, _, _ = motion
+    for m in range(len(q)):
+        step = keep[m] * d[m] - pull[m] * q[m]
+        ahead[m] = step
+        following[m] = q[m] + step
+
+
+@does(verbs.load, ModalBody)
+def load(body, motion, push, modal):
+    """Mode by mode."""
+    give, ahead, following = body.give, motion.ahead, motion.following
+    for m in range(len(ahead)):
+        change = give[m] * push * modal[m]
+        ahead[m] += change
+        following[m] += change
+
+
+@does(verbs.read, ModalBody)
+def read(body, values, out):
+    """Sum the modes."""
+    accumulate(body.read, values, out)
+
+
+@does(verbs.read_tips, ModalBody)
+def read_tips(body, values, radial, tips):
+    """Sum the modes."""
+    tangential = body.tangential
+    blades = len(tangential)
+    for j in range(blades):
+        total = 0.0
+        for m in range(len(values)):
+            total += tangential[j, m] * values[m]
+        tips[j, 0], tips[j, 1] = radial[j], total
+    tips[blades, 0], tips[blades, 1] = radial[blades], radial[blades + 1]
+
+
+@does(verbs.collect, ModalBody)
+def collect(body, motion, lam, index, shape):
+    """Through the rows of modes."""
+    collect_modes(lam, index, shape, body.radial, motion.normal)
+    collect_modes(lam, index, shape, body.tangential, motion.drag)
+
+
+@does(verbs.meet, ModalBody)
+def meet(body, motion, mu, ledger):
+    """Mode by mode."""
+    give = body.give
+    _, d, _, ahead, _, normal, drag = motion
+    for m in range(len(ahead)):
+        ahead[m] += give[m] * (normal[m] + mu * drag[m])
+    for m in range(len(ahead)):
+        mean = 0.5 * (ahead[m] + d[m])
+        ledger[ROTATION] += normal[m] * mean
+        ledger[FRICTION] += mu * drag[m] * mean
+
+
+@does(verbs.accept, ModalBody)
+def accept(body, motion, _):
+    """Mode by mode: 2 xi w (d' + d)^2 / (4 dt)."""
+    rate = body.rate
+    q, d, loss, ahead, _, _, _ = motion
+    for m in range(len(q)):
+        both = ahead[m] + d[m]
+        loss[m] += rate[m] * both * both
+        q[m] += ahead[m]
+        d[m] = ahead[m]
+
+
+@does(verbs.energy, ModalBody)
+def energy(body, values, increments, step):
+    """Sum the modes."""
+    return modal_energy(values, increments, body.omega, step)

@@ -1,0 +1,132 @@
+"""Principal pivoting of 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0."""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
+
+
+@part
+def solve_dense(matrix, right, size):
+    """Solve in place by Gauss with partial pivoting; return whether it could."""
+    for c in range(size):
+        p = c
+        for r in range(c + 1, size):
+            if abs(matrix[r, c]) > abs(matrix[p, c]):
+                p = r
+        if p != c:
+            for s in range(c, size):
+                matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
+            right[c], right[p] = right[p], right[c]
+        if matrix[c, c] == 0.0:
+            return False
+        inverse = 1.0 / matrix[c, c]
+        matrix[c, c] = inverse
+        for r in range(c + 1, size):
+            factor = matrix[r, c] * inverse
+            for s in range(c + 1, size):
+                matrix[r, s] -= factor * matrix[c, s]
+            right[r] -= factor * right[c]
+    for c in range(size - 1, -1, -1):
+        total = right[c]
+        for s in range(c + 1, size):
+            total -= matrix[c, s] * right[s]
+        right[c] = total * matrix[c, c]
+    return True
+
+
+@part
+def solve_active(gaps, w, where, size, opened, small, right):
+    """Solve g + W lam = 0 on the blades where[:size]; return whether it could.
+
+    right : (N,), out: their multipliers; opened : (N,), out: corrected gaps of all
+    """
+    for r in range(size):
+        right[r] = -gaps[where[r]]
+        for s in range(size):
+            small[r, s] = w[where[s], where[r]]
+    if not solve_dense(small, right, size):
+        return False
+    for i in range(len(gaps)):
+        opened[i] = gaps[i]
+    for s in range(size):
+        column, factor = w[where[s]], right[s]
+        for i in range(len(gaps)):
+            opened[i] += column[i] * factor
+    for s in range(size):
+        opened[where[s]] = 0.0
+    return True
+
+
+@part
+def exchange(active, size, where, right, opened, tolerance, all_of_them):
+    """Exchange what violates complementarity; return how much did.
+
+    All of it (block pivoting), or the last index alone (Murty's rule).
+    """
+    wrong, last = 0, -1
+    for s in range(size):
+        if right[s] < 0.0:
+            wrong += 1
+            last = where[s]
+            if all_of_them:
+                active[last] = 0
+    for i in range(len(opened)):
+        if opened[i] < -tolerance:
+            wrong += 1
+            last = max(last, i)
+            if all_of_them:
+                active[i] = 1
+    if wrong > 0 and not all_of_them:
+        active[last] = 1 - active[last]
+    return wrong
+
+
+@inlined
+def begin(gaps, lam, active):
+    """Take the penetrating blades for the active ones; return the largest |gap|."""
+    largest = 0.0
+    for i in range(len(gaps)):
+        active[i] = 1 if gaps[i] < 0.0 else 0
+        lam[i] = 0.0
+        largest = max(largest, abs(gaps[i]))
+    return largest
+
+
+@part
+def gather(active, where):
+    """Set the first of `where` to the active blades; return their number."""
+    size = 0
+    for i in range(len(active)):
+        if active[i] == 1:
+            where[size] = i
+            size += 1
+    return size
+
+
+@inlined
+def improve(gaps, size, lam, opened, attempt, largest, space):
+    """Try a set of active blades; return whether it is wrong: 0 no, > 0 yes, -1 stuck.
+
+    What violates complementarity is exchanged, and where nothing does, `lam` set.
+    """
+    _, w, _, small, right, active, where = space
+    if not solve_active(gaps, w, where, size, opened, small, right):
+        return -1
+    whole = attempt < 3 * len(gaps)
+    wrong = exchange(active, size, where, right, opened, 1e-13 * largest, whole)
+    if wrong == 0:
+        for s in range(size):
+            lam[where[s]] = right[s]
+    return wrong
+
+
+@inlined
+def pivot(gaps, lam, opened, space):
+    """Solve as `complementarity`, W being known already, each row of it."""
+    largest = begin(gaps, lam, space.active)
+    for attempt in range(3 * len(gaps) + 200):
+        size = gather(space.active, space.where)
+        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
+        if wrong <= 0:
+            return size if wrong == 0 else -1
+    return -1

@@ -1,0 +1,81 @@
+"""The general kernel's arrays: tips by modes, the ring in slots, W of both."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.general import EIGHT
+from hpcwhirl.dynamics.kernels.named import (
+    Arrays,
+    CyclicCasing,
+    GeneralContact,
+    GeneralRotor,
+    Load,
+)
+from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
+from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
+from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
+    """Return the items (ITEMS, size), see `kernels.passes`: each mode a column.
+
+    Its radial amplitude is 1: what the column is given is a modal force already, in
+    place of a spectrum; in the second half, of friction over mu.
+    """
+    modes = len(body.omega)
+    keep, pull, give = recursion(body.omega, body.ratios, step)
+    items = np.zeros((passes.ITEMS, size))
+    own = items[:, :modes]
+    own[passes.KEEP], own[passes.PULL], own[passes.GIVE] = keep, pull, give
+    own[passes.RADIAL], own[passes.SI] = 1.0, 1.0
+    own[passes.NORMAL], own[passes.ALONG] = give, mu * give
+    own[passes.OMEGA], own[passes.DAMPING] = body.omega, body.ratios
+    own[passes.RATE] = 2 * body.ratios * body.omega / (4 * step)
+    return items
+
+
+def _rotor(model: Model, scene: Scene) -> GeneralRotor:
+    body, blades = model.rotor, model.blades
+    size = -(-len(body.omega) // EIGHT) * EIGHT
+
+    def padded(rows: Floats) -> Floats:
+        return np.pad(rows, ((0, 0), (0, size - rows.shape[1])))
+
+    radial, tangential = (padded(-rows) for rows in tip_rows(body, blades))
+    hub = padded(centre_rows(body, blades))
+    rows = radial[folded(blades, widths(blades)[1])]
+    read = rows.T.reshape(size, -1, EIGHT).transpose(1, 0, 2)
+    items = _items(body, scene.solver.time_step, friction_with_sign(scene), size)
+    arrays = (aligned(a.ravel()) for a in (read, radial, tangential, hub))
+    return GeneralRotor(passes.packed(items), *arrays)
+
+
+def delassus(model: Model, scene: Scene) -> Floats:
+    """Return W (N, N), m/N: column j is what a unit multiplier on blade j opens."""
+    w = rotor_compliance(model, scene)
+    blades = np.arange(model.blades)
+    return w + ring_column(model, scene)[np.subtract.outer(blades, blades)]
+
+
+def general_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return the arrays of `general.march_general`: a round or a rigid casing."""
+    blades = model.blades
+    ring, lobe, _ = ring_arrays(model, scene)
+    return Arrays(
+        Load(scene.force, scene.pulse, lobe),
+        _rotor(model, scene),
+        CyclicCasing(passes.packed(ring), *fold(scene.nodal_diameter, blades)),
+        GeneralContact(delassus(model, scene), *transforms(blades)),
+    )
