@@ -8,10 +8,12 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.analysis.rules import first_words
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.growing import Wanted
+from hpcwhirl.campaign.stages import Ended
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
 from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal
+from hpcwhirl.store.journal import Journal, next_run
 from hpcwhirl.store.manifest import write_manifest
 
 INTERVAL = 2e-4  # s
@@ -116,5 +118,38 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
             made = row(random, scene, samples)
             record |= {"status": "ok", "message": "", "row": made}
             journal.append(record, traces(scene, samples) if samples else {})
+    gather(folder, facts_of(design))
+    return folder
+
+
+def refined_campaign(folder, document, field, seed=1):
+    """Write a refined campaign whose words a function gives; return its directory.
+
+    Parameters
+    ----------
+    field : (settings of a case) -> its regime, None for a case that failed
+    """
+    random, design = np.random.default_rng(seed), design_of(document)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_manifest(folder, design.manifest())
+    kinds = {"f8": 0.0, "i8": 0, "S16": "modal"}
+    with Journal(folder, next_run(folder), 0) as journal:
+        wanted = Wanted(design, {})
+        waiting = wanted.begin()
+        while waiting:
+            case = waiting.pop(int(random.integers(len(waiting))))
+            word = field(design.settings_of(case))
+            record = {"digest": design.digest(case), "performance": WHERE}
+            made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
+            scene = design.scene(case)
+            made |= {n: getattr(scene, n) for n in ("speed", "gap", "friction")}
+            made |= {"outcome": "completed", "regime": word, "window": 1.0}
+            told = {"status": "ok", "message": "", "row": made}
+            if word is None:
+                told = {"status": "failed", "message": "made up"}
+            journal.append(record | told, {})
+            head = ("ok" if word else "failed", "", False, "", 0, 0.0)
+            end = Ended(*head, *(("completed", word) if word else ()))
+            waiting += wanted.after(case, end)
     gather(folder, facts_of(design))
     return folder

@@ -49,6 +49,13 @@ def made(tmp_path_factory):
         (place / name).mkdir()
         begin(place / name, one_interval=one)
         found[name] = gather(place / name, {"version": "0"}, compress=3 * one)
+    sweep = {"speed": [100.0, 300.0, 500.0], "gap": [1e-4, 2e-4]}
+    rule = {"over": ["speed", "gap"], "levels": 2, "first": "draft"}
+    document = {"sweep": sweep, "refine": rule | {"confirm": "standard"}}
+    split = made_up.refined_campaign(
+        place / "refined", document, lambda s: ("damped", "sustained")[s["speed"] > 270]
+    )
+    found["refined"] = split / "results.h5"
     shutil.copytree(place / "full", place / "named")
     assert main(["classify", str(place / "named"), "--set", "rise=0.1"]) == 0
     found["named"] = place / "named" / "results.h5"

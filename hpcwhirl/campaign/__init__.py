@@ -11,6 +11,12 @@ Isolated cases are a fresh interpreter, never a fork of a process that has begun
 Every message is received: each worker gets one HALT and ends no sooner, since a message
 that nobody has read hangs `srun --mpi=pmi2` in MPI's end.
 
+A refined campaign grows: rank 0 hears the word of every case with its seconds and hands
+out what the words ask for as soon as they do (`growing`); there are no rounds, but for
+a budget. A rank with nothing left waits while cases at work may lead to others. What is
+wanted is found again from the journals at every start and by everything that reads a
+directory: the set is a function of words (`refinement`), and so are the rows.
+
 A case in flight when two processes died is computed last, in a process of its own: if
 it dies again it is `crashed`, else it was a bystander and has its bits. Of cases that
 give no result, the first five of a rank are printed at once.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -39,8 +40,8 @@ class Agenda:
         ranks: int = 1,
         last: Collection[int] = (),
     ) -> None:
-        self.early = np.ones(len(units), dtype=bool)
-        self.early[list(last)] = False
+        self.turn = np.ones(len(units), dtype=np.int8)  # the highest goes out first
+        self.turn[list(last)] = 0
         self.units, self.costs, self.ranks = units, costs, ranks
         self.hold = max(SHORTEST, A_RANK * ranks)
         self.predicted = self._predict(np.arange(len(units)))
@@ -76,6 +77,14 @@ class Agenda:
     def first(self) -> list[list[int]]:
         """Return what each rank begins with, rank 0 with nothing: it takes its own."""
         return [[], *(self.bundle() for _ in range(self.ranks - 1))]
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether units that are at work may lead to others."""
+        return False
+
+    def hear(self, unit: int, ends: Sequence[Any]) -> None:
+        """Be told how the cases of a finished unit ended."""
 
     def drop(self) -> None:
         """Hand out nothing more."""
@@ -116,7 +125,7 @@ class Agenda:
     def _ordered(self, chosen: np.ndarray) -> list[int]:
         """Return units by predicted seconds, the longest last."""
         scattered = (chosen * GOLDEN) % 1.0
-        order = np.lexsort((-scattered, self.predicted[chosen], self.early[chosen]))
+        order = np.lexsort((-scattered, self.predicted[chosen], self.turn[chosen]))
         return [int(unit) for unit in chosen[order]]
 
 
@@ -136,6 +145,7 @@ class Questions:
     def __init__(self, agenda: Agenda, ranks: int) -> None:
         self.agenda, self.ranks = agenda, ranks
         self.open: dict[int, None] = {}  # ranks in the order of their questions
+        self.idle: dict[int, None] = {}  # those of them that have nothing left to do
 
     def ask(self, rank: int) -> Answers:
         """Return the answers due now that a rank has asked ahead."""
@@ -147,15 +157,21 @@ class Questions:
 
         It may have been answered meanwhile: then nothing is due to it.
         """
-        return (self._answer(rank) if rank in self.open else []) + self.rest()
+        if rank in self.open:
+            self.idle[rank] = None
+        return self.rest()
 
     def rest(self) -> Answers:
-        """Return the answers due because nothing is left to be handed out."""
-        if self.agenda:
-            return []
-        waiting, self.open = list(self.open), {}
-        return [(rank, []) for rank in waiting]
+        """Return the answers due to idle ranks, or to all once nothing is left."""
+        due: Answers = []
+        while self.agenda and self.idle:
+            due += self._answer(next(iter(self.idle)))
+        if self.agenda or self.agenda.may_grow:
+            return due
+        waiting, self.open, self.idle = list(self.open), {}, {}
+        return due + [(rank, []) for rank in waiting]
 
     def _answer(self, rank: int) -> Answers:
         del self.open[rank]
+        self.idle.pop(rank, None)
         return [(rank, self.agenda.bundle())]

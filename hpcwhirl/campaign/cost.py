@@ -64,6 +64,13 @@ class Costs:
         if expected > 0.0 and np.isfinite(seconds):
             self.factor[chosen] = seconds / expected
 
+    def add(self, nominal: float, place: Floats) -> int:
+        """Add a case; return its number here."""
+        self.nominal = np.append(self.nominal, nominal)
+        self.places = np.vstack([self.places, place])
+        self.factor = np.append(self.factor, np.nan)
+        return len(self.nominal) - 1
+
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
         """Return the seconds that each of the cases is expected to take, (m,)."""
         chosen = np.asarray(cases, dtype=np.intp)

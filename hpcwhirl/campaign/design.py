@@ -143,6 +143,24 @@ class Design:
         """Digest of each case; a rank that does a few of them asks `digest`."""
         return tuple(digest(s, self.contents[s.engine.file]) for s in self.scenes)
 
+    @property
+    def grows(self) -> bool:
+        """Whether further cases follow from words."""
+        return False
+
+    @property
+    def most(self) -> int:
+        """Cases that there may be in the end."""
+        return len(self.scenes)
+
+    def name(self, case: int) -> str:
+        """Return what a case is called in messages."""
+        return f"case {case}"
+
+    def scene(self, case: int) -> Scene:
+        """Return the scene of a case."""
+        return self.scenes[case]
+
     def digest(self, case: int) -> str:
         """Return the digest of a case, that of the manifest on any rank at any time."""
         scene = self.scenes[case]
@@ -175,7 +193,7 @@ class Design:
     def _resolved(self, case: int) -> Case:
         from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not
 
-        return resolve(self.scenes[case])
+        return resolve(self.scene(case))
 
     def file(self, case: int) -> str:
         """Return the file of a case's engine, "" where it has none."""
@@ -218,8 +236,7 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
     Parameters
     ----------
     path : tables scene, engine, solver, output (one scene), sweep, zip, cases, sample,
-        twins
-        and campaign
+        refine, twins and campaign
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -234,7 +251,11 @@ def design_of(
     folder: Path | str = "",
 ) -> Design:
     """Return the design of a parsed document in `folder`; see `load_design`."""
-    base = scene_of_document(document, DESIGN_TABLES, folder, settings)
+    from hpcwhirl.campaign.refine import first_inputs, refined  # made of designs
+
+    first = first_inputs(document, settings or {})
+    own = {**first, **(settings or {})}
+    base = scene_of_document(document, DESIGN_TABLES, folder, own)
     grid = _named(document, "sweep")
     zipped = _named(document, "zip")
     explicit = _explicit(document.get("cases", []))
@@ -248,6 +269,7 @@ def design_of(
     swept = tuple(dict.fromkeys(name for row in rows for name in row))
     _check_unset(swept, map(full_name, settings or {}), "--set or --preset")
     _check_unset(swept, preset_in(document), "[solver] preset:")
+    _check_unset(swept, first, "[refine] first:")
     if len(rows) > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
@@ -258,6 +280,8 @@ def design_of(
     rules = rules_of(document)
     design = Design(base, scenes, tuple(rows), swept, rules, sample=sample, twins=twins)
     _check_distinct(design.digests)
+    if "refine" in document:
+        return refined(design, document["refine"], grid, explicit)
     return design
 
 

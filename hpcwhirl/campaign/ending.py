@@ -16,6 +16,7 @@ from pathlib import Path
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of
 from hpcwhirl.campaign.stages import Stages, statuses
 from hpcwhirl.campaign.stop import Stopping
@@ -27,6 +28,7 @@ from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import scan
 from hpcwhirl.store.owner import BrokenOffError
 from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.running import forget_crashes, notes
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
@@ -90,6 +92,8 @@ def conclude(
     count: dict[str, int] = {}
     if comm.rank == 0:
         count = count_statuses(results)
+        cases = sum(count.values())
+        _tell_budget(design, folder)
         _forget_the_dead(folder)
     failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
     if more:
@@ -97,6 +101,14 @@ def conclude(
     return Ending(
         complete=True, cases=cases, failed=failed, results=results, missing=missing
     )
+
+
+def _tell_budget(design: Design, folder: Path) -> None:
+    """Say that a budget has ended a refinement, if one has."""
+    dropped = dropped_of(full_plan(folder)) if design.grows else 0
+    if dropped:
+        say(f"the budget ended the refinement: it left out {dropped} cases that words "
+            "ask for, and what theirs might have asked for")  # fmt: skip
 
 
 def _forget_the_dead(folder: Path) -> None:

@@ -81,7 +81,7 @@ class Evaluator:
         cases = self._kinds()
         self.desk.running.begin(self.design.digest(case) for case in cases)
         if self.desk.policy.isolate:
-            scenes = [self.design.scenes[case] for case in cases]
+            scenes = [self.design.scene(case) for case in cases]
             self.desk.child.warm(scenes, self.desk.stopping.check)
             return
         with breakable(self.desk.stopping.check):
@@ -99,39 +99,44 @@ class Evaluator:
         left = [case for unit in self.units for case in unit if case not in suspects]
         kinds = {}
         for case in reversed(left):
-            scene = self.design.scenes[case]
+            scene = self.design.scene(case)
             folds = 1
             with suppress(WhirlError):  # a file that cannot be read fails as a row
                 folds = folds_of(scene)
             kinds[scene.solver.scheme, folds] = case
         return list(kinds.values())
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
-        """Compute a unit and return the status of each of its cases."""
-        return [self._case(case, between_slices) for case in self.units[unit]]
+    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:
+        """Compute a unit and return how each of its cases ended."""
+        cases = (unit,) if self.design.grows else self.units[unit]
+        return [self._case(case, between_slices) for case in cases]
 
-    def _case(self, case: int, between: Callable[[], None]) -> str:
-        """Compute what is left of a case: itself, then its twins; return the worst."""
-        worst = "ok"
+    def _case(self, case: int, between: Callable[[], None]) -> Ended:
+        """Compute what is left of a case: itself, then its twins.
+
+        Returns
+        -------
+        how the first of them ended, but with the worst status of all
+        """
+        ends: list[Ended] = []
         for twin, stage in self.begun.get(case) or self.stages.whole():
-            status = self._through(case, twin, stage, between)
-            worst = status if worst == "ok" else worst
-            if twin == 0 and status != "ok":
+            ends.append(self._through(case, twin, stage, between))
+            if twin == 0 and ends[-1].status != "ok":
                 break
-        return worst
+        bad = (end.status for end in ends if end.status != "ok")
+        return ends[0]._replace(status=next(bad, "ok"))
 
     def _through(
         self, case: int, twin: int, stage: int, between: Callable[[], None]
-    ) -> str:
+    ) -> Ended:
         """Compute a case or a twin, and go on as long as it is open and may."""
-        status = "ok"
+        end = Ended("ok", "", is_open=True, of="", twin=twin, longest=0.0)
         for job in self.stages.jobs(case, stage, twin):
             self.desk.running.begin([job.digest])
             end = self._compute(job, between)
-            status = end.status
             if not end.is_open:
                 break
-        return status
+        return end
 
     def _compute(self, job: Job, between: Callable[[], None]) -> Ended:
         start, checkpoints = time.perf_counter(), self.desk.checkpoints
@@ -183,7 +188,8 @@ class Evaluator:
         if status != "timeout":  # which may go on from its state
             self.desk.checkpoints.drop(job.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
-        self._tell(f"{told(job)} {status} on {where}: {message}")
+        name = told(job) if job.facts else self.design.name(job.case)
+        self._tell(f"{name} {status} on {where}: {message}")
         return ended_of(record)
 
     def _record(self, job: Job) -> Record:

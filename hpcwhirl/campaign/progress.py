@@ -13,7 +13,8 @@ from typing import Any
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
-from hpcwhirl.store.manifest import Manifest, read_manifest
+from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.rows import counting, extending
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
@@ -60,6 +61,8 @@ class Progress:
     regimes : {word: cases}
     statuses : {status: cases} of those that have ended; `unstable` apart from `ok`
     running : what each rank computes now, the longest at it first
+    grows : whether words may still ask for more cases
+    dropped : cases that a budget has left out
     """
 
     cases: int
@@ -77,6 +80,8 @@ class Progress:
     regimes: dict[str, int]
     statuses: dict[str, int]
     running: list[Computing]
+    grows: bool = False
+    dropped: int = 0
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         where it is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    manifest, journals = read_manifest(folder), read_journals(folder)
+    manifest, journals = full_plan(folder), read_journals(folder)
     lines = [record for journal in journals.values() for record in journal]
     records = newest(folder, lines)
     counts = counting(records.values(), manifest)
@@ -228,6 +233,8 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         regimes=dict(Counter(r["row"]["regime"] for r in done)),
         statuses=dict(Counter(map(status_of, own))),
         running=at_it,
+        grows=bool(manifest.refine) and left > 0,
+        dropped=dropped_of(manifest),
     )
 
 

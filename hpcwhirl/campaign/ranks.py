@@ -32,14 +32,14 @@ IDLE = 1e-3  # s between looks while there is nothing to do
 
 
 class Evaluate(Protocol):
-    """Computes and keeps one unit of work; returns the statuses of its cases."""
+    """Computes and keeps one unit of work; returns how its cases ended."""
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[str]:
-        """Return the status of each case; let `Stop` through."""
+    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Any]:
+        """Return how each case ended; let `Stop` through."""
 
 
-Notice = Callable[[int, list[str]], None]
-Done = tuple[int, list[str], float]  # a unit, its cases' statuses, its seconds
+Notice = Callable[[int, list[Any]], None]
+Done = tuple[int, list[Any], float]  # a unit, how its cases ended, its seconds
 
 
 @dataclass
@@ -65,13 +65,13 @@ class Tally:
         """Return what a unit gave, counting its seconds even where it is stopped."""
         start = time.perf_counter()
         try:
-            statuses = evaluate(unit, between)
+            ends = evaluate(unit, between)
         finally:
             seconds = time.perf_counter() - start
             self.busy += seconds
         self.units += 1
-        self.cases += len(statuses)
-        return unit, statuses, seconds
+        self.cases += len(ends)
+        return unit, ends, seconds
 
     def close(self) -> None:
         """End the span."""
@@ -126,18 +126,14 @@ class _Root:
     ) -> None:
         self.agenda, self.tally = agenda, tally
         self.questions = Questions(agenda, comm.size)
-        self.left = len(agenda)
         self.notice, self.stopping, self.comm = notice, stopping, comm
         self.at_work = set(range(1, comm.size))
         self.halted = False
 
     def run(self, evaluate: Evaluate) -> bool:
         try:
-            while self.agenda:
-                self.between()
-                if self.agenda:
-                    unit = self.agenda.take()
-                    self.done(*self.tally.compute(unit, evaluate, self.while_busy))
+            while self.agenda or self.agenda.may_grow:
+                self.next(evaluate)
         except Stop:
             self.agenda.drop()
         while self.at_work:
@@ -147,12 +143,21 @@ class _Root:
                 self.halt()
         if not self.halted:
             self.dismiss()
-        return self.left == 0
+        return self.agenda.left == 0
 
-    def done(self, unit: int, statuses: list[str], seconds: float) -> None:
-        self.left -= 1
+    def next(self, evaluate: Evaluate) -> None:
+        """Compute a unit, or wait for those at work, which may lead to others."""
+        self.between()
+        if self.agenda:
+            unit = self.agenda.take()
+            self.done(*self.tally.compute(unit, evaluate, self.while_busy))
+        elif self.agenda.may_grow:
+            time.sleep(IDLE)
+
+    def done(self, unit: int, ends: list[Any], seconds: float) -> None:
         self.agenda.finished(unit, seconds)
-        self.notice(unit, statuses)
+        self.agenda.hear(unit, ends)
+        self.notice(unit, ends)
 
     def while_busy(self) -> None:
         """Serve between slices; the time it takes is not computing."""

@@ -80,6 +80,9 @@ def extended(
 
 def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
     """Return the times, s, that undecided cases of a directory go on to."""
+    if extend is not None and design.grows:
+        msg = "--extend and [refine]: which cases there are follows from words of one "
+        raise InputError(msg + 'duration; until = "decided" in [scene] goes on at once')
     times = read_manifest(folder).extended if (folder / NAME).exists() else []
     return times if extend is None else extended(design, times, extend, folder)
 

@@ -18,7 +18,7 @@ from hpcwhirl.campaign.owning import owned
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stages import Stages
+from hpcwhirl.campaign.stages import Ended, Stages
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
@@ -91,7 +91,7 @@ def _round(
         if work.units:
             _warm(evaluate, node_of(comm))
         if comm.rank == 0:
-            say(_begun(work, len(design.scenes), policy.shard))
+            say(_begun(work, design, policy.shard))
         complete, gave_up = _compute(evaluate, work, agenda, comm)
     return work, complete, gave_up
 
@@ -134,14 +134,17 @@ def _warm(evaluate: Evaluator, node: Communicator) -> None:
     node.Barrier()
 
 
-def _begun(work: Work, cases: int, shard: Shard | None) -> str:
+def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     """Return how many cases there are, and what of them is not to be computed."""
+    cases, so_far = len(design.scenes), ""
+    if design.grows and work.units:
+        so_far = " so far, and those that their words ask for"
     of = f" of {cases} in shard {shard}" if shard else ""
     kept = len(work.mine) - sum(map(len, work.units))
     already = f", {kept} already there" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} of two crashes apart" if alone else ""
-    return f"{len(work.mine)} cases{of}{already}{apart}"
+    return f"{len(work.mine)} cases{so_far}{of}{already}{apart}"
 
 
 class _Report:
@@ -149,7 +152,6 @@ class _Report:
 
     def __init__(self, agenda: Agenda, desk: Desk) -> None:
         self.desk, self.agenda = desk, agenda
-        self.total = sum(map(len, agenda.units))
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
@@ -159,20 +161,22 @@ class _Report:
         most = self.desk.policy.max_fails
         return most is not None and self.failed >= most
 
-    def __call__(self, unit: int, statuses: list[str]) -> None:
+    def __call__(self, unit: int, ends: list[Ended]) -> None:
         del unit
-        self.finished += len(statuses)
-        self.failed += sum(status != "ok" for status in statuses)
+        self.finished += len(ends)
+        self.failed += sum(end.status != "ok" for end in ends)
         if self.gave_up:
             self.desk.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
-        if now - self.last < every and self.finished < self.total:
+        if now - self.last < every and self.agenda.left:
             return
+        total = sum(map(len, self.agenda.units))
         self.last = now
         left = self.agenda.seconds_left() / self.agenda.ranks
         bad = f", {self.failed} failed" if self.failed else ""
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
-        progress = f"{self.finished} of {self.total} cases{bad}, {rate}"
+        so_far = " so far" if self.agenda.may_grow else ""
+        progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")

@@ -39,6 +39,7 @@ class Ended(NamedTuple):
     status, word : of its record; the regime, or another outcome's word
     is_open : whether a longer run may tell what it does not
     of, twin, longest : which it was, see `Job.facts`
+    outcome, regime, whirl : of its row, if it has one
     """
 
     status: str
@@ -47,6 +48,9 @@ class Ended(NamedTuple):
     of: str
     twin: int
     longest: float
+    outcome: str = "none"
+    regime: str = "none"
+    whirl: str = "none"
 
     @property
     def key(self) -> tuple[str, int, float]:
@@ -104,7 +108,7 @@ class Stages:
         """Return the times, s, that a case is extended to while it is undecided."""
         if not self.extended:
             return ()
-        last = self.design.scenes[case].end_times[-1]
+        last = self.design.scene(case).end_times[-1]
         return tuple(time for time in self.extended if time > last)
 
     def jobs(self, case: int, begun: int = 0, twin: int = 0) -> Iterator[Job]:
@@ -114,7 +118,7 @@ class Stages:
         """
         design, times = self.design, self.times(case)
         own = design.digest(case)
-        scene, facts = design.scenes[case], {}
+        scene, facts = design.scene(case), {}
         if twin and design.twins:
             content = design.contents[scene.engine.file]
             scene = design.twins.scene(scene, content, twin)
@@ -216,10 +220,14 @@ class Stages:
 
 def ended_of(record: Record) -> Ended:
     """Return how the computation of a record ended."""
-    status, still = str(record["status"]), is_open(record.get("row") or {})
+    row = record.get("row") or {}
+    status, still = str(record["status"]), is_open(row)
     of, twin = str(record.get("of", record["digest"])), int(record.get("twin", 0))
     longest = float(record.get("longest", 0.0))
-    return Ended(status, word_of(record), status == "ok" and still, of, twin, longest)
+    words = [str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")]
+    return Ended(
+        status, word_of(record), status == "ok" and still, of, twin, longest, *words
+    )
 
 
 def statuses(stages: Stages, folder: Path) -> list[str | None]:

@@ -6,12 +6,15 @@ import heapq
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from hpcwhirl.campaign.agenda import Agenda, Unit
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.stages import Ended, Stages, Todo, ended_of
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
@@ -59,6 +62,8 @@ def _found(
     design: Design, folder: Path, policy: Policy, ranks: int
 ) -> tuple[Work, Agenda]:
     """Return the work that is left in a directory, the longest first."""
+    if isinstance(design, RefinedDesign):
+        return _found_refined(design, folder, policy, ranks)
     costs = costs_of(design)
     mine = share(costs.steps, policy.shard)
     ended = learn_ends(folder, design, costs, policy.retry)
@@ -79,6 +84,43 @@ def _found(
     return work, Agenda(units, costs, ranks, last)
 
 
+def _found_refined(
+    design: RefinedDesign, folder: Path, policy: Policy, ranks: int
+) -> tuple[Work, Agenda]:
+    """Return the work that is left of a refined campaign, so far."""
+    word_of = design.refinement.word_of
+    found = scan(folder, partial(_brief, folder, policy.retry))
+    ended = {d: end for d, (end, _, again) in found.items() if not again}
+    _tidy(folder, ended)
+    nominal = Nominal(design, costs_of(design))
+    words = {d: word_of(end._asdict()) for d, end in ended.items()}
+    wanted = Wanted(design, words)
+    left = wanted.begin()
+    for address in wanted.growth.wanted:
+        case = design.family.number(address)
+        end, seconds, _ = found.get(design.digest(case), (None, 0.0, True))
+        if end is not None and end.status == "ok":
+            nominal.costs.learn([nominal.index(case)], seconds)
+    count = crashes(folder)
+    alone = frozenset(i for i in left if count[design.digest(i)] >= CRASHES)
+    units: list[Unit] = [(case,) for case in left]
+    last = [i for i, case in enumerate(left) if case in alone]
+    mine = range(len(wanted.growth.wanted))
+    work = Work(units, alone, mine, claim_run(folder))
+    return work, GrowingAgenda(left, nominal, wanted.after, ranks, last)
+
+
+def _brief(
+    folder: Path, retry: Collection[str], record: Record
+) -> tuple[Ended, float, bool]:
+    """Return how a case ended, its seconds, and whether it is computed again."""
+    end, status = ended_of(record), str(record["status"])
+    seconds = record["performance"].get("seconds", math.nan)
+    damaged = retry and status == "ok" and not is_whole(folder, record)
+    damaged = damaged or (retry and WHY_NOT in record)
+    return end, seconds, bool(status in retry or damaged)
+
+
 def learn_ends(
     folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
 ) -> dict[str, Ended]:
@@ -90,15 +132,7 @@ def learn_ends(
     costs : of the design; learns the seconds of cases that gave a result
     retry : statuses to be computed again; if any, damaged traces are, too
     """
-
-    def brief(record: Record) -> tuple[Ended, float, bool]:
-        end, status = ended_of(record), str(record["status"])
-        seconds = record["performance"].get("seconds", math.nan)
-        damaged = retry and status == "ok" and not is_whole(folder, record)
-        damaged = damaged or (retry and WHY_NOT in record)
-        return end, seconds, bool(status in retry or damaged)
-
-    found = scan(folder, brief)
+    found = scan(folder, partial(_brief, folder, retry))
     for case, name in enumerate(design.digests):
         if name in found and found[name][0].status == "ok":
             costs.learn([case], found[name][1])

@@ -209,11 +209,16 @@ def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> N
         "learned_from": {"finished": found.finished, "probed": found.probed},
         "bytes": {**asdict(disk), "total": disk.total},
     }
+    if design.grows:
+        facts |= {"coarse": len(design.scenes), "at_most": design.most}
     if args.json:
         print_json(facts)
         return
     rest = f", {found.left} left" if found.left < found.cases else ""
     print(f"{found.cases} cases over {', '.join(design.swept) or 'nothing'}{rest}")
+    if design.grows:
+        print(f"that is the coarse level; with what words ask for, {design.most} at "
+              "most")  # fmt: skip
     how = f"measured on {found.probed} cases"
     if found.finished:
         how = f"learned from {found.finished} finished cases"

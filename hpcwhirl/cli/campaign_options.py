@@ -179,6 +179,9 @@ def policy_of(args: argparse.Namespace, design: Design) -> Policy:
         seconds=time_left(walltime),
         shard=parse_shard(args.shard) if args.shard is not None else None,
     )
+    if design.grows and policy.shard:
+        msg = "--shard and [refine]: what a shard is to compute follows from the words "
+        raise InputError(msg + "of all cases; one job of more ranks does the same")
     names = ("case_limit", "max_fails", "isolate", "patience", "keep_states")
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
     return with_rules(with_rules(policy, design.rules), given)

@@ -99,6 +99,10 @@ def _look(folder: Path) -> Progress:
 def _shown(found: Progress) -> dict[str, str]:
     """Return {name: text} of what is known."""
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
+    if found.grows:
+        out["cases"] += " wanted so far"
+    if found.dropped:
+        out["left out by the budget"] = f"{found.dropped} or more"
     if found.statuses.keys() - {"ok"}:
         out["statuses"] = _counts(found.statuses)
     if found.stopped:
@@ -172,7 +176,8 @@ class _Lines:
             print(json.dumps(finite(asdict(found)), allow_nan=False), flush=True)
             return
         shown = _shown(found)
-        done = f"{found.done} of {found.cases} cases"
+        so_far = " so far" if found.grows else ""
+        done = f"{found.done} of {found.cases} cases{so_far}"
         bad = [f"{found.failed} failed"] if found.failed else []
         names = (
             "rate", "left at this rate", "in the kernel", "last case finished",

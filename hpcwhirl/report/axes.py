@@ -32,6 +32,7 @@ class Axis:
     names : (m,) of texts; empty where the axis is to scale
     scale : "linear" or "log"
     whole : whether only whole numbers mean something
+    factor : of the input's own unit, to that of the label
     """
 
     name: str
@@ -41,6 +42,7 @@ class Axis:
     names: tuple[str, ...] = ()
     scale: str = "linear"
     whole: bool = False
+    factor: float = 1.0
 
     @property
     def index(self) -> NDArray[np.intp]:
@@ -146,7 +148,7 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
         levels = np.unique(place)
         whole = values.dtype.kind in "iub" or name == "nodal_diameter"
         scale = "linear" if whole else scale_of(levels)
-        return Axis(name, label, place, levels, scale=scale, whole=whole)
+        return Axis(name, label, place, levels, scale=scale, whole=whole, factor=factor)
     texts = values.astype(str)
     order = list(dict.fromkeys(texts.tolist()))  # as the campaign lists them
     number = {text: i for i, text in enumerate(order)}

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.cells import HATCHED, HATCHES, fill_of, hatched
 from hpcwhirl.report.colours import Colours
 from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import RPM, Picture, Wish
 from hpcwhirl.scene.words import WHIRLS
+from hpcwhirl.store.cells import Refined
 from hpcwhirl.store.select import told
 
 if TYPE_CHECKING:
@@ -49,11 +51,19 @@ def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -
     if "duration" not in shown:  # some may have gone on for longer
         parts.append(" to ".join(told(t) for t in np.unique(end[[0, -1]])) + " s")
     if data.attrs.get("preset"):
-        parts.append(f"preset {data.attrs['preset']}")
+        parts.append(f"preset {data.attrs['preset']}{_confirming(data)}")
     whole = [part.replace(" ", NO_BREAK) for part in parts]
     text = f"{engine_of(data)}: {', '.join(whole)}"
     lines = [textwrap.fill(line, wide) for line in (text, *picture.along)]
     return "\n".join(lines).replace(NO_BREAK, " ")
+
+
+def _confirming(data: xarray.Dataset) -> str:
+    """Return by which preset boundaries are confirmed, if any."""
+    if "fidelity" not in data or not (data["fidelity"] == 1).any():
+        return ""
+    second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
+    return f", boundaries {second[0]}"
 
 
 def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
@@ -96,7 +106,8 @@ def add_legend(
         keys = [_key(word, counts[word], colours, sheet) for word in words]
         marked = sheet.lettered and colours.name != "whirl"
         marked = marked or (len(layers) == 1 and sheet.picture.scattered)
-        if marked and not sheet.points:
+        keys += refined_keys(sheet.picture.refined)
+        if marked and not sheet.points and sheet.picture.refined is None:
             good = ~np.isin(sheet.picture.word, list(HATCHES))
             keys += _whirl_keys(set(sheet.picture.whirl[good].tolist()))
         keys += more if colours is layers[0] else []
@@ -121,6 +132,27 @@ def _key(word: str, count: int, colours: Colours, sheet: Sheet) -> Any:
                       label=label)  # fmt: skip
     hatch = HATCHES[word] if hatched(colours, [word]) else None
     return Patch(fc=fill, ec=HATCHED, lw=0.5, hatch=hatch, label=label)
+
+
+def refined_keys(refined: Refined | None) -> list[Any]:
+    """Return the keys of what the map of a refined campaign marks."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    if refined is None:
+        return []
+    cells = refined.cells
+    keys: list[Any] = []
+    if len(refined.lines) or (len(refined.over) == 1 and len(refined.panel)):
+        keys.append(Line2D([], [], c="black", lw=1.0, label="boundary"))
+    if cells.confirmed.any():
+        label = f"confirmed cell: {int(cells.confirmed.sum())}"
+        keys.append(Patch(fc="none", ec="black", lw=0.5, label=label))
+    speckle = int((cells.state == STATES.index("speckle")).sum())
+    if speckle:
+        label = f"speckle: {speckle} cells"
+        keys.append(Patch(fc="#BBBBBB", ec="white", hatch="....", lw=0, label=label))
+    return keys
 
 
 def _whirl_keys(found: set[str]) -> list[Any]:

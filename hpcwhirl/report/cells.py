@@ -245,7 +245,7 @@ def draw_scattered(axes: Any, part: Part, *, points: bool) -> Any:
     if points or len(part.rows) > MOST_VORONOI:
         return _points(axes, part)
     polygons = voronoi(part, limits)
-    drawn = _polygons(axes, part, polygons)
+    drawn = draw_polygons(axes, part, polygons)
     if len(part.x.place) > MOST_MARKED or part.colours.name == "whirl":
         return drawn
     x, y = part.x.place[part.rows], part.y.place[part.rows]
@@ -293,7 +293,8 @@ def voronoi(part: Part, limits: Any) -> list[Floats]:
     return [corners[region] for region in regions]
 
 
-def _polygons(axes: Any, part: Part, polygons: list[Floats]) -> Any:
+def draw_polygons(axes: Any, part: Part, polygons: list[Floats]) -> Any:
+    """Draw a polygon for each of a part's rows; return the mesh of numbers, if any."""
     from matplotlib.collections import PolyCollection
 
     kind, drawn = part.kind, None

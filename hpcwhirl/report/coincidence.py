@@ -17,7 +17,8 @@ from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report.axes import Axis, straight
 from hpcwhirl.report.picture import RPM, Picture
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.store.manifest import read_manifest
+from hpcwhirl.store.gather import RESULTS
+from hpcwhirl.store.refined import plan_of_results
 
 ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
 CLOSE = 0.035  # of the axis: nearer than that, names would be over each other
@@ -49,7 +50,7 @@ def mark_critical(
     if "speed" not in {picture.x.name, picture.y.name}:
         msg = "--critical marks speeds: speed must be on an axis"
         raise InputError(msg)
-    plan, known = read_manifest(folder), input_names()
+    plan, known = plan_of_results(folder / RESULTS), input_names()
 
     def scene(case: int) -> Scene:
         given = plan.base | plan.settings[case]

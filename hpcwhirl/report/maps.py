@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
+from hpcwhirl.report.refined import with_cells
 from hpcwhirl.report.saving import save
 from hpcwhirl.report.shares import (
     SHARE,
@@ -23,6 +24,7 @@ from hpcwhirl.report.shares import (
 )
 from hpcwhirl.report.sheet import figure_of
 from hpcwhirl.report.table import write_picture
+from hpcwhirl.store.cells import read_refined
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reader import open_results
 
@@ -69,7 +71,7 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
         with reading(results):
             if wants_shares(data, wish):
                 return _drawing_of_shares(data, wish, results.parent)
-            picture = picture_of(data, wish)
+            picture = with_cells(picture_of(data, wish), data, read_refined(results))
             for name in (*FIXED, "duration"):  # what the title tells
                 data[name].load()
         figure = figure_of(data, picture, wish, results.parent)

@@ -16,7 +16,9 @@ from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.labels import name_of
 from hpcwhirl.report.palette import words_of
 from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.store.cells import Refined
 from hpcwhirl.store.reader import words
+from hpcwhirl.store.refined import PLACE
 from hpcwhirl.store.select import MOST_TOLD, swept_of, told, variable_of, where
 
 if TYPE_CHECKING:
@@ -68,6 +70,7 @@ class Picture:
     along : notes on inputs that differ and are neither axis nor panel
     scattered : whether the cases are no grid
     free : whether an input differs that no axis and no panel tells
+    refined : cells and boundaries of a refined campaign; None: each case has its own
     """
 
     case: NDArray[np.int64]
@@ -82,6 +85,7 @@ class Picture:
     along: list[str] = field(default_factory=list)
     scattered: bool = False
     free: bool = False
+    refined: Refined | None = None
 
     def __len__(self) -> int:
         """Return the number of cases shown."""
@@ -106,7 +110,8 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
         raise InputError(msg)
     inputs: Columns = {n: data[n].to_numpy() for n in swept_of(data)}
     shown = where(wish.at, inputs)
-    case = np.flatnonzero(shown) if shown is not None else np.arange(count)
+    case = np.arange(count) if shown is None else np.flatnonzero(shown)
+    case = case[_told_by(data, wish)[case]]
     own = {name: values[case] for name, values in inputs.items()}
     x, y = _axes(own, wish)
     panels, along = _panels(own, x, y, wish)
@@ -120,6 +125,28 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
         colours_of(data, wish.colour, case, word, whirl),
         along, scattered, any(" from case to case" in note for note in along),
     )  # fmt: skip
+
+
+def _told_by(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
+    """Return which cases a map shows: of a refined campaign the finest of each point.
+
+    Where three inputs are refined, panels are coarse values of the one that is no axis,
+    unless `at` asks for others.
+    """
+    found = np.ones(data.sizes["case"], dtype=bool)
+    if "final" not in data:
+        return found
+    found &= data["final"].to_numpy() == 1
+    over = [str(n).removeprefix(PLACE) for n in data if str(n).startswith(PLACE)]
+    if len(over) <= 2:
+        return found
+    coarse = data["level"].to_numpy() == 0
+    own = {n: data[n].to_numpy()[coarse] for n in swept_of(data)}
+    axes = _axes(own, wish)
+    asked = {variable_of(text.partition("=")[0].strip(), own) for text in wish.at}
+    for name in set(over) - {*axes} - asked:
+        found &= data[PLACE + name].to_numpy() % 1.0 == 0.0
+    return found
 
 
 def varied(inputs: Columns) -> list[str]:

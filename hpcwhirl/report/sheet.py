@@ -20,6 +20,7 @@ from hpcwhirl.report.cells import (
 )
 from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.picture import Picture, Wish
+from hpcwhirl.report.refined import draw_refined
 from hpcwhirl.report.unsure import mark_unsure, unsure_key, unsure_of
 from hpcwhirl.store.shares import SURE
 
@@ -57,6 +58,8 @@ class Sheet:
     def points(self) -> bool:
         """Whether scattered cases are points: no cells around them."""
         picture = self.picture
+        if picture.refined is not None:
+            return False
         return picture.scattered and (picture.free or len(picture) > MOST_VORONOI)
 
     def part(self, number: int, colours: Colours) -> Part:
@@ -155,6 +158,7 @@ def _layers(data: xarray.Dataset, sheet: Sheet) -> list[Colours]:
     if picture.colours.name != "regime" or len(np.unique(picture.whirl)) == 1:
         return layers
     marked = picture.scattered and not sheet.points and len(picture) <= MOST_MARKED
+    marked = marked and picture.refined is None
     if sheet.lettered:
         fits = [np.logical_or(*rooms(part)) for part in sheet.parts(picture.colours)]
         marked = bool(np.concatenate(fits).all())
@@ -174,7 +178,9 @@ def _layer(
         axes.set_visible(False)
     for number, values in enumerate(sheet.picture.panels):
         axes, part = panels[number], sheet.part(number, colours)
-        if sheet.picture.scattered:
+        if sheet.picture.refined is not None:
+            found = draw_refined(axes, part, sheet.picture)
+        elif sheet.picture.scattered:
             found = draw_scattered(axes, part, points=sheet.points)
         else:
             found = draw_grid(axes, part)

@@ -27,6 +27,7 @@ DESIGN_TABLES = (
     "zip",
     "cases",
     "sample",
+    "refine",
     "twins",
     "campaign",
 )  # beside those of a scene

@@ -22,6 +22,7 @@ def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 LEAVES = tuple(_leaves(Scene))
+WHOLE = tuple(name for name, field in LEAVES if field.annotation is int)
 INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
@@ -120,6 +121,14 @@ STATUS: dict[str, Quantity] = {
     **_table("enum", "1", status="whether the case gave a result"),
     **_table("S240", "1", message="why it did not"),
 }
+# of the cases of a refined campaign
+REFINED: dict[str, Quantity] = {
+    **_table("S16", "1", preset="preset whose inputs the case has"),
+    **_table("i8", "1", final="1 if no finer case of the same point has a word"),
+    **_table("i8", "1", fidelity="0: the first, 1: that which confirms"),
+    **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
+    **_table("i8", "1", panel="number of the combination of all other inputs"),
+}
 # detail of a case over time: (case, time, *axes), or (case, sample, *axes)
 TRACES: dict[str, Quantity] = {
     "centre": Quantity("m", "shaft centre, static frame", axes=("xy",)),
@@ -181,6 +190,10 @@ ARRAYS: dict[str, Quantity] = {
 AXES = {
     "case": Quantity("1", "case of the campaign"),
     "worker": Quantity("1", "rank of a run"),
+    "cell": Quantity("1", "cell that is not split"),
+    "vertex": Quantity("1", "corner of it, the last refined input fastest"),
+    "point": Quantity("1", "point of a boundary"),
+    "line": Quantity("1", "line of a boundary"),
     "twin": Quantity("1", "twin of a case, perturbed"),
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),

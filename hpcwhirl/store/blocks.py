@@ -64,6 +64,8 @@ def read_block(contents: Contents, cases: range) -> Block:
     for name, dotted in swept_extra(plan).items():
         values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
         out[name] = np.array([stored(value) for value in values])
+    for name, column in contents.columns.items():
+        out[name] = column[cases.start : cases.stop]
     out |= _blades(contents, rows, records, cases)
     own = [measured_row(records.get(case)) for case in cases]
     out |= _table(measured_of(plan), own)

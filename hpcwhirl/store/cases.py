@@ -17,8 +17,8 @@ from hpcwhirl.scene.files import full_name
 from hpcwhirl.scene.quantities import ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file, words_in
+from hpcwhirl.store.refined import plan_of_results
 
 WHOLE = 1e-6  # of an interval: a sample so near the end is there
 Traces = dict[str, NDArray[np.float64]]
@@ -74,7 +74,7 @@ class Cases:
         self.folder = folder
         self.path = folder / "results.h5"
         check_file(self.path)
-        self._plan = read_manifest(folder)
+        self._plan = plan_of_results(self.path)
         with reading(self.path), h5py.File(self.path, "r") as file:
             table = ROW | STATUS
             lacking = [name for name in table if name not in file]

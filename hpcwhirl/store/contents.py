@@ -11,13 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.refinement.boundary import EVIDENCE
+from hpcwhirl.refinement.rule import rule_of
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.journal import Record, read_at, whole_records
-from hpcwhirl.store.manifest import Manifest, read_manifest
+from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import bytes_measured
 from hpcwhirl.store.neighbours import at_boundary
+from hpcwhirl.store.refined import columns_of, full_plan
 from hpcwhirl.store.rows import place_of, word_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
@@ -38,6 +41,8 @@ class Contents:
     kept : names of the traces that any case has, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
     shares : what each rank of each run did
+    columns : {variable: (cases,)}, of the cases of a refined campaign
+    found : {variable: (cases,)}, words and evidence of the same
     """
 
     folder: Path
@@ -50,6 +55,8 @@ class Contents:
     sizes: dict[str, int] = field(default_factory=dict)
     kept: tuple[str, ...] = ()
     shares: list[Share] = field(default_factory=list)
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    found: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.place = np.full((self.cases, 2), -1)
@@ -127,7 +134,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     folder : the campaign's directory
     say : told what is left out that no result depends on
     """
-    contents = Contents(folder, read_manifest(folder), shares=read_runs(folder, say))
+    contents = Contents(folder, full_plan(folder), shares=read_runs(folder, say))
     case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}
@@ -150,13 +157,41 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
             kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
             traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
     contents.journals = list(numbers)
-    if contents.plan.twins.get("of") == "boundary":
-        plan = contents.plan
+    _tell_refined(contents)
+    plan = contents.plan
+    if plan.twins.get("of") == "boundary":
         contents.twins[~at_boundary(plan.settings, plan.swept, words.tolist())] = -1
     kinds = list({id(kind): kind for kind in traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
+
+
+def _tell_refined(contents: Contents) -> None:
+    """Add what the results of a refined campaign have beside."""
+    contents.columns = columns_of(contents.plan)
+    if contents.columns:
+        contents.found = _evidence(contents)
+
+
+def _evidence(contents: Contents) -> dict[str, NDArray[Any]]:
+    """Return what the boundaries of a refined campaign are found from, by variable."""
+    plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
+    out: dict[str, NDArray[Any]] = {}
+    for name in kinds:
+        out[name] = np.full(contents.cases, "missing" if name == "status" else "none")
+        out[name] = out[name].astype("U16")
+    for name in EVIDENCE:
+        out[name] = np.full(contents.cases, np.nan)
+    for name in rule_of(plan.refine).over:
+        values = [row[name] for row in plan.settings]
+        out[variable_name(name)] = np.array(values, dtype=float)
+    for case, record in records_of(contents, range(contents.cases)).items():
+        out["status"][case] = record["status"]
+        for name, value in (record.get("row") or {}).items():
+            if name in (*kinds, *EVIDENCE):
+                out[name][case] = value
+    return out
 
 
 class _Found(NamedTuple):

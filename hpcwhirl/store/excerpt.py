@@ -16,8 +16,8 @@ from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.cases import WHOLE
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.manifest import read_manifest
 from hpcwhirl.store.reader import check_file, words_in
+from hpcwhirl.store.refined import plan_of_results
 
 Traces = dict[str, NDArray[np.float64]]
 BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
@@ -43,7 +43,7 @@ class Excerpt:
     def __init__(self, folder: Path) -> None:
         self.path = folder / "results.h5"
         check_file(self.path)
-        self.plan = read_manifest(folder)
+        self.plan = plan_of_results(self.path)
         with reading(self.path), h5py.File(self.path, "r") as file:
             self.facts = {n: _plain(v) for n, v in file.attrs.items()}
             self.columns = _columns(file)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.store.nearest import nearest_rows
 from hpcwhirl.store.select import swept_of
 
 if TYPE_CHECKING:
@@ -22,6 +23,10 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
     another one tells, as in [zip] or where no value comes twice, becomes a coordinate
     along it.
 
+    Of a refined campaign it is the grid of all values that its refined inputs have in
+    it, each point with the case nearest to it in the cell that it lies in, among its
+    corners; `computed` is 1 where that case is at the point itself.
+
     Parameters
     ----------
     data : of `open_results`
@@ -36,9 +41,12 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
         where the cases leave most cells of a grid empty
     """
     swept = swept_of(data)
+    if "final" in data:
+        data = nearest(data)
     own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
     table = data[own].reset_coords().drop_vars("case", errors="ignore")
-    table = table.assign(number=("case", np.arange(data.sizes["case"])))
+    numbers = data["number"] if "number" in data else np.arange(data.sizes["case"])
+    table = table.assign(number=("case", np.asarray(numbers)))
     axes = _axes(table, swept)
     if not axes:
         return table.isel(case=0, drop=True).rename(number="case")
@@ -60,6 +68,18 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
         if by
     }
     return full.assign_coords(coords).rename(number="case")
+
+
+def nearest(data: xarray.Dataset) -> xarray.Dataset:
+    """Return cases for all points of the finest grid of a refined campaign."""
+    rows, values = nearest_rows(data)
+    at = {n: data[n].to_numpy() for n in values}
+    own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
+    found = data[own].drop_vars("case", errors="ignore").isel(case=rows)
+    same = np.logical_and.reduce([at[n][rows] == v for n, v in values.items()])
+    new: dict[str, Any] = {n: ("case", v, data[n].attrs) for n, v in values.items()}
+    new |= {"computed": ("case", same.astype(np.int8)), "number": ("case", rows)}
+    return found.assign(new)
 
 
 def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:

@@ -1,6 +1,7 @@
 """The empty `results.h5`: every dimension, variable and attribute of a campaign.
 
-The file is netCDF-4: every axis is a dimension scale.
+The file is netCDF-4: every axis is a dimension scale. A refined campaign has groups
+`cells` and `boundaries`, too: see `store.cells`.
 """
 
 from __future__ import annotations
@@ -27,9 +28,11 @@ from hpcwhirl.scene.quantities import (
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import blade_quantities
+from hpcwhirl.store.cells import define_cells
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import measured_of
+from hpcwhirl.store.refined import refined_quantities
 from hpcwhirl.store.runs import Share
 from hpcwhirl.store.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
@@ -143,6 +146,7 @@ def define(
         data = file.create_dataset(name, (contents.cases,), kind)
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
+    _define_table(file, file["case"], refined_quantities(plan))
     _define_table(file, file["case"], blade_quantities(plan) | measured_of(plan))
     if contents.plan.twins:
         _define_twins(file, contents)
@@ -150,6 +154,8 @@ def define(
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
         _define_shares(performance, contents.shares)
+    if contents.found:
+        define_cells(file, plan, contents.found, facts)
     if contents.kept:
         _define_traces(file, contents, compress)
 

@@ -17,15 +17,11 @@ from hpcwhirl.errors import (
     WhirlError,
     shown,
 )
+from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.regular import open_regular, read_regular
-from hpcwhirl.scene import (
-    Scene,
-    apply_settings,
-    content_digest,
-    flatten,
-    input_names,
-)
-from hpcwhirl.scene.files import FILE, PHYSICS_VERSION, digest_of
+from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.digests import Digests
+from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.schema import FORMAT
 
@@ -55,6 +51,7 @@ class Manifest:
     digests : one for each case, in the order of `case`
     settings : the swept inputs' values of each case
     version, format : of the program and of this file
+    refine : the rule by which further cases follow from words; empty for none
     extended : s, to what its undecided cases were extended, in this order
     twins : how many of which cases, by which spread of inputs; empty for none
     """
@@ -67,12 +64,16 @@ class Manifest:
     version: str
     format: int = FORMAT
     extended: list[float] = field(default_factory=list)
+    refine: dict[str, Any] = field(default_factory=dict)
     twins: dict[str, Any] = field(default_factory=dict)
 
 
 def write_manifest(folder: Path, plan: Manifest) -> None:
     """Store the plan of a campaign directory, sealed."""
-    body = json.dumps(asdict(plan), indent=1).encode()
+    data = asdict(plan)
+    if not plan.refine:
+        del data["refine"]
+    body = json.dumps(data, indent=1).encode()
     write_whole(folder / NAME, SEALED % _sha256(body) + body[2:])
 
 
@@ -120,8 +121,8 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
-    for name, none in (("extended", []), ("twins", {})):
-        data.setdefault(name, none)  # plans of before have neither
+    for name, none in (("extended", []), ("twins", {}), ("refine", {})):
+        data.setdefault(name, none)  # plans of before have none of them
     if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
@@ -131,7 +132,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
-    kinds |= {"extended": list, "twins": dict}
+    kinds |= {"extended": list, "twins": dict, "refine": dict}
     lists = data["digests"], data["settings"]
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
@@ -165,30 +166,18 @@ def verify(plan: Manifest, path: Path) -> None:
 
 def _strangers(plan: Manifest) -> Iterator[int]:
     """Yield the cases of a plan whose digests are not those of their inputs."""
+    found = digests_of(plan)
+    for case, settings in enumerate(plan.settings):
+        if found(settings) != plan.digests[case]:
+            yield case
+
+
+def digests_of(plan: Manifest) -> Digests:
+    """Return the digests of cases by what they set beside what all of a plan share."""
     known = input_names()
     given = {name: value for name, value in plan.base.items() if name in known}
     base = apply_settings(Scene(), given)
-    flat, file = flatten(base), base.engine.file
-    contents = {file: plan.base.get(CONTENT, "")}
-    memory: dict[str, Any] = {}
-
-    def value(name: str, raw: Any) -> Any:
-        """Return a swept value as a scene has it: checked once for all cases."""
-        key = f"{name} {raw!r}"
-        if key not in memory:
-            memory[key] = flatten(apply_settings(base, {name: raw}))[name]
-        return memory[key]
-
-    for case, settings in enumerate(plan.settings):
-        try:
-            values = flat | {name: value(name, raw) for name, raw in settings.items()}
-        except InputError:  # allowed together with others alone
-            values = flatten(apply_settings(base, settings))
-        own = str(values[FILE])
-        if own not in contents:
-            contents[own] = content_digest(own)
-        if digest_of(values, contents[own]) != plan.digests[case]:
-            yield case
+    return Digests(base, {base.engine.file: plan.base.get(CONTENT, "")})
 
 
 def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
@@ -212,6 +201,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
             msg = f"{folder} was begun with {name} = {shown(was)}, "
             got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
             raise InputError(msg + f"got {got}: {own}")
+    check_change(old.refine, new.refine, f"{folder}")
     spreads = [plan.twins.get("spread") for plan in (old, new)]
     if None not in spreads and spreads[0] != spreads[1]:
         msg = f"{folder} was begun with [twins] spread = {shown(spreads[0])}, "

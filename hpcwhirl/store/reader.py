@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,9 @@ from hpcwhirl.store.schema import FORMAT
 
 if TYPE_CHECKING:
     import xarray
+
+# of groups: what stands before their variables' names
+GROUPS = {"performance": "", "cells": "cell_", "boundaries": "boundary_"}
 
 
 def check_file(path: Path) -> None:
@@ -77,33 +81,36 @@ def open_results(path: Path | str) -> xarray.Dataset:
     -------
     xarray.Dataset over `case` (and `time`, `xy`, ... where traces were kept), units
     and long names on every variable; words and texts are text. Numbers are read from
-    the file when they are asked for, traces case by case with `isel`
+    the file when they are asked for, traces case by case with `isel`. Of a refined
+    campaign also its cells and boundaries, `cell_...` and `boundary_...`
 
     Raises
     ------
     MissingFileError, StoreError
         where there is no such file, or it is damaged
     """
-    import xarray
-
     place = Path(path)
     place = place / "results.h5" if place.is_dir() else place
     check_file(place)
-    with reading(place):
-        root = xarray.open_dataset(place, engine="h5netcdf", decode_cf=False)
-        speed = xarray.open_dataset(
-            place, engine="h5netcdf", group="performance", decode_cf=False
-        )
-        # its dimension `case` has its values in the root alone
-        merged = root.merge(speed.drop_vars("case", errors="ignore"))
+    with reading(place), ExitStack() as stack:
+        with h5py.File(place, "r") as file:
+            more = {n: front for n, front in GROUPS.items() if n in file}
+        root = stack.enter_context(_group(place, None))
+        merged = root
+        for name, front in more.items():
+            own = stack.enter_context(_group(place, name))
+            # its dimension `case` has its values in the root alone
+            own = own.drop_vars("case", errors="ignore")
+            merged = merged.merge(own.rename({n: f"{front}{n}" for n in own.data_vars}))
         data = _decoded(merged.assign_attrs(root.attrs))
-
-    def close() -> None:
-        root.close()
-        speed.close()
-
-    data.set_close(close)
+        data.set_close(stack.pop_all().close)
     return data
+
+
+def _group(place: Path, name: str | None) -> xarray.Dataset:
+    import xarray
+
+    return xarray.open_dataset(place, engine="h5netcdf", group=name, decode_cf=False)
 
 
 def _decoded(data: xarray.Dataset) -> xarray.Dataset:

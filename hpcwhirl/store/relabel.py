@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.atomic import replacing
+from hpcwhirl.store.cells import write_boundaries
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.layout import write_words
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
@@ -51,6 +52,7 @@ def relabel(
                     _share_anew(file)
                 for limit, value in thresholds.items():
                     file.attrs[f"threshold_{limit}"] = np.float64(value)
+                write_boundaries(file, dict(file.attrs))
     except WhirlError:
         raise
     except KeyError as failed:

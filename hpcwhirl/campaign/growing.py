@@ -1,0 +1,182 @@
+"""What a refined campaign hands out: cases follow from words, without rounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+
+import numpy as np
+
+from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.cost import APART, Costs, predicted
+from hpcwhirl.campaign.refined import RefinedDesign
+from hpcwhirl.campaign.stages import Ended
+from hpcwhirl.refinement.growth import Address
+
+FOLLOWING = 2  # what follows from words goes out before coarse cases: more may follow
+
+
+class Wanted:
+    """The cases that words ask for, by their numbers.
+
+    Parameters
+    ----------
+    design : of the campaign
+    ended : {digest: word of a case that has ended, None without one}
+    """
+
+    def __init__(self, design: RefinedDesign, ended: Mapping[str, str | None]) -> None:
+        self.design, self.ended = design, ended
+        self.growth = design.family.growth()
+
+    def begin(self) -> list[int]:
+        """Return all cases that are wanted and have not ended."""
+        return self._left(self.growth.feed(self._word, list(self.growth.wanted)))
+
+    def after(self, case: int, end: Ended) -> list[int]:
+        """Return what is wanted beside, now that a case has ended."""
+        word = None
+        if end.status == "ok":
+            word = self.design.refinement.word_of(end._asdict())
+        fresh = self.growth.learn(self.design.family.address(case), word)
+        return self._left(self.growth.feed(self._word, fresh))
+
+    def _word(self, address: Address) -> str | None:
+        return self.ended[self.design.digest(self.design.family.number(address))]
+
+    def _left(self, addresses: Sequence[Address]) -> list[int]:
+        return [self.design.family.number(address) for address in addresses]
+
+
+class Nominal:
+    """Costs of a design's cases, those beyond the coarse ones added as they come.
+
+    A case is expected to cost what the coarse one nearest to it does; by the second
+    fidelity, in the proportion of a first such case of its panel.
+
+    Parameters
+    ----------
+    design : of the campaign
+    costs : of the coarse cases
+    """
+
+    def __init__(self, design: RefinedDesign, costs: Costs) -> None:
+        self.design, self.costs = design, costs
+        more = np.zeros((len(costs.places), 1))  # where the fidelities lie apart
+        costs.places = np.hstack([costs.places, more])
+        self._ratio: dict[int, float] = {}
+        self._known = {case: case for case in range(len(costs.nominal))}
+
+    def index(self, case: int) -> int:
+        """Return the number of a case among the costs."""
+        if case not in self._known:
+            address = self.design.family.address(case)
+            near = self._near(address)
+            nominal = self.costs.nominal[near] * self._dearer(address, near)
+            self._known[case] = self.costs.add(nominal, self._place(address, near))
+        return self._known[case]
+
+    def _near(self, address: Address) -> int:
+        """Return the coarse case nearest to another one."""
+        sides = zip(self.design.family.lattice.sides, address.point, strict=True)
+        point = tuple(round(side.position(x)) << side.depth for side, x in sides)
+        return self.design.family.row_of[Address(0, 0, address.panel, point)]
+
+    def _dearer(self, address: Address, near: int) -> float:
+        if not address.fidelity:
+            return 1.0
+        if address.panel not in self._ratio:
+            coarse = self.design.family.coarse[near]._replace(fidelity=1)
+            number = self.design.family.number(coarse)
+            cost, first = predicted(self.design, number)[1], self.costs.nominal[near]
+            self._ratio[address.panel] = cost / first if cost and first else 1.0
+        return self._ratio[address.panel]
+
+    def _place(self, address: Address, near: int) -> np.ndarray:
+        place = self.costs.places[near].copy()
+        both = zip(self.design.family.lattice.sides, address.point, strict=True)
+        for side, x in both:
+            column = self.design.swept.index(side.name)
+            place[column] = side.position(x) / max(len(side.depths), 1)
+        place[-1] = APART * address.fidelity
+        return np.asarray(place)
+
+
+class GrowingAgenda(Agenda):
+    """An agenda whose units, a case each, lead to others.
+
+    Units go by the number of their case: what a rank is sent it can look up by itself.
+
+    Parameters
+    ----------
+    cases : left to compute
+    nominal : costs
+    after : what is wanted once a case has ended
+    ranks, last : see `Agenda`
+    """
+
+    def __init__(
+        self,
+        cases: Sequence[int],
+        nominal: Nominal,
+        after: Callable[[int, Ended], list[int]],
+        ranks: int = 1,
+        last: Collection[int] = (),
+    ) -> None:
+        self.cases, self.nominal, self.after = list(cases), nominal, after
+        self.unit_of = {case: unit for unit, case in enumerate(cases)}
+        self.dropped = False
+        units = [(nominal.index(case),) for case in cases]
+        super().__init__(units, nominal.costs, ranks, last)
+        self.turn[[len(self.design.settings) <= case for case in cases]] = FOLLOWING
+        self.turn[list(last)] = 0
+        self.queue = self._ordered(np.arange(len(units)))
+
+    @property
+    def design(self) -> RefinedDesign:
+        """The design of the cases."""
+        return self.nominal.design
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether cases at work may lead to others."""
+        return self.left > 0 and not self.dropped
+
+    def take(self) -> int:
+        """Return the next case."""
+        return self.cases[super().take()]
+
+    def bundle(self) -> list[int]:
+        """Return the next cases for one answer."""
+        return [self.cases[unit] for unit in super().bundle()]
+
+    def drop(self) -> None:
+        """Hand out nothing more, of what is still to come neither."""
+        self.dropped = True
+        super().drop()
+
+    def finished(self, unit: int, seconds: float) -> None:
+        """Learn that a case has taken some seconds."""
+        super().finished(self.unit_of[unit], seconds)
+
+    def hear(self, unit: int, ends: Sequence[Ended]) -> None:
+        """Take in how a case ended; what follows is the next to go out."""
+        for end in ends:
+            self._add(self.after(unit, end))
+
+    def _add(self, cases: Sequence[int]) -> None:
+        first, count = len(self.units), len(cases)
+        if not count:
+            return
+        indices = [self.nominal.index(case) for case in cases]
+        self.units = [*self.units, *((index,) for index in indices)]
+        self.cases += cases
+        self.unit_of |= {case: first + i for i, case in enumerate(cases)}
+        new = np.arange(first, first + count)
+        grown = self.took / self.told if self.told > 0.0 else 1.0
+        expected = grown * self.costs.nominal[indices]
+        self.predicted = np.append(self.predicted, expected)
+        self.unfinished = np.append(self.unfinished, np.ones(count, dtype=bool))
+        self.turn = np.append(self.turn, np.full(count, FOLLOWING, dtype=np.int8))
+        self.left += count
+        if not self.dropped:
+            self.queue += self._ordered(new)

@@ -1,0 +1,126 @@
+"""The design of a refined campaign: coarse cases, and those that words may ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from hpcwhirl.campaign.design import Design, Scenes, Settings
+from hpcwhirl.refinement.rule import Family, Rule
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.digests import Digests
+from hpcwhirl.scene.files import FILE
+from hpcwhirl.scene.quantities import WHOLE
+from hpcwhirl.store.manifest import Manifest
+
+
+@dataclass(frozen=True)
+class RefinedDesign(Design):
+    """A design whose further cases follow from words.
+
+    `scenes`, `settings` and `digests` are those of the coarse level; a case beyond it
+    has the number of its address, see `Family.number`.
+    """
+
+    rule: Rule | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Send what the scenes are made from instead of the scenes."""
+        sent = self.base, self.settings, self.swept, self.contents, self.rule
+        return _sent, sent
+
+    @property
+    def refinement(self) -> Rule:
+        """The rule."""
+        if self.rule is None:
+            raise TypeError
+        return self.rule
+
+    @cached_property
+    def family(self) -> Family:
+        """All cases that there may be."""
+        return Family(self.refinement, self.settings, WHOLE)
+
+    @cached_property
+    def _digests(self) -> Digests:
+        return Digests(self.base, self.contents)
+
+    @property
+    def grows(self) -> bool:
+        """Whether further cases follow from words."""
+        return True
+
+    @property
+    def most(self) -> int:
+        """Cases that there may be in the end."""
+        return self.family.most
+
+    def name(self, case: int) -> str:
+        """Return what a case is called in messages: those beyond have no row yet."""
+        if case < len(self.settings):
+            return super().name(case)
+        address, rule = self.family.address(case), self.refinement
+        own = self.family.settings(address)
+        told = [f"{name} = {own[name]:.10g}" for name in rule.over]
+        preset = [rule.confirm] if address.fidelity else []
+        return f"case {', '.join([*told, *preset])}"
+
+    def settings_of(self, case: int) -> Settings:
+        """Return what a case sets."""
+        if case < len(self.settings):
+            return self.settings[case]
+        return self.family.settings(self.family.address(case))
+
+    def scene(self, case: int) -> Scene:
+        """Return the scene of a case."""
+        return apply_settings(self.base, self.settings_of(case))
+
+    def digest(self, case: int) -> str:
+        """Return the digest of a case, of one that will fail, too."""
+        return self._digests.planned(self.settings_of(case))
+
+    def file(self, case: int) -> str:
+        """Return the file of a case's engine, "" where it has none."""
+        return str(self.settings_of(case).get(FILE, self.base.engine.file))
+
+    def manifest(self) -> Manifest:
+        """Return the manifest of the campaign's directory: coarse cases, and rule."""
+        plain = super().manifest()
+        return Manifest(**plain.__dict__ | {"refine": self.refinement.plain()})
+
+
+def of_rule(coarse: Design, rule: Rule) -> RefinedDesign:
+    """Return the design that refines a coarse one by a rule."""
+    return RefinedDesign(
+        coarse.base, coarse.scenes, coarse.settings, coarse.swept, coarse.rules,
+        coarse.contents, coarse.measure, rule=rule,
+    )  # fmt: skip
+
+
+def _sent(
+    base: Scene,
+    settings: tuple[Settings, ...],
+    swept: tuple[str, ...],
+    contents: dict[str, str],
+    rule: Rule,
+) -> RefinedDesign:
+    scenes = Scenes(base, settings)
+    return RefinedDesign(base, scenes, settings, swept, contents=contents, rule=rule)
+
+
+def mean_seconds(design: RefinedDesign) -> tuple[float, float]:
+    """Return the mean predicted seconds of coarse cases, by each fidelity."""
+    from hpcwhirl.campaign.cost import predicted
+
+    def mean(cases: Iterable[int]) -> float:
+        found = [predicted(design, case)[1] for case in cases]
+        return sum(found) / len(found)
+
+    first = mean(range(len(design.settings)))
+    if not design.refinement.confirm:
+        return first, first
+    family = design.family
+    again = [family.number(a._replace(fidelity=1)) for a in family.coarse]
+    return first, mean(again)

@@ -1,0 +1,178 @@
+"""The lattice of a refinement: coarse values whose intervals are bisected.
+
+A place along an input is a whole number: its coarse values are `1 << depth` apart, and
+each interval may be bisected as often as its own depth. Values are exact decimals, or,
+on a logarithmic scale, correctly rounded functions of decimals cut to 12 digits: the
+same on every machine, so that digests are, too.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from functools import cached_property
+
+EXACT = Context(prec=60)
+DIGITS = Context(prec=12)
+Point = tuple[int, ...]
+Cell = tuple[int, Point]  # level, and the lower corner
+
+
+@dataclass(frozen=True)
+class Side:
+    """One refined input.
+
+    Attributes
+    ----------
+    name : dotted
+    values : (m,), coarse, ascending, as they were given
+    depths : (m - 1,), bisections of each interval at most
+    scale : "linear" or "log"
+    whole : whether only whole numbers are allowed
+    """
+
+    name: str
+    values: tuple[float, ...]
+    depths: tuple[int, ...]
+    scale: str = "linear"
+    whole: bool = False
+
+    @cached_property
+    def depth(self) -> int:
+        """Bisections of the interval that has most."""
+        return max(self.depths)
+
+    @property
+    def last(self) -> int:
+        """Place of the last coarse value."""
+        return len(self.depths) << self.depth
+
+    def shift(self, level: int, unit: int) -> int:
+        """Return log2 of the size of the cell of a level that holds a unit interval."""
+        return self.depth - min(level, self.depths[unit >> self.depth])
+
+    def level(self, place: int) -> int:
+        """Return the bisections after which a place appears."""
+        return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
+
+    def value(self, place: int) -> float:
+        """Return the value at a place."""
+        number, rest = divmod(place, 1 << self.depth)
+        if not rest:
+            return self.values[number]
+        part = Decimal(rest) / (1 << self.depth)  # exact
+        low, high = (Decimal(str(v)) for v in self.values[number : number + 2])
+        found = _between(low, high, part, self.scale)
+        return int(found) if self.whole else float(found)
+
+    def position(self, place: int) -> float:
+        """Return a place in intervals of the coarse values: 3.25, exact, for good."""
+        return place / (1 << self.depth)
+
+    def place(self, position: float) -> int:
+        """Return the place of a position."""
+        return int(position * (1 << self.depth))
+
+
+def _between(low: Decimal, high: Decimal, part: Decimal, scale: str) -> Decimal:
+    if scale == "linear":
+        return EXACT.add(low, EXACT.multiply(EXACT.subtract(high, low), part))
+    ratio = EXACT.ln(EXACT.divide(high, low))
+    found = EXACT.multiply(low, EXACT.exp(EXACT.multiply(ratio, part)))
+    return DIGITS.plus(found)
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """The places of one to three inputs, and the cells between them.
+
+    A cell of a level is bisected along every input whose interval there has not had all
+    its bisections; it is at its end where none is left.
+    """
+
+    sides: tuple[Side, ...]
+
+    @cached_property
+    def depth(self) -> int:
+        """Levels below the coarse one."""
+        return max(side.depth for side in self.sides)
+
+    def level(self, point: Point) -> int:
+        """Return the level at which a point appears; 0: coarse."""
+        both = zip(self.sides, point, strict=True)
+        return max(side.level(place) for side, place in both)
+
+    def coarse(self) -> Iterator[Cell]:
+        """Yield the cells of level 0."""
+        starts = (range(0, side.last, 1 << side.depth) for side in self.sides)
+        for low in itertools.product(*starts):
+            yield 0, low
+
+    def coarse_points(self) -> Iterator[Point]:
+        """Yield the points of level 0, the last input fastest."""
+        along = (range(0, side.last + 1, 1 << side.depth) for side in self.sides)
+        yield from itertools.product(*along)
+
+    def sizes(self, cell: Cell) -> Point:
+        """Return the size of a cell along each input."""
+        level, low = cell
+        return tuple(
+            1 << side.shift(level, x) for side, x in zip(self.sides, low, strict=True)
+        )
+
+    def corners(self, cell: Cell) -> tuple[Point, ...]:
+        """Return the corners of a cell, the last input fastest."""
+        ends = zip(cell[1], self.sizes(cell), strict=True)
+        return tuple(itertools.product(*((x, x + size) for x, size in ends)))
+
+    def at(self, level: int, unit: Point) -> Cell:
+        """Return the cell of a level that holds a unit cell, by its lower corner."""
+        low = []
+        for side, x in zip(self.sides, unit, strict=True):
+            shift = side.shift(level, x)
+            low.append(x >> shift << shift)
+        return level, tuple(low)
+
+    def at_end(self, cell: Cell) -> bool:
+        """Return whether a cell cannot be split."""
+        level, low = cell
+        return all(
+            side.depths[x >> side.depth] <= level
+            for side, x in zip(self.sides, low, strict=True)
+        )
+
+    def children(self, cell: Cell) -> list[Cell]:
+        """Return the parts of a cell, of the next level."""
+        level, low = cell
+        starts = []
+        for side, x in zip(self.sides, low, strict=True):
+            size, half = side.shift(level, x), side.shift(level + 1, x)
+            starts.append((x,) if size == half else (x, x + (1 << half)))
+        return [(level + 1, part) for part in itertools.product(*starts)]
+
+    def parts(self, cell: Cell, levels: int) -> int:
+        """Return how many cells some levels down there can be in a cell."""
+        level, low = cell
+        bits = 0
+        for side, x in zip(self.sides, low, strict=True):
+            bits += side.shift(level, x) - side.shift(level + levels, x)
+        return 1 << bits
+
+    def touching(self, level: int, point: Point) -> set[Cell]:
+        """Return the cells of a level whose closed boxes hold a point."""
+        near = [
+            [x for x in (place - 1, place) if 0 <= x < side.last]
+            for side, place in zip(self.sides, point, strict=True)
+        ]
+        return {self.at(level, unit) for unit in itertools.product(*near)}
+
+    def neighbours(self, cell: Cell) -> set[Cell]:
+        """Return the cells of the same level that touch a cell, by corners too."""
+        level, low = cell
+        near = [
+            [x for x in (x0 - 1, x0, x0 + size) if 0 <= x < side.last]
+            for side, x0, size in zip(self.sides, low, self.sizes(cell), strict=True)
+        ]
+        return {self.at(level, unit) for unit in itertools.product(*near)} - {cell}

@@ -1,0 +1,200 @@
+"""The rule of a refined campaign, as its plan keeps it, and the cases it speaks of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from hpcwhirl.errors import InputError, StoreError, shown
+from hpcwhirl.refinement.growth import Address, Budget, Growth
+from hpcwhirl.refinement.lattice import Lattice, Point, Side
+
+WORDS = ("regime", "whirl", "both")
+SCALES = ("linear", "log")
+Settings = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a campaign refines, how far and by which words.
+
+    Attributes
+    ----------
+    over : dotted names of the refined inputs
+    depths : of each, bisections of each interval of its coarse values
+    scale : of each, "linear" or "log"
+    words : "regime", "whirl" or "both"
+    speckle : levels after which a cell mixed in most of its parts is left; 0: never
+    confirm : preset by which boundaries are computed again, "" for none
+    inputs : {dotted name: value} that it sets
+    budget : total, and what a case of each fidelity counts of it; empty: no limit
+    """
+
+    over: tuple[str, ...]
+    depths: tuple[tuple[int, ...], ...]
+    scale: tuple[str, ...]
+    words: str = "regime"
+    speckle: int = 2
+    confirm: str = ""
+    inputs: Settings = field(default_factory=dict)
+    budget: tuple[float, ...] = ()
+
+    def plain(self) -> dict[str, Any]:
+        """Return the rule as JSON has it."""
+        return dict(json.loads(json.dumps(self.__dict__)))
+
+    def word_of(self, row: Mapping[str, Any] | None) -> str | None:
+        """Return the word that a case goes by; None where it gave none.
+
+        A case that failed, or whose outcome is `unstable`, has no word.
+        """
+        if not row or row["regime"] == "none":
+            return None
+        known = {"regime": row["regime"], "whirl": row["whirl"]}
+        known["both"] = f"{row['regime']} {row['whirl']}"
+        return str(known[self.words])
+
+
+def rule_of(plain: Mapping[str, Any]) -> Rule:
+    """Return the rule that a plan keeps; StoreError where it is none."""
+    try:
+        own = dict(plain)
+        own["depths"] = tuple(map(tuple, own["depths"]))
+        own |= {name: tuple(own[name]) for name in ("over", "scale", "budget")}
+        return Rule(**own)
+    except (KeyError, TypeError, ValueError) as failed:
+        msg = f"the rule of a refinement is damaged: {type(failed).__name__} {failed}"
+        raise StoreError(msg) from None
+
+
+class Family:
+    """The cases of a refined campaign, coarse ones and all that may follow.
+
+    A panel holds the cases that differ in refined inputs alone. Cases have numbers: the
+    coarse ones those of their rows, the others follow by arithmetic on their address.
+
+    Parameters
+    ----------
+    rule : of the campaign
+    rows : settings of the coarse cases: each panel has all combinations of the values
+    whole : names of inputs that take whole numbers alone
+
+    Attributes
+    ----------
+    lattice : places, the same in each panel
+    panels : settings that the cases of a panel share
+    coarse : addresses of the coarse cases
+    """
+
+    def __init__(
+        self, rule: Rule, rows: Sequence[Settings], whole: Sequence[str] = ()
+    ) -> None:
+        self.rule, self.rows = rule, rows
+        values = [tuple(sorted({row[name] for row in rows})) for name in rule.over]
+        sides = zip(rule.over, values, rule.depths, rule.scale, strict=True)
+        self.lattice = Lattice(
+            tuple(Side(n, v, d, s, whole=n in whole) for n, v, d, s in sides)
+        )
+        self.panels: list[Settings] = []
+        numbers: dict[str, int] = {}
+        self.coarse: list[Address] = []
+        places = [{v: i << s.depth for i, v in enumerate(s.values)}
+                  for s in self.lattice.sides]  # fmt: skip
+        for row in rows:
+            rest = {n: v for n, v in row.items() if n not in rule.over}
+            key = json.dumps(rest, sort_keys=True)
+            if key not in numbers:
+                numbers[key] = len(self.panels)
+                self.panels.append(rest)
+            at = zip(places, rule.over, strict=True)
+            point = tuple(place[row[name]] for place, name in at)
+            self.coarse.append(Address(0, 0, numbers[key], point))
+
+    @cached_property
+    def row_of(self) -> dict[Address, int]:
+        """Return {address: row} of the coarse cases."""
+        return {address: row for row, address in enumerate(self.coarse)}
+
+    @property
+    def _lengths(self) -> list[int]:
+        return [side.last + 1 for side in self.lattice.sides]
+
+    def number(self, address: Address) -> int:
+        """Return the number of a case."""
+        if address in self.row_of:
+            return self.row_of[address]
+        found = address.fidelity * len(self.panels) + address.panel
+        for place, length in zip(address.point, self._lengths, strict=True):
+            found = found * length + place
+        return len(self.rows) + found
+
+    def address(self, number: int) -> Address:
+        """Return the address of a case by its number."""
+        if number < len(self.rows):
+            return self.coarse[number]
+        rest, point = number - len(self.rows), []
+        for length in reversed(self._lengths):
+            rest, place = divmod(rest, length)
+            point.append(place)
+        at: Point = tuple(reversed(point))
+        fidelity, panel = divmod(rest, len(self.panels))
+        return Address(fidelity, self.lattice.level(at), panel, at)
+
+    def settings(self, address: Address) -> Settings:
+        """Return what a case sets: refined inputs, those of its panel, its preset."""
+        both = zip(self.lattice.sides, address.point, strict=True)
+        own = {side.name: side.value(place) for side, place in both}
+        preset = self.rule.inputs if address.fidelity else {}
+        return own | self.panels[address.panel] | preset
+
+    @property
+    def most(self) -> int:
+        """Cases there are if every cell is split: the upper bound."""
+        points = 1
+        for side in self.lattice.sides:
+            points *= 1 + sum(1 << depth for depth in side.depths)
+        count = points * len(self.panels) * (2 if self.rule.confirm else 1)
+        if self.rule.budget:
+            count = min(count, int(self.rule.budget[0] // min(self.rule.budget[1:])))
+        return count
+
+    def growth(self) -> Growth:
+        """Return what is wanted before anything has a word: the coarse cases."""
+        total, *each = self.rule.budget or (0.0, 1.0, 1.0)
+        return Growth(
+            self.lattice,
+            len(self.panels),
+            self.rule.speckle,
+            confirm=bool(self.rule.confirm),
+            budget=Budget(total, (each[0], each[1])) if self.rule.budget else None,
+        )
+
+
+def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> None:
+    """Raise InputError, naming it, where a rule may not follow the one begun with.
+
+    A finished campaign may be refined: for the first time, more finely, with another
+    budget or with none, and confirmed where it was not.
+    """
+    if not old:
+        return
+    if not new:
+        msg = f"{where} was begun with [refine]: give the same or a finer one"
+        raise InputError(msg)
+    was, now = rule_of(old), rule_of(new)
+    for name in ("over", "scale", "words", "speckle"):
+        if getattr(was, name) != getattr(now, name):
+            told = [", ".join(v) if isinstance(v, tuple) else v
+                    for v in (getattr(was, name), getattr(now, name))]  # fmt: skip
+            msg = f"{where} was begun with [refine] {name} = {shown(told[0])}, "
+            raise InputError(msg + f"got {shown(told[1])}")
+    if was.confirm and (was.confirm, was.inputs) != (now.confirm, now.inputs):
+        msg = f"{where} was begun with [refine] confirm = {shown(was.confirm)}, "
+        raise InputError(msg + f"got {shown(now.confirm) if now.confirm else 'none'}")
+    for name, before, after in zip(was.over, was.depths, now.depths, strict=True):
+        if max(after) < max(before):
+            msg = f"{where} was refined over {name} by {max(before)} levels, got "
+            raise InputError(msg + f"{max(after)}: a finer resolution alone may follow")

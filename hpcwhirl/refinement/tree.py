@@ -1,0 +1,250 @@
+"""The cells of one panel, split by the words at their points; see `Tree`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from hpcwhirl.refinement.lattice import Cell, Lattice, Point
+
+MOST = 0.75  # share of the parts of a cell, mixed more of which it is speckle
+FIRST, CONFIRM = 0, 1  # fidelities
+Wish = tuple[int, Point]  # a fidelity and a point that a case is wanted of
+
+
+@dataclass(slots=True)
+class Node:
+    """What is known of a cell.
+
+    Attributes
+    ----------
+    corners : of the cell
+    points : wanted ones in the closed box until it is split: corners, and those that
+        hang on its sides
+    seen : words of its points, by the first fidelity and by the other
+    at_corners : words at its corners, by the first fidelity
+    open : corners that have not ended
+    split, opened : whether it has parts; whether its corners are confirmed
+    demanded : whether a finer neighbour asks for its parts
+    changed : whether a point has another word by the other fidelity
+    """
+
+    corners: tuple[Point, ...]
+    points: list[Point]
+    open: int
+    seen: tuple[set[str], set[str]] = field(default_factory=lambda: (set(), set()))
+    at_corners: set[str] = field(default_factory=set)
+    split: bool = False
+    opened: bool = False
+    demanded: bool = False
+    changed: bool = False
+
+    @property
+    def mixed(self) -> bool:
+        """Whether points of one fidelity have different words."""
+        return any(len(words) > 1 for words in self.seen)
+
+    @property
+    def uneven(self) -> bool | None:
+        """Whether its corners differ by the first fidelity; None: not known yet."""
+        return True if len(self.at_corners) > 1 else (None if self.open else False)
+
+
+class Tree:
+    """Cells of one panel; the least fixed point of rules that only add cells and cases.
+
+    - A cell is split where two of its points (corners, and those that hang on its
+      sides) have different words by the same fidelity.
+    - A cell is split whose parts a neighbour split to the same level would touch: a
+      split cell's neighbours, by corners too, are of its own level at least.
+    - Nothing is split or confirmed in speckle: `levels` below a cell of which more than
+      three quarters of the parts that many levels down have corners that differ, each
+      found by splitting, from that cell down, what differs at corners. It depends on
+      words at the cell's own places alone.
+    - With a second fidelity, the corners of a mixed cell at its end are confirmed, and
+      those of every cell around a point whose word it changes, but of cells that are to
+      be split, as their corners differ by the first.
+
+    A case that has ended without a word counts for nothing: no cell is split or
+    confirmed because of it.
+
+    Parameters
+    ----------
+    lattice : places
+    levels : after which a cell that is still mixed in most of its parts is speckle; 0:
+        never
+    confirm : whether there is a second fidelity
+
+    Attributes
+    ----------
+    cells : all of them, split ones included
+    fresh : cases that have become wanted, taken away by `take`
+    """
+
+    def __init__(
+        self, lattice: Lattice, levels: int = 0, *, confirm: bool = False
+    ) -> None:
+        self.lattice, self.levels, self.confirm = lattice, levels, confirm
+        self.cells: dict[Cell, Node] = {}
+        self.words: tuple[dict[Point, str | None], dict[Point, str | None]] = ({}, {})
+        self.wanted: tuple[set[Point], set[Point]] = (set(), set())
+        self.fresh: list[Wish] = []
+        self._demanded: set[Cell] = set()  # that are not there yet
+        self._speckled: dict[Cell, bool] = {}
+        self._asking: dict[Cell, set[Cell]] = {}  # who waits to hear of it
+        self._todo: list[Cell] = []
+        for cell in lattice.coarse():
+            self._make(cell, ())
+        self._settle()
+
+    def take(self) -> list[Wish]:
+        """Return what has become wanted since the last call."""
+        fresh, self.fresh = self.fresh, []
+        return fresh
+
+    def learn(self, fidelity: int, point: Point, word: str | None) -> None:
+        """Take in that a wanted case has ended, with a word or without."""
+        words = self.words[fidelity]
+        if point in words:
+            return
+        words[point] = word
+        other = self.words[1 - fidelity].get(point)
+        changed = None not in {word, other} and word != other
+        for cell in self._around(point):
+            self._note(cell, fidelity, point, changed=changed)
+        self._settle()
+
+    def is_speckle(self, cell: Cell) -> bool:
+        """Return whether a cell lies in speckle, as far as known."""
+        return self._allowed(cell) is False
+
+    def word(self, point: Point) -> str | None:
+        """Return the word of a point by its finest fidelity that has one."""
+        return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
+
+    def _around(self, point: Point) -> list[Cell]:
+        """Return the cells there are whose closed boxes hold a point."""
+        levels = range(self.lattice.depth + 1)
+        found = (c for level in levels for c in self.lattice.touching(level, point))
+        return [cell for cell in found if cell in self.cells]
+
+    def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
+        """Note the word of a point of a cell."""
+        node, word = self.cells[cell], self.words[fidelity][point]
+        before = node.uneven
+        if word is not None:
+            node.seen[fidelity].add(word)
+        if fidelity == FIRST and point in node.corners:
+            node.open -= 1
+            if word is not None:
+                node.at_corners.add(word)
+        node.changed |= changed
+        self._todo.append(cell)
+        if node.uneven is not before:
+            self._tell_asking(cell)
+
+    def _tell_asking(self, cell: Cell) -> None:
+        """Let those look again who wait for whether a cell's corners differ."""
+        level, low = cell
+        for above in range(max(level - self.levels, 0), level):
+            self._todo += self._asking.pop(self.lattice.at(above, low), ())
+
+    def _settle(self) -> None:
+        """Apply the rules until nothing changes."""
+        while self._todo:
+            self._visit(self._todo.pop())
+
+    def _visit(self, cell: Cell) -> None:
+        node, last = self.cells[cell], self.lattice.at_end(cell)
+        split = not last and not node.split and (node.mixed or node.demanded)
+        opened = (node.changed and (last or node.uneven is False)) or (
+            last and node.mixed
+        )
+        opened = self.confirm and opened and not node.opened
+        if not (split or opened) or not self._allowed(cell):
+            return
+        if opened:
+            node.opened = True
+            self._want(CONFIRM, node.corners)
+        if split:
+            self._split(cell)
+
+    def _split(self, cell: Cell) -> None:
+        node = self.cells[cell]
+        node.split = True
+        for child in self.lattice.children(cell):
+            self._make(child, node.points)
+        level = cell[0]
+        for near in self.lattice.neighbours(cell):
+            if near not in self.cells:
+                above = self.lattice.at(level - 1, near[1])
+                self._demanded.add(above)
+                if above in self.cells:
+                    self.cells[above].demanded = True
+                    self._todo.append(above)
+
+    def _make(self, cell: Cell, inherited: Iterable[Point]) -> None:
+        """Make a cell; its corners are wanted."""
+        corners = self.lattice.corners(cell)
+        self._want(FIRST, corners)
+        low, high = corners[0], corners[-1]
+        inside = [
+            point
+            for point in inherited
+            if all(a <= x <= b for a, x, b in zip(low, point, high, strict=True))
+        ]
+        points = list(dict.fromkeys([*corners, *inside]))
+        node = Node(corners, points, len(corners), demanded=cell in self._demanded)
+        self.cells[cell] = node
+        for point in points:
+            for fidelity in (FIRST, CONFIRM):
+                if point in self.words[fidelity]:
+                    self._note(cell, fidelity, point, changed=self._changed(point))
+        self._todo.append(cell)
+
+    def _changed(self, point: Point) -> bool:
+        found = [words.get(point) for words in self.words]
+        return None not in found and found[0] != found[1]
+
+    def _want(self, fidelity: int, points: Iterable[Point]) -> None:
+        for point in points:
+            if point in self.wanted[fidelity]:
+                continue
+            self.wanted[fidelity].add(point)
+            self.fresh.append((fidelity, point))
+            if fidelity == FIRST:
+                for cell in self._around(point):
+                    node = self.cells[cell]
+                    if not node.split and point not in node.points:
+                        node.points.append(point)
+
+    def _allowed(self, cell: Cell) -> bool | None:
+        """Return whether a cell lies outside speckle; None: not known yet."""
+        level = cell[0] - self.levels
+        if not self.levels or level < 0:
+            return True
+        above = self.lattice.at(level, cell[1])
+        if above not in self._speckled:
+            found = self._is_speckle_below(above)
+            if found is None:
+                self._asking.setdefault(above, set()).add(cell)
+                return None
+            self._speckled[above] = found
+        return not self._speckled[above]
+
+    def _is_speckle_below(self, cell: Cell) -> bool | None:
+        """Return whether most parts of a cell are mixed; None: not known yet."""
+        parts = self.lattice.children(cell)
+        for _ in range(self.levels - 1):
+            if any(self._uneven(part) is None for part in parts):
+                return None
+            below = [self.lattice.children(p) for p in parts if self._uneven(p)]
+            parts = [part for each in below for part in each]
+        found = [self._uneven(part) for part in parts]
+        if None in found:
+            return None
+        return sum(map(bool, found)) > MOST * self.lattice.parts(cell, self.levels)
+
+    def _uneven(self, cell: Cell) -> bool | None:
+        node = self.cells.get(cell)
+        return node.uneven if node else None
