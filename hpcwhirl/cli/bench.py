@@ -33,7 +33,8 @@ START = (
     "from hpcwhirl.case.resolve import resolve\n"
     "from hpcwhirl.dynamics.march import March\n"
     "from hpcwhirl.scene import apply_settings, named_scene\n"
-    "chosen = dict(word.split('=') for word in sys.argv[1:])\n"
+    "sizes = {n: int(v) for n, v in (word.split('=') for word in sys.argv[2:])}\n"
+    "chosen = sizes | {'scheme': sys.argv[1]}\n"
     "March(resolve(apply_settings(named_scene('table2'), chosen))).advance(10)\n"
 )
 # of a process that takes ten steps, one after the other with one cache: empty at first
@@ -144,7 +145,7 @@ def start_of(scheme: str) -> dict[str, Any]:
             before, start = _compiled(cache), time.perf_counter()
             busy = _of_children()
             subprocess.run(
-                [sys.executable, "-c", START, f"scheme={scheme}", *settings],
+                [sys.executable, "-c", START, scheme, *settings],
                 env=os.environ | {"NUMBA_CACHE_DIR": cache}, check=True,
             )  # fmt: skip
             facts[f"{name}_seconds"] = time.perf_counter() - start
