@@ -8,6 +8,7 @@ from hpcwhirl.case.limits import beat_of, fastest_line
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.quantities import BLADES
 
 SCENE = named_scene("table2")
 # coarser than the run, aliasing, finer than and out of step with the evidence
@@ -18,7 +19,7 @@ KEPT = [
     {"traces": "orbit", "interval": 10.0},
     {"traces": "full", "interval": 1.7e-5},
 ]
-ASIDE = {"sample_interval"}  # tells what is kept
+ASIDE = {"sample_interval", *BLADES}  # tell what is kept, and are told by it
 # a motion in contact, one that is certified, one of few sectors, one that blows up
 MOTIONS = {
     "touching": {"duration": 0.02},

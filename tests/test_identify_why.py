@@ -17,14 +17,6 @@ def found(*wrong):
     return Found(default_engine(), rows)
 
 
-@pytest.mark.parametrize(("hits", "draws"), [(0, 64), (31, 64), (64, 64), (1, 2)])
-def test_the_interval_of_a_share_holds_it_and_narrows_with_draws(hits, draws):
-    low, high = sure.wilson(hits, draws)
-    assert 0.0 <= low <= hits / draws <= high <= 1.0
-    less, more = sure.wilson(100 * hits, 100 * draws)
-    assert more - less < 0.2 * (high - low)
-
-
 def test_scatter_is_as_wide_as_told_and_every_draw_is_its_own():
     engine = default_engine()
     drawn = scattered(engine, 0.05, 256)

@@ -10,7 +10,7 @@ import pytest
 from launch import kill, launch, records, root_variables, start, wait_for
 
 import hpcwhirl
-from hpcwhirl.analysis.shares import shares, wilson
+from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign import sampling
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.distributions import drawn, law_of
@@ -21,6 +21,7 @@ from hpcwhirl.report.maps import drawing_of
 from hpcwhirl.report.picture import Wish
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.manifest import read_manifest
+from hpcwhirl.store.shares import interval
 
 GAP = {"distribution": "uniform", "low": 1e-4, "high": 3e-4}
 FORCE = {"distribution": "lognormal", "median": 75e3, "deviation": 0.2}
@@ -223,13 +224,13 @@ def test_more_draws_continue_and_other_ones_are_refused(tmp_path):
 @pytest.mark.parametrize(("count", "total"), [(0, 8), (3, 8), (8, 8), (50, 1000)])
 def test_wilsons_interval_solves_its_equation(count, total):
     z, p = NormalDist().inv_cdf(0.975), count / total
-    for end in wilson(
-        count, total
-    ):  # Wilson (1927): |p - end| = z sqrt(end (1 - end) / n)
+    share, *ends = interval(count, total)
+    assert share == p
+    for end in ends:  # Wilson (1927): |p - end| = z sqrt(end (1 - end) / n)
         assert abs(p - end) == pytest.approx(
             z * math.sqrt(max(end * (1 - end), 0.0) / total), abs=1e-7
         )
-    assert wilson(0, 0) == (0.0, 1.0)
+    assert np.isnan(interval(0, 0)).all()
 
 
 def renamed(folder, tmp_path, regimes, failed=()):
@@ -254,7 +255,7 @@ def test_shares_are_counted_at_each_point(sampled, tmp_path):
     assert found.cases.to_numpy().tolist() == [4, 2]
     assert found.lost.to_numpy().tolist() == [0, 2]
     own = found.sel(regime="divergent").isel(point=0)
-    assert (own.share_low, own.share_high) == wilson(1, 4)
+    assert (own.share_low, own.share_high) == interval(1, 4)[1:]
     assert late.equals(found.isel(point=[1]))
 
 

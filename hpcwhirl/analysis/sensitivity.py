@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.shares import LEVEL
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.sampled import SALTELLI, Drawn, drawn_of
+from hpcwhirl.store.shares import CONFIDENCE
 
 if TYPE_CHECKING:
     import xarray
@@ -63,7 +63,7 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
     found = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
     if np.isnan(found).any(axis=(1, 2)).mean() > STILL:
         return np.full((2, 2, len(mixed)), np.nan)
-    tail = (1.0 - LEVEL) / 2
+    tail = (1.0 - CONFIDENCE) / 2
     return np.asarray(np.nanquantile(found, [tail, 1.0 - tail], axis=0))
 
 

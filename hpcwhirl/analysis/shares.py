@@ -10,28 +10,12 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reader import words
 from hpcwhirl.store.sampled import drawn_of
+from hpcwhirl.store.shares import interval
 
 if TYPE_CHECKING:
     import xarray
 
-LEVEL = 0.95  # of intervals
 Floats = NDArray[np.float64]
-
-
-def wilson(count: int, total: int, level: float = LEVEL) -> tuple[float, float]:
-    """Return Wilson's interval of a share, (0, 1) where there is nothing to count.
-
-    Parameters
-    ----------
-    count, total : how many of how many independent ones
-    level : of confidence
-    """
-    from scipy.stats import binomtest
-
-    if not total:
-        return 0.0, 1.0
-    found = binomtest(int(count), int(total)).proportion_ci(level, method="wilson")
-    return float(found.low), float(found.high)
 
 
 def shares(data: xarray.Dataset) -> xarray.Dataset:
@@ -63,16 +47,14 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     count = counts(data, drawn.independent, drawn.point)
     asked = np.bincount(drawn.point[drawn.independent])[points]
     cases = count.sum(axis=1)
-    ends = np.array([[wilson(n, total) for n in row]
-                     for row, total in zip(count, cases, strict=True)])  # fmt: skip
-    with np.errstate(invalid="ignore"):
-        share = count / cases[:, None]
+    own = np.array([[interval(int(n), int(total)) for n in row]
+                         for row, total in zip(count, cases, strict=True)])  # fmt: skip
     both = ("point", "regime")
     found = xarray.Dataset(
         {
-            "share": (both, share, _told("share of the cases that have a regime")),
-            "share_low": (both, ends[..., 0], _told("lower end of its interval, 95 %")),
-            "share_high": (both, ends[..., 1], _told("upper end of it")),
+            "share": (both, own[..., 0], _told("share of cases that have a regime")),
+            "share_low": (both, own[..., 1], _told("lower end of its interval, 95 %")),
+            "share_high": (both, own[..., 2], _told("upper end of it")),
             "count": (both, count, _told("cases of this regime")),
             "cases": ("point", cases, _told("cases that have a regime")),
             "lost": ("point", asked - cases, _told("cases without one")),

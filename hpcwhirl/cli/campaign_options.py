@@ -158,7 +158,8 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     if args.file is None or not args.file.is_dir():
         return load_design(args.file, settings)
     if args.extend is None:
-        msg = f"{args.file} is a directory: without --extend, name the campaign's file"
+        msg = f"cannot read {args.file}, a directory: without --extend, name the "
+        msg += "campaign's file"
         raise InputError(msg)
     clash = [name for name, value in (("--set, --preset or --regimes-only", settings),
              ("--out", args.out), ("--fresh", args.fresh)) if value]  # fmt: skip

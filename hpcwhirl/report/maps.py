@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.captions import FIXED
 from hpcwhirl.report.picture import Picture, Wish, picture_of
@@ -68,6 +69,9 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
 def drawing_of(results: Path, wish: Wish) -> Drawing:
     """Return the map of a campaign; only columns of numbers are read, no traces."""
     with open_results(results) as data:
+        if not data.sizes.get("case"):
+            msg = f"{results} has no cases: nothing to draw"
+            raise InputError(msg)
         with reading(results):
             if wants_shares(data, wish):
                 return _drawing_of_shares(data, wish, results.parent)

@@ -104,13 +104,9 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
     InputError
         where an axis was not swept, or cases would be hidden behind others
     """
-    count = data.sizes.get("case", 0)
-    if not count:
-        msg = "the campaign has no cases: nothing to draw"
-        raise InputError(msg)
     inputs: Columns = {n: data[n].to_numpy() for n in swept_of(data)}
     shown = where(wish.at, inputs)
-    case = np.arange(count) if shown is None else np.flatnonzero(shown)
+    case = np.arange(data.sizes["case"]) if shown is None else np.flatnonzero(shown)
     case = case[_told_by(data, wish)[case]]
     own = {name: values[case] for name, values in inputs.items()}
     x, y = _axes(own, wish)

@@ -38,7 +38,12 @@ for _word in REGIMES:
 
 @lru_cache(maxsize=65536)
 def interval(count: int, total: int) -> tuple[float, float, float]:
-    """Return a share with its interval (Wilson); NaN of none."""
+    """Return a share with its interval (Wilson, 95 %); NaN of none.
+
+    Parameters
+    ----------
+    count, total : how many of how many independent ones
+    """
     from scipy.stats import binomtest
 
     if total == 0:

@@ -98,7 +98,7 @@ def run(scene: Scene) -> tuple[Record, np.ndarray]:
     spent = time.process_time() - before
     row = result_of(march.case, history).row
     told = {name: row[name] for name in NAMED}
-    told |= {"kernel": getattr(kernel, "__name__", str(kernel)), "seconds": spent}
+    told |= {"kernel": f"{kernel.__module__}.{kernel.__qualname__}", "seconds": spent}
     return told | {"steps": row["steps"], "contacts": row["contacts"]}, history.tips
 
 

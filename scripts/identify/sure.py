@@ -12,7 +12,6 @@ takes the preset of `identify.screen`. `--write` writes scripts/identify/sure.md
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,6 +27,7 @@ from identify.screen import motion
 from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
 
 from hpcwhirl.scene import engine_names, named_scene
+from hpcwhirl.store.shares import interval
 
 SCATTERS = (0.01, 0.05)
 CHANGES = (0.01, 0.02, 0.05, 0.1, 0.2)
@@ -54,16 +54,6 @@ def changed(engine: Engine) -> list[tuple[str, float, Engine]]:
     ]
 
 
-def wilson(hits: int, draws: int) -> tuple[float, float]:
-    """Return the 95 % interval of a share of which `hits` of `draws` were seen."""
-    z = 1.96
-    share, scale = hits / draws, 1 + z * z / draws
-    middle = (share + z * z / (2 * draws)) / scale
-    spread = share * (1 - share) / draws + z * z / (4 * draws * draws)
-    half = z * math.sqrt(spread) / scale
-    return max(middle - half, 0.0), min(middle + half, 1.0)
-
-
 def right(found: Found) -> list[bool]:
     """Return which of the four motions have regime and whirl of the paper."""
     sweep = pick(found.rows, "table 2")
@@ -82,7 +72,7 @@ def scatter_lines(found: dict[float, list[Found]]) -> list[str]:
 
 
 def _share(hits: int, draws: int) -> str:
-    low, high = wilson(hits, draws)
+    _, low, high = interval(hits, draws)
     return f"{hits} of {draws} ({low:.0%} to {high:.0%})"
 
 
