@@ -12,8 +12,8 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     """Return the numbers of `scene.quantities.BLADES`, {} where no tips were sampled.
 
     The amplitude is an rms, which needs no sample at a crest and has no share of a
-    steady deflection; for harmonic motions it is in the ratio of amplitudes. 0 and NaN
-    for blades at rest.
+    steady deflection; for harmonic motions it is in the ratio of amplitudes. Blades at
+    rest have 0, and move alike.
 
     Parameters
     ----------
@@ -51,6 +51,6 @@ def localisation(size: Floats) -> float:
     """
     largest = size.max()
     if not largest > 0.0:
-        return float("nan")
+        return 1.0
     energy = (size / largest) ** 2
     return float(len(size) * (energy**2).sum() / energy.sum() ** 2)
