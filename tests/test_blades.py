@@ -10,6 +10,7 @@ from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings
+from hpcwhirl.store.blades import amplification
 
 SMALL = {
     "scene": {"duration": 3e-3},
@@ -174,3 +175,13 @@ def test_two_ranks_compare_with_the_same_tuned_engine(tmp_path):
     alone, together = (root_variables(tmp_path / n) for n in ("alone", "together"))
     assert "amplification" in alone
     assert together == alone
+
+
+def test_cases_that_stopped_early_have_no_amplification():
+    time, tips = np.array([1.0, 2.0]), np.ones((2, 3, 2))
+    assert blade_numbers(time, tips, start=1.5) == {}  # one sample has no amplitude
+    tuned = {"row": {"stop": "end", "blade_amplitude": 2.0}}
+    assert amplification({"row": {"stop": "end"}}, tuned) == {}
+    early = {"row": {"stop": "amplitude", "blade_amplitude": 1.0}}
+    assert amplification(early, tuned) == amplification(tuned, early) == {}
+    assert amplification(tuned, tuned) == {"amplification": 1.0}

@@ -346,3 +346,10 @@ def test_a_job_takes_directory_and_time_from_the_campaign_s_file(
     assert out == ""
     assert err.count("\n") == 1
     assert "did you mean 'walltime'" in err
+
+
+def test_shards_of_what_follows_from_words_are_refused(tmp_path, capsys):
+    path = tmp_path / "refined.toml"
+    path.write_text('[sweep]\nspeed = [300.0, 400.0]\n[refine]\nover = "speed"\n')
+    assert main(["job", "slurm", str(path), "--out", "x", "--array", "4"]) == 2
+    assert "[refine] needs the words of all cases" in capsys.readouterr().err

@@ -13,6 +13,7 @@ import pytest
 from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, records, root_variables
 
 import hpcwhirl
+from hpcwhirl.campaign.measure import measure_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 
@@ -219,3 +220,9 @@ def test_a_script_of_two_ranks_gives_the_bits_of_one(measured, tmp_path):
         values = data.widest.to_numpy().tolist()
     assert [json.loads(line) for line in lines if line[0] == "["] == [values] * 2
     assert sum("was begun with measure" in line for line in lines) == 2
+
+
+@pytest.mark.parametrize("name", ["word_share", "twins", "cells", "boundaries"])
+def test_a_variable_may_not_have_a_name_of_the_results(name):
+    with pytest.raises(InputError, match=f"{name} is a name of the results"):
+        measure_of(dict, {name: "1"})

@@ -341,3 +341,8 @@ def test_a_sampled_campaign_has_the_same_bits_for_any_ranks_and_kills(tmp_path):
     assert both[0] == both[1]
     with h5py.File(tmp_path / "killed" / "results.h5") as file:
         assert json.loads(file.attrs["sample"])["each"] == 16
+
+
+def test_a_law_of_another_type_is_refused():
+    with pytest.raises(InputError, match="unknown distribution"):
+        law_of("gap", {"distribution": ["uniform"], "low": 1e-4, "high": 2e-4})

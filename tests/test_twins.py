@@ -299,7 +299,7 @@ WRONG = {
     "sure = 2": "[twins] sure must be a number > 0, at most 1, got 2",
     "spread = {forcee = 1e-6}": "unknown scene input 'forcee'",
     "spread = {blades = 0.1}": "spread blades must be of an input that is a real",
-    "spread = {force = 2}": "spread force must be a number > 0 and < 1, got 2",
+    "spread = {force = 2}": "spread force must be a number >= 1e-12 and < 1, got 2",
     "spread = 3": "[twins] spread must be a table such as {force = 1e-6}, got 3",
 }
 
@@ -346,3 +346,20 @@ def test_two_ranks_have_the_same_twins(whole, tmp_path):
     done = launch("campaign", file, "--out", tmp_path / "o", ranks=2)
     assert done.returncode == 0, done.err
     assert variables(tmp_path / "o") == variables(whole)
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"sweep": {"force": [0.0, 75e3]}},
+        {"sweep": {"rotor.damping": [0.0, 0.01]}, "spread": {"rotor.damping": 0.01}},
+        {"scene": {"friction": 0.0}, "spread": {"friction": 0.1}},
+    ],
+)
+def test_a_relative_spread_about_zero_is_refused(tables):
+    # all twins were the case itself: missing for ever, and a share of one computation
+    twins = {"count": 4, "spread": tables.pop("spread", {"force": 1e-6})}
+    with pytest.raises(InputError, match="change of 0 is none"):
+        design_of({"sweep": {"speed": [300.0]}, **tables, "twins": twins})
+    with pytest.raises(InputError, match="must be a number >= 1e-12"):
+        design_of({"twins": {"spread": {"gap": 1e-17}}})

@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the numbers of `scene.quantities.BLADES`, {} where no tips were sampled.
+    """Return the numbers of `scene.quantities.BLADES`, {} of too few samples.
 
     The amplitude is an rms, which needs no sample at a crest and has no share of a
     steady deflection; for harmonic motions it is in the ratio of amplitudes. Blades at
@@ -22,7 +22,7 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     start : s, from when on amplitudes are taken
     """
     late = time > start
-    if not len(tips) or not late.any():
+    if not len(tips) or late.sum() < 2:  # one sample has no amplitude
         return {}
     size = blade_amplitudes(tips[late])
     return {

@@ -16,7 +16,7 @@ import numpy as np
 
 from hpcwhirl import __version__
 from hpcwhirl.campaign.sampling import Sample, sample_of, sampled_rows, scenes_of
-from hpcwhirl.campaign.twins import Twins, twins_of
+from hpcwhirl.campaign.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -274,8 +274,8 @@ def design_of(
         msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
         raise InputError(msg)
     twins = twins_of(document, base)
-    if twins and twins.of == "boundary":
-        _check_neighbours(rows, swept)
+    if twins:
+        _check_twins(twins, base, rows, swept)
     scenes = scenes_of(base, rows, sample)
     rules = rules_of(document)
     design = Design(base, scenes, tuple(rows), swept, rules, sample=sample, twins=twins)
@@ -285,8 +285,13 @@ def design_of(
     return design
 
 
-def _check_neighbours(rows: Sequence[Settings], swept: Sequence[str]) -> None:
-    """Refuse to look for boundaries where no two cases are neighbours."""
+def _check_twins(
+    twins: Twins, base: Scene, rows: Sequence[Settings], swept: Sequence[str]
+) -> None:
+    """Refuse twins that are their case, and boundaries where none are neighbours."""
+    check_spread(twins, base, rows)
+    if twins.of != "boundary":
+        return
     if not at_boundary(rows, swept, [str(case) for case in range(len(rows))]).any():
         msg = "[twins] of = boundary: no two cases differ in one number alone, as those"
         raise InputError(msg + " of a [sweep] over numbers do")

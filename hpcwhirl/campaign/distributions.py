@@ -83,13 +83,13 @@ def law_of(name: str, given: Any) -> dict[str, Any]:
         msg = f"{where} must be a table such as {example}, got {shown(given)}"
         raise InputError(msg)
     word = given[KEY]
-    if word not in LAWS:
+    if not isinstance(word, str) or word not in LAWS:
         raise unknown(f"{KEY} of {where}", str(word), LAWS)
     law = LAWS[word]
     for key in given:
         if key not in {KEY, *law.parameters}:
             raise unknown(f"key of {where}", key, law.parameters)
-    found = {KEY: word}
+    found: dict[str, Any] = {KEY: word}
     for key in law.parameters:
         found[key] = _number(f"{where}: {key}", given.get(key), key in law.positive)
     if "low" in found and not found["low"] < found["high"]:

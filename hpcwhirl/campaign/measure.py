@@ -20,7 +20,9 @@ from hpcwhirl.scene.quantities import (
     TUNED,
     variable_name,
 )
+from hpcwhirl.store.cells import BOUNDARIES, CELLS
 from hpcwhirl.store.measured import VALUES, WHY_NOT, one_case
+from hpcwhirl.store.shares import GROUP, SHARE
 
 if TYPE_CHECKING:
     import xarray
@@ -103,6 +105,10 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         *TRACES,
         *AXES,
         *PERFORMANCE,
+        *SHARE,
+        GROUP,
+        CELLS,
+        BOUNDARIES,
         WHY_NOT,
         "performance",
     }

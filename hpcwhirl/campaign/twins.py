@@ -8,7 +8,7 @@ the twin and the input's name alone: the same wherever and whenever it is comput
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
 MOST = 1000
 BITS = 53  # of a double's fraction
+LEAST = 1e-12  # spread, of which doubles leave each twin its own value
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,21 @@ def _checked(count: Any, of: Any, sure: Any) -> tuple[int, str, float]:
     return count, str(of), float(sure)
 
 
+def check_spread(twins: Twins, base: Scene, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Refuse a relative spread about 0, of which all twins would be the case itself.
+
+    Parameters
+    ----------
+    rows : {dotted input: value} of what each case sets
+    """
+    values = flatten(base)
+    for name in twins.spread:
+        for case, row in enumerate(rows):
+            if row.get(name, values[name]) == 0.0:
+                msg = f"[twins] spread {name}: it is 0 in case {case}, and a relative "
+                raise InputError(msg + "change of 0 is none: spread another input")
+
+
 def twins_of_plan(plan: Mapping[str, Any]) -> Twins | None:
     """Return the twins of a plan; None where it has none."""
     return Twins(**plan) if plan else None
@@ -138,8 +154,8 @@ def _spread(given: Any, base: Scene) -> dict[str, float]:
         full = full_name(name)
         if not isinstance(values[full], float):
             _refuse(f"spread {name}", "of an input that is a real number", spread)
-        if not _is_number(spread) or not 0.0 < spread < 1.0:
-            _refuse(f"spread {name}", "a number > 0 and < 1", spread)
+        if not _is_number(spread) or not LEAST <= spread < 1.0:
+            _refuse(f"spread {name}", f"a number >= {LEAST:g} and < 1", spread)
         out[full] = float(spread)
     return dict(sorted(out.items()))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
             default = Request.__dataclass_fields__[name].default
             values[name] = told.get(key, default)
     request = Request(**(values | {"modules": tuple(args.modules)}))
+    if request.array or request.shard:
+        _check_shards(Path(args.file))
     text = job_script(request)
     if not request.script:
         sys.stdout.write(text)
@@ -100,6 +103,19 @@ def _in_file(path: Path) -> dict[str, Any]:
     rules = rules_of(load_document(path))
     with_rules(Policy(), rules)
     return options_of(rules)
+
+
+def _check_shards(path: Path) -> None:
+    """Refuse shards of a campaign whose cases follow from the words of others."""
+    from hpcwhirl.scene import load_document
+
+    document = load_document(path) if path.exists() else {}
+    twins = document.get("twins")
+    boundary = isinstance(twins, Mapping) and twins.get("of") == "boundary"
+    if "refine" in document or boundary:
+        what = "[refine]" if "refine" in document else "[twins] of = boundary"
+        msg = f"{what} needs the words of all cases: neither --array nor --shard"
+        raise InputError(msg)
 
 
 def _write(path: Path, text: str) -> None:

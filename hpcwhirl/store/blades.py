@@ -46,11 +46,13 @@ def _others(row: Mapping[str, Any]) -> str:
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
     """Return {"amplification": value} of a case.
 
-    {} where one of both has no amplitude, the tuned one is at rest, or they were
-    modelled otherwise, as where `truncation` chooses.
+    {} where one of both has no amplitude or went beyond the amplitude limit, the tuned
+    one is at rest, or they were modelled otherwise, as where `truncation` chooses.
     """
     own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
     if any(own.get(name) != tuned.get(name) for name in MODEL):
         return {}
-    size = float(tuned.get("blade_amplitude", math.nan))
-    return {"amplification": own["blade_amplitude"] / size} if size > 0.0 else {}
+    if "amplitude" in {own.get("stop"), tuned.get("stop")}:
+        return {}
+    mine, size = (float(r.get("blade_amplitude", math.nan)) for r in (own, tuned))
+    return {"amplification": mine / size} if size > 0.0 and mine >= 0.0 else {}
