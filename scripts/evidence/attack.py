@@ -267,6 +267,7 @@ def _together(one: Facts, other: Facts) -> Facts:
         out[name] = one[name] + other[name]
     for name in ("kinds", "skipped"):
         out[name] = dict(sorted((Counter(one[name]) + Counter(other[name])).items()))
+    out["replayed"] = one.get("replayed", []) + other.get("replayed", [])
     return out
 
 

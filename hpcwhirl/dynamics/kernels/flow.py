@@ -97,7 +97,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
     loss = lose_ring(c, at, y, d, loss)
-    if touched:
+    if touched:  # at the step's end: first order in dt, of impact against rotation
         spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)
         passing = fnma(spin, y[1], passing[0]), fma(spin, y[0], passing[1])
         br, bi = mean_ring(c, at, y, d, load_both(s, size, old))
