@@ -443,6 +443,18 @@ def test_a_second_campaign_in_a_directory_is_refused_by_name(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("hasty")
+def test_a_campaign_sweeps_pictures_that_were_killed_half_drawn(tmp_path):
+    out = tmp_path / "out"
+    words = ["campaign", str(inputs(tmp_path)), "--out", str(out)]
+    assert main(words) == 0
+    strays = [part_of(out / n) for n in ("map.png", "map.svg", "report.html")]
+    for path in strays:
+        os.utime(path, (time.time() - 1.0,) * 2)
+    assert main(words) == 0
+    assert not any(path.exists() for path in strays)
+    assert not list(out.glob("*.part"))
+
+
 def test_a_campaign_without_mpi_claims_its_directory_itself(tmp_path):
     design = load_design(inputs(tmp_path), {})
     prepare(design, tmp_path / "out")

@@ -23,6 +23,7 @@ from hpcwhirl.store.owner import (
 )
 
 LONG_AGO = 3600.0  # s, after which nobody still writes a small file
+PICTURES = ("map.", "report.")  # what their names begin with
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
@@ -78,7 +79,10 @@ def owned(
 def _tidy(own: Claim, *, shared: bool) -> None:
     """Remove what runs before have left half written as they died."""
     # Other shards may be writing now; nobody takes so long for a small file.
-    older = own.path.stat().st_mtime - LONG_AGO if shared else math.inf
+    begun = own.path.stat().st_mtime
+    older = begun - LONG_AGO if shared else math.inf
     for place in (own.folder / "states", own.folder / "runs"):
         sweep(place, older=older)
     sweep(own.folder, NAME, older)
+    for stem in PICTURES:  # which `map` and `report` may be writing now, too
+        sweep(own.folder, stem, min(older, begun))
