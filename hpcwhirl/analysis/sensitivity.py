@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reader import words
-from hpcwhirl.store.sampled import SALTELLI, Drawn, drawn_of
+from hpcwhirl.store.sampled import SALTELLI, Drawn, drawn_of, points_of
 from hpcwhirl.store.shares import CONFIDENCE
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
 
     drawn, wanted = drawn_of(data), list(dict.fromkeys(names))
     _check_method(drawn)
-    points, first = np.unique(drawn.point, return_index=True)
+    points, swept = points_of(data, drawn)
     numbers = {name: values_of(data, name) for name in wanted}
     rows = [[_told(numbers[name], drawn, point) for name in wanted] for point in points]
     names_of = ("point", "quantity")
@@ -130,8 +130,6 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
         values = np.array([[one[key] for one in row] for row in rows])
         out[key] = ((*names_of, "input")[: values.ndim], values)
     coords = {"point": points, "quantity": wanted, "input": list(drawn.inputs)}
-    swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
-             for n in drawn.swept}  # fmt: skip
     return xarray.Dataset(out, coords | swept)
 
 

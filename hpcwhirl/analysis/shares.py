@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reader import words
-from hpcwhirl.store.sampled import drawn_of
+from hpcwhirl.store.sampled import drawn_of, points_of
 from hpcwhirl.store.shares import interval
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     import xarray
 
     drawn = drawn_of(data)
-    points, first = np.unique(drawn.point, return_index=True)
+    points, swept = points_of(data, drawn)
     count = counts(data, drawn.independent, drawn.point)
     asked = np.bincount(drawn.point[drawn.independent])[points]
     cases = count.sum(axis=1)
@@ -61,10 +61,7 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
         },
         coords={"regime": list(REGIMES), "point": points},
     )
-    return found.assign_coords({
-        name: ("point", data[name].to_numpy()[first], data[name].attrs)
-        for name in drawn.swept
-    })  # fmt: skip
+    return found.assign_coords(swept)
 
 
 def counts(

@@ -34,8 +34,11 @@ from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
     Value,
+    by_full_name,
     full_name,
+    is_number,
     takes_list,
+    undotted,
 )
 from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
 from hpcwhirl.store.neighbours import at_boundary
@@ -319,32 +322,14 @@ def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
     if not isinstance(content, Mapping):
         msg = f"[{table}] must be a table, got {shown(content)}"
         raise InputError(msg)
-    flat = _flat(content, "")
-    full = _resolved(flat, f"[{table}]")
+    flat = _flat(content)
+    full = by_full_name(flat.items(), f"[{table}]")
     return {name: _values(table, name, given) for name, given in full.items()}
 
 
-def _resolved(given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the mapping by full dotted names; one input under two names is refused."""
-    out: dict[str, Any] = {}
-    for name, value in given.items():
-        full = full_name(name)
-        if full in out:
-            msg = f"{where} names {full} twice, once as {name}"
-            raise InputError(msg)
-        out[full] = value
-    return out
-
-
-def _flat(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    """Undo TOML's reading of a dotted key as tables."""
-    out: dict[str, Any] = {}
-    for name, given in content.items():
-        if isinstance(given, Mapping) and given and not given.keys() & set(RANGE_KEYS):
-            out |= _flat(given, f"{prefix}{name}.")
-        else:
-            out[prefix + name] = given
-    return out
+def _flat(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return {dotted name: value}, of which a range is one."""
+    return dict(undotted(content, lambda table: bool(table.keys() & set(RANGE_KEYS))))
 
 
 def _values(table: str, name: str, given: Any) -> list[Value]:
@@ -361,8 +346,7 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
     for key, value in given.items():
         if key not in RANGE_KEYS:
             raise unknown(f"key of range {name}", key, RANGE_KEYS)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not abs(value) < LARGEST:
+        if not is_number(value) or not abs(value) < LARGEST:
             msg = f"range {name}: {key} must be a finite number, got {shown(value)}"
             raise InputError(msg)
     if not {"start", "stop"} <= given.keys() or len(given) != 3:
@@ -421,7 +405,7 @@ def _explicit(given: Any) -> list[Settings]:
     if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
         msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
         raise InputError(msg)
-    return [_resolved(_flat(case, ""), "[[cases]]") for case in given]
+    return [by_full_name(_flat(case).items(), "[[cases]]") for case in given]
 
 
 def _check_distinct(digests: Sequence[str]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene.files import is_number
 
 Floats = NDArray[np.float64]
 KEY = "distribution"
@@ -99,8 +100,7 @@ def law_of(name: str, given: Any) -> dict[str, Any]:
 
 
 def _number(what: str, value: Any, positive: bool) -> float:  # noqa: FBT001
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not math.isfinite(value) or (positive and not value > 0):
+    if not is_number(value) or not math.isfinite(value) or (positive and not value > 0):
         allowed = "a number > 0" if positive else "a finite number"
         raise InputError(f"{what} must be {allowed}, got {shown(value)}")
     return float(value)

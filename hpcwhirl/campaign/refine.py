@@ -15,7 +15,7 @@ from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.refinement.lattice import EXACT
 from hpcwhirl.refinement.rule import SCALES, WORDS, Rule
 from hpcwhirl.scene import apply_settings, preset_inputs, preset_names
-from hpcwhirl.scene.files import check_kept, full_name
+from hpcwhirl.scene.files import check_kept, full_name, is_number, is_whole
 from hpcwhirl.scene.quantities import WHOLE
 
 KEYS = (
@@ -128,8 +128,7 @@ def _check_side(name: str, grid: Listed) -> None:
         msg = f"[refine] over {name}: not in [sweep], which has {', '.join(grid)}"
         raise InputError(msg if grid else f"[refine] over {name}: there is no [sweep]")
     values = grid[name]
-    numbers = [v for v in values if isinstance(v, int | float)]
-    numbers = [v for v in numbers if not isinstance(v, bool) and math.isfinite(v)]
+    numbers = [v for v in values if is_number(v) and math.isfinite(v)]
     if len(numbers) < len(values) or len(set(values)) < 2:
         msg = f"[refine] over {name}: two or more different numbers of [sweep] are "
         raise InputError(msg + f"wanted, got {shown(list(values))}")
@@ -195,16 +194,14 @@ def _depths(
 
 
 def _level(name: str, given: Any) -> int:
-    whole = isinstance(given, int) and not isinstance(given, bool)
-    if not whole or not 0 <= given <= MOST_LEVELS:
+    if not is_whole(given) or not 0 <= given <= MOST_LEVELS:
         msg = f"[refine] levels of {name} must be a whole number from 0 to "
         raise InputError(msg + f"{MOST_LEVELS}, got {shown(given)}")
     return int(given)
 
 
 def _resolution(name: str, given: Any) -> Decimal:
-    number = isinstance(given, int | float) and not isinstance(given, bool)
-    if not number or not 0 < given < math.inf:
+    if not is_number(given) or not 0 < given < math.inf:
         msg = f"[refine] resolution of {name} must be a number > 0, got {shown(given)}"
         raise InputError(msg)
     return Decimal(str(given))
@@ -256,8 +253,7 @@ def _preset(key: str, name: Any) -> str:
 
 def _speckle(table: Mapping[str, Any]) -> int:
     given = table.get("speckle", SPECKLE)
-    whole = isinstance(given, int) and not isinstance(given, bool)
-    if not whole or not 0 <= given <= MOST_LEVELS:
+    if not is_whole(given) or not 0 <= given <= MOST_LEVELS:
         msg = "[refine] speckle must be a whole number of levels, 0 for never, got "
         raise InputError(msg + shown(given))
     return int(given)
@@ -278,8 +274,7 @@ def _budget(given: Any, design: Design, rule: Rule) -> tuple[float, ...]:
         msg = "[refine] budget must be {cases = N} or {core_hours = H}, got "
         raise InputError(msg + shown(given))
     ((kind, amount),) = given.items()
-    number = isinstance(amount, int | float) and not isinstance(amount, bool)
-    if not number or not 0 < amount < math.inf:
+    if not is_number(amount) or not 0 < amount < math.inf:
         msg = f"[refine] budget: {kind} must be a number > 0, got {shown(amount)}"
         raise InputError(msg)
     each = (1.0, 1.0)

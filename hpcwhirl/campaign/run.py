@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from hpcwhirl.campaign.agenda import Agenda
@@ -58,14 +59,16 @@ def run_campaign(
         where another run computes there
     """
     policy = policy or Policy()
+    node = node_of(comm)
     with ExitStack() as stack:
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
-        stopping.watch(None if node_of(comm).rank else folder, policy.seconds)
-        work, complete, gave_up = _round(design, folder, comm, policy, stopping)
+        stopping.watch(None if node.rank else folder, policy.seconds)
+        rounds = partial(_round, design, folder, comm, node, policy, stopping)
+        work, complete, gave_up = rounds()
         if complete and design.twins and design.twins.of == "boundary":
             # which cases have twins is known by the words of all of them
-            work, complete, gave_up = _round(design, folder, comm, policy, stopping)
+            work, complete, gave_up = rounds()
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
             return conclude(design, folder, comm, work, stopping)
@@ -80,6 +83,7 @@ def _round(
     design: Design,
     folder: Path,
     comm: Communicator,
+    node: Communicator,
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
@@ -89,7 +93,7 @@ def _round(
         stages = Stages(design, work.extended)
         evaluate = Evaluator(design, work.units, desk, stages, work.begun)
         if work.units:
-            _warm(evaluate, node_of(comm))
+            _warm(evaluate, node)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
         complete, gave_up = _compute(evaluate, work, agenda, comm)

@@ -12,7 +12,7 @@ another version of SciPy would draw.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -24,8 +24,15 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.distributions import KEY, drawn, law_of
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.files import Value, full_name, takes_list
+from hpcwhirl.scene.files import (
+    Value,
+    by_full_name,
+    is_whole,
+    takes_list,
+    undotted,
+)
 from hpcwhirl.scene.quantities import LEAVES
+from hpcwhirl.store.blades import MISTUNING
 from hpcwhirl.store.manifest import NAME, SAMPLE, read_manifest
 from hpcwhirl.store.sampled import SALTELLI, TUNED, draws_in
 
@@ -40,7 +47,6 @@ LATIN = "latin_hypercube"
 METHODS = ("random", "sobol", "halton", LATIN, SALTELLI)
 IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
 OWN_KEYS = ("method", "count", "seed", "tuned")
-MISTUNING = "engine.rotor.mistuning"
 LARGEST_SEED = 2**53  # that any JSON keeps
 MOST = 10_000_000
 
@@ -162,8 +168,7 @@ def _tuned(content: Mapping[str, Any], method: str, laws: Mapping[str, Any]) -> 
 
 
 def _whole(key: str, value: Any, least: int, most: int) -> int:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not whole or not least <= value <= most:
+    if not is_whole(value) or not least <= value <= most:
         allowed = f"a whole number from {least} to {most}"
         msg = f"[sample] {key} must be {allowed}, got {shown(value)}"
         raise InputError(msg)
@@ -173,11 +178,8 @@ def _whole(key: str, value: Any, least: int, most: int) -> int:
 def _laws(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return {full dotted input: its checked law}."""
     found: dict[str, dict[str, Any]] = {}
-    for name, given in _leaves(inputs, ""):
-        full = full_name(name)
-        if full in found:
-            msg = f"[sample] names {full} twice, once as {name}"
-            raise InputError(msg)
+    pairs = ((name, (name, given)) for name, given in undotted(inputs, _is_law))
+    for full, (name, given) in by_full_name(pairs, "[sample]").items():
         kind = next(field.annotation for leaf, field in LEAVES if leaf == full)
         if kind is not float and not takes_list(full):
             msg = f"[sample] {name} must be an input of any number between: sweep it"
@@ -190,14 +192,8 @@ def _laws(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _leaves(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
-    """Undo TOML's reading of a dotted key as tables."""
-    for name, given in content.items():
-        tables = isinstance(given, Mapping) and given and KEY not in given
-        if tables and all(isinstance(one, Mapping) for one in given.values()):
-            yield from _leaves(given, f"{prefix}{name}.")
-        else:
-            yield prefix + name, given
+def _is_law(table: Mapping[str, Any]) -> bool:
+    return KEY in table or not all(isinstance(v, Mapping) for v in table.values())
 
 
 def sampled_rows(

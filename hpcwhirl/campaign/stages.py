@@ -202,20 +202,14 @@ class Stages:
         """Return the stage to compute next, None for none, and how the last ended."""
         own = self.design.digests[case]
         last: Ended | None = None
-        for stage, time in enumerate((0.0, *self.extended)):
+        for stage, time in enumerate((0.0, *self.times(case))):
             end = known.get((own, twin, time))
-            if stage and time not in self.times(case):
-                continue
             if end is None:
-                return self._number(case, time), last
+                return stage, last
             last = end
             if not end.is_open:
                 break
         return None, last
-
-    def _number(self, case: int, time: float) -> int:
-        """Return the number of a stage among those of a case."""
-        return 1 + self.times(case).index(time) if time else 0
 
 
 def ended_of(record: Record) -> Ended:

@@ -14,7 +14,7 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene import Scene, apply_settings, digest, flatten
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.files import by_full_name, is_number, is_whole, undotted
 
 OF = ("all", "boundary")
 KEYS = ("count", "of", "spread", "sure")
@@ -105,13 +105,13 @@ def twins_of(document: Mapping[str, Any], base: Scene) -> Twins | None:
 
 def _checked(count: Any, of: Any, sure: Any) -> tuple[int, str, float]:
     """Return three keys of the table, as they are allowed."""
-    if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= MOST:
+    if not is_whole(count) or not 2 <= count <= MOST:
         _refuse("count", f"a whole number, 2 to {MOST}", count)
     if of == "speckle":
         _refuse("of", "all or boundary (speckle is not known here)", of)
     if of not in OF:
         raise unknown("[twins] of", str(of), OF)
-    if not _is_number(sure) or not 0.0 < sure <= 1.0:
+    if not is_number(sure) or not 0.0 < sure <= 1.0:
         _refuse("sure", "a number > 0, at most 1", sure)
     return count, str(of), float(sure)
 
@@ -141,30 +141,16 @@ def _refuse(key: str, allowed: str, got: Any) -> None:
     raise InputError(msg)
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _spread(given: Any, base: Scene) -> dict[str, float]:
     """Return {dotted input: spread} of a table, each an input that is a real number."""
     if not isinstance(given, Mapping) or not given:
         _refuse("spread", "a table such as {force = 1e-6}", given)
     values, out = flatten(base), {}
-    for name, spread in _flat(given).items():
-        full = full_name(name)
+    pairs = ((n, (n, spread)) for n, spread in undotted(given, lambda _: False))
+    for full, (name, spread) in by_full_name(pairs, "[twins] spread").items():
         if not isinstance(values[full], float):
             _refuse(f"spread {name}", "of an input that is a real number", spread)
-        if not _is_number(spread) or not LEAST <= spread < 1.0:
+        if not is_number(spread) or not LEAST <= spread < 1.0:
             _refuse(f"spread {name}", f"a number >= {LEAST:g} and < 1", spread)
         out[full] = float(spread)
     return dict(sorted(out.items()))
-
-
-def _flat(given: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Undo TOML's reading of a dotted key as tables."""
-    out: dict[str, Any] = {}
-    for name, value in given.items():
-        inside = isinstance(value, Mapping)
-        more = _flat(value, f"{prefix}{name}.") if inside else {prefix + name: value}
-        out |= more
-    return out

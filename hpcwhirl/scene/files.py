@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, get_origin
+from typing import Any, TypeGuard, get_origin
 
 import tomli_w
 from pydantic import ValidationError
@@ -72,6 +72,44 @@ def full_name(name: str) -> str:
         raise InputError(msg)
     short = {n.rsplit(".", 1)[-1] for n in INPUTS}
     raise unknown("scene input", name, short | INPUTS.keys())
+
+
+def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]:
+    """Return values by full dotted names; one input under two names is refused."""
+    out: dict[str, Any] = {}
+    for name, value in given:
+        full = full_name(name)
+        if full in out:
+            msg = f"{where} names {full} twice, once as {name}"
+            raise InputError(msg)
+        out[full] = value
+    return out
+
+
+def undotted(
+    content: Mapping[str, Any],
+    is_value: Callable[[Mapping[str, Any]], bool],
+    prefix: str = "",
+) -> Iterator[tuple[str, Any]]:
+    """Yield (dotted name, value): undo TOML's reading of a dotted key as tables.
+
+    is_value : whether a table that is not empty is a value itself
+    """
+    for name, given in content.items():
+        if isinstance(given, Mapping) and given and not is_value(given):
+            yield from undotted(given, is_value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, given
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value of TOML is a whole number: true and false are none."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return whether a value of TOML is a number, which may be infinite or NaN."""
+    return is_whole(value) or isinstance(value, float)
 
 
 def _allowed(error: Mapping[str, Any]) -> str:

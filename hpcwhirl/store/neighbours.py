@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.files import is_number
+
 Settings = Sequence[Mapping[str, Any]]
 
 
@@ -18,11 +20,7 @@ def along(settings: Settings, swept: Sequence[str]) -> list[str]:
     return [
         name
         for name in swept
-        if all(
-            isinstance(row.get(name), int | float)
-            and not isinstance(row.get(name), bool)
-            for row in settings
-        )
+        if all(is_number(row.get(name)) for row in settings)
         and len({row[name] for row in settings}) > 1
     ]
 

@@ -76,6 +76,16 @@ class Drawn:
         return np.asarray(self.block < 2)
 
 
+def points_of(
+    data: xarray.Dataset, drawn: Drawn
+) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Return the points of a sweep, and what was swept as coordinates over `point`."""
+    points, first = np.unique(drawn.point, return_index=True)
+    swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
+             for n in drawn.swept}  # fmt: skip
+    return points, swept
+
+
 def is_sampled(data: xarray.Dataset) -> bool:
     """Return whether inputs of some results were drawn."""
     return SAMPLE in data.attrs

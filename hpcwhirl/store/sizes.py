@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import ROW, TRACES
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.blades import DETAIL
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.journal import Record, sealed
@@ -20,7 +21,6 @@ from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 
-DETAIL = "output.traces"
 MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`
 TYPICAL = {"f8": 1 / 7, "i8": 1000, "S16": "modal"}  # in the usual number of digits
 

@@ -44,7 +44,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from hpcwhirl.errors import InputError, shown, unknown
-from hpcwhirl.scene.files import load_document
+from hpcwhirl.scene.files import is_number, is_whole, load_document
 from hpcwhirl.store.engine_file import LARGEST
 from hpcwhirl.store.sparse_file import read_matrix
 
@@ -160,7 +160,7 @@ class _Table:
 
     def whole(self, key: str, least: int, most: int, default: int | None = None) -> int:
         value = self.asked(key, default)
-        if not _is_whole(value) or not least <= value <= most:
+        if not is_whole(value) or not least <= value <= most:
             raise self.wrong(key, f"be a whole number {least} to {most}", shown(value))
         return int(value)
 
@@ -175,7 +175,7 @@ class _Table:
         """Return DoF below `size`, `count` of them; a single one may be bare."""
         value = self.asked(key, None if count else [])
         value = value if isinstance(value, list) else [value]
-        if not all(map(_is_whole, value)):
+        if not all(map(is_whole, value)):
             raise self.wrong(key, "hold whole numbers", shown(value))
         if count and len(value) != count:
             raise self.wrong(key, f"name {count} degrees of freedom", len(value))
@@ -186,12 +186,8 @@ class _Table:
         return np.array(value, dtype=np.int64)
 
 
-def _is_whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
 def _is_number(value: object) -> bool:
-    return (_is_whole(value) or isinstance(value, float)) and math.isfinite(value)  # type: ignore[arg-type]
+    return is_number(value) and math.isfinite(value)
 
 
 def read_wheel(path: Path) -> FiniteElements:

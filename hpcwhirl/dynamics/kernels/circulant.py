@@ -179,6 +179,21 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows,
     return size
 
 
+@inlined
+def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
+           space):  # fmt: skip
+    """Open the gaps by `guess`, or else by `solve_any`; return the same.
+
+    space : of all of push .. where
+    """
+    size = guess(
+        gaps, row, lowest, blades, wide, len(push), push, known, inverse, rows, where
+    )
+    if size < 0:
+        size = solve_any(gaps, row, blades, wide, space)
+    return size
+
+
 @kernel
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""

@@ -26,10 +26,9 @@ from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import (
     circulant_space,
-    guess,
     place_of,
     recall,
-    solve_any,
+    solved,
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
@@ -48,7 +47,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
 )
 from hpcwhirl.dynamics.kernels.flight import LESS, fly, total_of
-from hpcwhirl.dynamics.kernels.named import Arrays, CyclicSpace, CyclicState, Sizes
+from hpcwhirl.dynamics.kernels.named import (
+    Arrays,
+    CyclicSpace,
+    CyclicState,
+    Sizes,
+    Wanted,
+)
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RING_STATE,
@@ -108,35 +113,48 @@ def widths(blades: int) -> tuple[int, int]:
     return slots, slots
 
 
-def check_sizes(arrays: Arrays, state: CyclicState) -> None:
+def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) -> None:
     """Raise ModelError unless arrays have the sizes that a state tells.
 
-    The kernel loads vectors unchecked: a short array would be read beyond its end.
+    A kernel loads vectors unchecked: a short array would be read beyond its end.
+
+    Parameters
+    ----------
+    kernel : its name
+    own : (name, array, values wanted) of its own arrays; those of the ring and the
+        contact are known here
     """
-    blades = len(state.impulse)
+    blades, ring = len(state.impulse), len(state.ring) // RING_STATE
     k, wide = widths(blades)
-    size, ring = len(state.rotor) // ROTOR_STATE, len(state.ring) // RING_STATE
-    load, rotor, casing, contact = arrays
-    whole = [
-        ("rotor", state.rotor, size // (2 * k) * 2 * k * ROTOR_STATE),
+    casing, contact = arrays.casing, arrays.contact
+    shared: Wanted = [
         ("ring", state.ring, ring // k * k * RING_STATE),
-        ("lam", state.lam, 4 * k), ("gaps", state.gaps, 6 * wide),
-        ("sums_b", state.sums_b, 6 * k), ("sums_c", state.sums_c, 4 * k),
+        ("gaps", state.gaps, 6 * wide), ("sums_c", state.sums_c, 4 * k),
         ("known", state.known, blades + 2), ("last", state.last, blades),
-        ("rotor items", rotor.items, ITEMS * size), ("hub", rotor.hub, 2 * size),
-        ("casing items", casing.items, ITEMS * ring), ("load", load.modal, ring),
-        ("column", contact.column, blades), ("turns", contact.turns, blades * 2 * k),
-        ("wave", contact.wave, 2 * k * wide),
+        ("casing items", casing.items, ITEMS * ring), ("load", arrays.load.modal, ring),
+        ("turns", contact.turns, blades * 2 * k), ("wave", contact.wave, 2 * k * wide),
     ]  # fmt: skip
-    for name, array, wanted in whole:
+    for name, array, wanted in [*own, *shared]:
         if array.size != wanted:
-            msg = f"{name} of the cyclic kernel: {array.size} values, not {wanted}"
+            msg = f"{name} of the {kernel} kernel: {array.size} values, not {wanted}"
             raise ModelError(msg)
+
+
+def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
+    """Return the sizes of the arrays of slots, see `check_sizes`."""
+    k, _ = widths(len(state.impulse))
+    size, rotor = len(state.rotor) // ROTOR_STATE, arrays.rotor
+    return [
+        ("rotor", state.rotor, size // (2 * k) * 2 * k * ROTOR_STATE),
+        ("lam", state.lam, 4 * k), ("sums_b", state.sums_b, 6 * k),
+        ("rotor items", rotor.items, ITEMS * size), ("hub", rotor.hub, 2 * size),
+        ("column", arrays.contact.column, len(state.impulse)),
+    ]  # fmt: skip
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     """Return the work space of a march: nothing of it is needed to resume."""
-    check_sizes(arrays, state)
+    check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
     one, two, three, four, five = (aligned(np.zeros(2 * k)) for _ in range(5))
@@ -192,10 +210,10 @@ def bound_of(out_b, sizes):
 
 
 @inlined
-def read_before(gaps, row, where, active, sizes, before):
+def read_before(gaps, row, where, active, blades, wide, before):
     """Set the gaps of the active blades in a row, for the impact's loss."""
     for s in range(active):
-        before[where[s]] = gaps[row + place_of(where[s], sizes.blades, sizes.wide)]
+        before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 
 
 @inlined
@@ -281,17 +299,15 @@ def march_differences(
             sizes,
         )  # fmt: skip
         if lowest < 0.0:
-            active = guess(
-                gaps, row, lowest, blades, wide, len(push), push, known, inverse,
-                opening, where,
+            active = solved(
+                gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                where, solver,
             )  # fmt: skip
-            if active < 0:
-                active = solve_any(gaps, row, blades, wide, solver)
             if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
             older = (counter[STEP] + 1) % 3 * 2 * wide
-            read_before(gaps, older, where, active, sizes, before)
+            read_before(gaps, older, where, active, blades, wide, before)
             to_spectrum(push, where, active, turns, 2 * k, lam)
             book_contacts(
                 push, where, active, before, last, counter, ledger, impulse, step
@@ -366,12 +382,10 @@ def march_flow(
                 sizes,
             )  # fmt: skip
             if lowest < 0.0:
-                active = guess(
-                    gaps, row, lowest, blades, wide, len(push), push, known, inverse,
-                    opening, where,
+                active = solved(
+                    gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                    where, solver,
                 )  # fmt: skip
-                if active < 0:
-                    active = solve_any(gaps, row, blades, wide, solver)
                 if active < 0:
                     counter[STOP] = COMPLEMENTARITY
                     return

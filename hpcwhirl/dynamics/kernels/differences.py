@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     push_ring,
     push_rotor,
     store_both,
-    sum_of,
+    sums_of,
     turn,
     work_ring,
     work_rotor,
@@ -236,8 +236,5 @@ def column_sums(sums_b, sums_c, _):
 
     What `book_contacts` has not entered: no impact.
     """
-    m, n = len(sums_b) // 3, len(sums_c) // 4
-    normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
-    drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
-    loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
+    normal, drag, loss = sums_of(sums_b, sums_c)
     return normal, 0.0, drag, loss

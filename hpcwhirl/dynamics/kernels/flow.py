@@ -37,6 +37,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     push_rotor,
     store_both,
     sum_of,
+    sums_of,
     turn,
     work_ring,
     work_rotor,
@@ -278,9 +279,7 @@ def column_sums(sums_b, sums_c, step):
     The rotation's work is that of the contacts carried over the deformed ring, and the
     impact what the normal forces take beside it.
     """
-    m, n = len(sums_b) // 3, len(sums_c) // 4
-    normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
-    drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
-    loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
+    n = len(sums_c) // 4
+    normal, drag, loss = sums_of(sums_b, sums_c)
     carried = -step * sum_of(sums_c, 3 * n, 4 * n)
     return carried, carried - normal, drag, loss

@@ -15,17 +15,13 @@ which reads its modal forces where a slot has the spectrum.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.circulant import (
     constant_space,
-    guess,
-    place_of,
     recall,
-    solve_any,
+    solved,
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.contact import (
@@ -43,7 +39,14 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.cyclic import flush, to_spectrum, widths
+from hpcwhirl.dynamics.kernels.cyclic import (
+    angle_of,
+    check_sizes,
+    flush,
+    read_before,
+    to_spectrum,
+    widths,
+)
 from hpcwhirl.dynamics.kernels.differences import (
     column_sums,
     energies_of,
@@ -52,7 +55,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_ring,
     settle_rotor,
 )
-from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace, Wanted
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -76,7 +79,6 @@ from hpcwhirl.dynamics.kernels.vectors import (
     lower_of,
     store,
 )
-from hpcwhirl.errors import ModelError
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to this
 
@@ -207,7 +209,7 @@ def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, jud
 
 def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     """Return the work space of a march: nothing of it is needed to resume."""
-    check_sizes(arrays, state)
+    check_sizes("general", arrays, state, own_sizes(arrays, state))
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(state.rotor) // ROTOR_STATE, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
@@ -218,29 +220,20 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     return GeneralSpace._make([spare, spectrum, before, solver, *sample, tips, ledger])
 
 
-def check_sizes(arrays: Arrays, state: CyclicState) -> None:
-    """Raise ModelError unless all arrays are of the sizes that the kernel reads off."""
+def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
+    """Return the sizes of the arrays of modes, see `cyclic.check_sizes`."""
     blades, modes = len(state.impulse), len(state.rotor) // ROTOR_STATE
     k, wide = widths(blades)
-    ring, (_, rotor, casing, touch) = len(state.ring) // RING_STATE, arrays
-    whole = [
+    rotor = arrays.rotor
+    return [
         ("rotor", state.rotor, modes // EIGHT * EIGHT * ROTOR_STATE),
-        ("ring", state.ring, ring // k * k * RING_STATE),
-        ("lam", state.lam, 2 * modes + 4 * k), ("gaps", state.gaps, 6 * wide),
-        ("sums_b", state.sums_b, 3 * modes), ("sums_c", state.sums_c, 4 * k),
-        ("known", state.known, blades + 2), ("last", state.last, blades),
+        ("lam", state.lam, 2 * modes + 4 * k), ("sums_b", state.sums_b, 3 * modes),
         ("rotor items", rotor.items, ITEMS * modes), ("hub", rotor.hub, 2 * modes),
         ("read", rotor.read, 2 * wide * modes),
         ("radial", rotor.radial, blades * modes),
         ("tangential", rotor.tangential, blades * modes),
-        ("casing items", casing.items, ITEMS * ring),
-        ("load", arrays.load.modal, ring), ("w", touch.w, blades * blades),
-        ("turns", touch.turns, blades * 2 * k), ("wave", touch.wave, 2 * k * wide),
+        ("w", arrays.contact.w, blades * blades),
     ]  # fmt: skip
-    for name, array, wanted in whole:
-        if array.size != wanted:
-            msg = f"{name} of the general kernel: {array.size} values, not {wanted}"
-            raise ModelError(msg)
 
 
 @kernel
@@ -272,7 +265,7 @@ def march_general(
         counter[STEP] += 1
         time, angle = counter[STEP] * step, 0.0
         if thrust != 0.0:
-            angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
+            angle = angle_of(wall, speed, time)
             push_pulse(
                 s_c, c_c, ring_size, thrust, lobe, sign, angle, counter, spectrum, k
             )
@@ -285,19 +278,15 @@ def march_general(
         if far > limit:
             counter[STOP] = AMPLITUDE
         if lowest < 0.0:
-            active = guess(
-                gaps, row, lowest, blades, wide, len(push), push, known, inverse,
-                opening, where,
+            active = solved(
+                gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                where, solver,
             )  # fmt: skip
-            if active < 0:
-                active = solve_any(gaps, row, blades, wide, solver)
             if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
             older = (counter[STEP] + 1) % 3 * 2 * wide
-            for s in range(active):
-                j = where[s]
-                before[j] = gaps[older + place_of(j, blades, wide)]
+            read_before(gaps, older, where, active, blades, wide, before)
             to_modes(push, where, active, radial, tangential, lam_b)
             to_spectrum(push, where, active, turns, 2 * k, lam_c)
             book_contacts(

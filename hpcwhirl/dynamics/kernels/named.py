@@ -343,6 +343,10 @@ class SampleSpace(NamedTuple):
     wall: Floats
 
 
+# of arrays, (name, array, values that it must have)
+Wanted = list[tuple[str, Floats | Integers, int]]
+
+
 class Sizes(NamedTuple):
     """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
 

@@ -184,6 +184,16 @@ def sum_of(values, first, last):
     return total
 
 
+@inlined
+def sums_of(sums_b, sums_c):
+    """Return works of normal forces and of drag over mu, and the damping loss, J."""
+    m, n = len(sums_b) // 3, len(sums_c) // 4
+    normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
+    drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
+    loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
+    return normal, drag, loss
+
+
 @part
 def write_wall(wall, time, speed, slot, sign, spectrum):
     """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""

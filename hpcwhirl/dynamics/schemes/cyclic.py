@@ -10,14 +10,12 @@ import numpy as np
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
 from hpcwhirl.dynamics.kernels.named import CyclicSpace, CyclicState
-from hpcwhirl.dynamics.kernels.vectors import aligned
-from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
     Ended,
     Floats,
     Integrator,
-    nothing_yet,
+    at_rest,
+    balance_of,
     reader,
     ring_reader,
     unfold,
@@ -31,15 +29,9 @@ from hpcwhirl.structure import RingOperator
 
 def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> CyclicState:
     """Return a state at rest of the cyclic kernel."""
-    k, wide = cyclic.widths(model.blades)
-    rotor = np.zeros(passes.ROTOR_STATE * rows * 2 * k)
-    ring = np.zeros(passes.RING_STATE * ring_rows * k)
-    gaps, lam = np.full(3 * 2 * wide, scene.gap), np.zeros(4 * k)
-    own = (
-        rotor, ring, lam, gaps, np.zeros(3 * 2 * k), np.zeros(4 * k),
-        np.zeros(model.blades + 2, dtype=np.int64), *nothing_yet(model.blades),
-    )  # fmt: skip
-    state = CyclicState(*map(aligned, own))
+    k, _ = cyclic.widths(model.blades)
+    rotor, ring = passes.ROTOR_STATE * rows * 2 * k, passes.RING_STATE * ring_rows * k
+    state = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, 3 * 2 * k))
     if not can_fly(scene):
         state.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
     return state
@@ -49,15 +41,14 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the march of a cyclic model; `beat`: steps between rows of evidence."""
     arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
     c_b, c_c = arrays.rotor.items, arrays.casing.items
-    step = scene.solver.time_step
     exact = SCHEMES[scene.solver.scheme].flies
     own = flow if exact else differences
     march: Any = cyclic.march_flow if exact else cyclic.march_differences
-    at_rest = _at_rest(model, scene, rows, ring_rows)
+    state_at_rest = _at_rest(model, scene, rows, ring_rows)
 
     @cache
     def space() -> CyclicSpace:
-        return cyclic.space_of(arrays, at_rest)
+        return cyclic.space_of(arrays, state_at_rest)
 
     def kernel(*given: Any) -> None:
         march(*given, space())
@@ -71,15 +62,6 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         )  # fmt: skip
         return s_b, s_c, sums_b, sums_c
 
-    def balance(state: CyclicState) -> Balance:
-        s_b, s_c, sums_b, sums_c = ended(state)
-        odd = int(state.counter[contact.STEP] & 1)
-        energy = sum(own.energies_of(s_b, c_b, s_c, c_c, odd, step))
-        works = own.column_sums(sums_b, sums_c, step)
-        rotation, impact, drag, loss = works
-        friction = friction_with_sign(scene) * drag
-        return Balance(energy, loss, rotation, friction, impact)
-
     def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         s_b, s_c, _, _ = ended(state)
         q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
@@ -88,8 +70,8 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     return Integrator(
         kernel=kernel,
         arrays=arrays,
-        state=at_rest,
-        balance=balance,
+        state=state_at_rest,
+        balance=balance_of(own, arrays, scene, ended),
         displacements=displacements,
         casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
         casing_waves=reader(model, scene, ring_reader(model, scene)),

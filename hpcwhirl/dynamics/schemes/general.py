@@ -8,24 +8,22 @@ from typing import Any, cast
 import numpy as np
 
 import hpcwhirl.dynamics.kernels.modes  # noqa: F401 - what modes do
-from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels import differences, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.differences import column_sums, energies_of
 from hpcwhirl.dynamics.kernels.general import (
     general_space,
     march_general,
     settle_general,
 )
 from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace
-from hpcwhirl.dynamics.kernels.vectors import aligned
-from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
+from hpcwhirl.dynamics.operators import modal_arrays
 from hpcwhirl.dynamics.schemes.bodies import two_bodies
 from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
     Ended,
     Floats,
     Integrator,
-    nothing_yet,
+    at_rest,
+    balance_of,
     reader,
     ring_reader,
     unfold,
@@ -45,27 +43,22 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
 
 
 def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
-    k, wide = widths(model.blades)
+    k, _ = widths(model.blades)
     modes = len(arrays.rotor.items) // passes.ITEMS
-    ring = len(arrays.casing.items) // passes.ITEMS
-    own = (
-        np.zeros(passes.ROTOR_STATE * modes), np.zeros(passes.RING_STATE * ring),
-        np.zeros(2 * modes + 4 * k), np.full(3 * 2 * wide, scene.gap),
-        np.zeros(3 * modes), np.zeros(4 * k),
-        np.zeros(model.blades + 2, dtype=np.int64), *nothing_yet(model.blades),
-    )  # fmt: skip
-    return CyclicState(*map(aligned, own))
+    ring = passes.RING_STATE * (len(arrays.casing.items) // passes.ITEMS)
+    sizes = passes.ROTOR_STATE * modes, ring, 2 * modes + 4 * k, 3 * modes
+    return at_rest(model.blades, scene.gap, sizes)
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     """Return the march beside a round casing, in the frame that turns."""
     c_b, c_c = arrays.rotor.items, arrays.casing.items
-    step, modes = scene.solver.time_step, len(model.rotor.omega)
-    at_rest, march = _at_rest(model, scene, arrays), cast(Any, march_general)
+    modes, march = len(model.rotor.omega), cast(Any, march_general)
+    state_at_rest = _at_rest(model, scene, arrays)
 
     @cache
     def space() -> GeneralSpace:
-        return general_space(arrays, at_rest)
+        return general_space(arrays, state_at_rest)
 
     def kernel(*given: Any) -> None:
         march(*given, space())
@@ -76,14 +69,6 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
         settle_general(c_b, c_c, state, (s_b, s_c, sums_b, sums_c))
         return s_b, s_c, sums_b, sums_c
 
-    def balance(state: CyclicState) -> Balance:
-        s_b, s_c, sums_b, sums_c = ended(state)
-        odd = int(state.counter[contact.STEP] & 1)
-        energy = sum(energies_of(s_b, c_b, s_c, c_c, odd, step))
-        rotation, impact, drag, loss = column_sums(sums_b, sums_c, step)
-        friction = friction_with_sign(scene) * drag
-        return Balance(energy, loss, rotation, friction, impact)
-
     def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         s_b, s_c, _, _ = ended(state)
         return unfold(model, s_b[:modes], ring_displacements(model, scene, s_c, steps))
@@ -91,8 +76,8 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     return Integrator(
         kernel=kernel,
         arrays=arrays,
-        state=at_rest,
-        balance=balance,
+        state=state_at_rest,
+        balance=balance_of(differences, arrays, scene, ended),
         displacements=displacements,
         casing_width=2 * len(c_c) // passes.ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),

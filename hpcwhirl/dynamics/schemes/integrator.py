@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import ring_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -57,6 +60,42 @@ class Integrator:
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
     ended: Callable[[CyclicState], Ended] | None = None
+
+
+def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
+    """Return a state at rest of a kernel in the frame that turns.
+
+    Parameters
+    ----------
+    sizes : values of rotor, ring, lam and sums_b
+    """
+    k, wide = widths(blades)
+    rotor, ring, lam, sums_b = map(np.zeros, sizes)
+    own = (
+        rotor, ring, lam, np.full(3 * 2 * wide, gap), sums_b, np.zeros(4 * k),
+        np.zeros(blades + 2, dtype=np.int64), *nothing_yet(blades),
+    )  # fmt: skip
+    return CyclicState(*map(aligned, own))
+
+
+def balance_of(
+    passes: Any, arrays: Arrays, scene: Scene, ended: Callable[[CyclicState], Ended]
+) -> Callable[[CyclicState], Balance]:
+    """Return the balance of a kernel in the frame that turns.
+
+    passes : the module of its passes, `differences` or `flow`
+    """
+    step, friction = scene.solver.time_step, friction_with_sign(scene)
+
+    def balance(state: CyclicState) -> Balance:
+        s_b, s_c, sums_b, sums_c = ended(state)
+        odd = int(state.counter[contact.STEP] & 1)
+        c_b, c_c = arrays.rotor.items, arrays.casing.items
+        energy = sum(passes.energies_of(s_b, c_b, s_c, c_c, odd, step))
+        rotation, impact, drag, loss = passes.column_sums(sums_b, sums_c, step)
+        return Balance(energy, loss, rotation, friction * drag, impact)
+
+    return balance
 
 
 def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
