@@ -66,7 +66,8 @@ def _died(code: int, number: int, ranks: int) -> bool:
     these four for 75 once they have passed a signal on.
     """
     if ranks:
-        return code not in (0, 1, 2, 70)
+        own = [2] if number == signal.SIGINT else []  # MPICH's: the signal's number
+        return code in own or code not in (0, 1, 2, 70)
     own = [1] if number == signal.SIGINT else []  # KeyboardInterrupt, in site.py
     return code in (-number, 128 + number, *own)
 
