@@ -21,6 +21,7 @@ from identify.space import (
     drawn,
     engine_at,
     engine_of_scene,
+    neighbours,
     point_of,
     ring_mass,
     swing,
@@ -69,7 +70,7 @@ def as_the_paper():
     four = [r for r in rows if r["speed"] in guide.SCATTERED and r["kind"] == "table 2"]
     rows += [r | {"kind": f"scatter {i}"} for i in range(2) for r in four]
     last = [r for r in rows if r["speed"] == 520.0 and r["kind"] == "table 2"]
-    rows += [r | {"kind": "long"} for r in four + last]
+    rows += [r | {"kind": kind} for kind in ("long", "default") for r in four + last]
     return rows + [likely(speed) for speed in SPEEDS]
 
 
@@ -209,6 +210,13 @@ def test_computing_more_never_costs():
         assert len(set(costs)) == len(costs)
 
 
+def test_a_centre_at_rest_does_not_pass_for_one_that_turns():
+    rest = row(520.0, "damped", "none", whirl_ratio=1.0)
+    assert guide.off(rest, "damped", "forward") > 0.0
+    assert guide.turned(rest, "forward") == guide.WRONG
+    assert guide.turned(row(270.0, "divergent", "backward"), "forward") == 1.0
+
+
 def test_an_engine_that_damps_everything_does_not_lead():
     still = [row(r["speed"], "damped", kind=r["kind"]) for r in as_the_paper()
              if r["kind"] != "linear"]  # fmt: skip
@@ -233,7 +241,12 @@ def playing(words):
     return compute, asked
 
 
-def test_hopeless_engines_are_given_up_early_and_good_ones_are_not():
+PAPER = {270.0: "divergent", 410.0: "sustained", 420.0: "divergent"}
+SEEN = ("table 2", "long", "default", *(f"scatter {i}" for i in range(screen.DRAWS)))
+ALL = {(kind, speed): word for kind in SEEN for speed, word in PAPER.items()}
+
+
+def test_hopeless_engines_are_given_up_early():
     good = engine_of_scene(named_scene("four_motions"))
     compute, asked = playing({})
     worst = max(map(engine_at, drawn(8, 1)), key=lambda e: linear_miss(linear_rows(e)))
@@ -241,26 +254,46 @@ def test_hopeless_engines_are_given_up_early_and_good_ones_are_not():
     assert not asked  # linear theory gives it up
     screen.screened(good, compute)
     assert len(asked) == 4
-    paper = {("table 2", 410.0): "sustained", ("table 2", 420.0): "divergent",
-             ("table 2", 270.0): "divergent"}  # fmt: skip
-    paper |= {("long", speed): word for (_, speed), word in paper.items()}
-    compute, asked = playing(paper)
+    gone = {("table 2", s): "divergent" for s in (410.0, 420.0, 520.0, 390.0, 360.0)}
+    compute, asked = playing(gone)
+    screen.screened(good, compute)
+    assert ("table 2", 270.0) not in asked
+
+
+def test_an_engine_with_all_motions_is_asked_everything():
+    good = engine_of_scene(named_scene("four_motions"))
+    compute, asked = playing(ALL)
     rows = screen.screened(good, compute)
     told = {kind: {s for k, s in asked if k == kind} for kind, _ in asked}
     assert {270.0, 520.0, *screen.OTHERS} < told["table 2"]
     assert told["clamped"] == set(screen.CLAMPED)
     assert len(asked) == len(set(asked)) == len(rows) - len(SPEEDS)
     assert len([k for k in told if k.startswith("scatter")]) == screen.DRAWS
+    assert told["default"] == set(full.DECIDING)
     assert guide.shows_all(rows)
-    slow = paper | {("long", 410.0): "divergent"}  # grows, but slowly
-    rows = screen.screened(good, playing(slow)[0])
+
+
+def screened_but(**lost):
+    """Return the rows of an engine with all motions but those at 410 or 420 rad/s."""
+    good = engine_of_scene(named_scene("four_motions"))
+    other = {
+        (kind.replace("_", " "), speed): word for kind, (speed, word) in lost.items()
+    }
+    return screen.screened(good, playing(ALL | other)[0])
+
+
+def test_motions_must_last_stay_where_unknowns_scatter_and_be_the_defaults():
+    rows = screened_but(long=(410.0, "divergent"))  # grows, but slowly
     assert guide.words_right(rows) == 4
     assert not guide.shows_all(rows)
     assert not any(r["kind"].startswith("scatter") for r in rows)
-    gone = {("table 2", s): "divergent" for s in (410.0, 420.0, 520.0, 390.0, 360.0)}
-    compute, asked = playing(gone)
-    screen.screened(good, compute)
-    assert ("table 2", 270.0) not in asked
+    rows = screened_but(**{f"scatter_{i}": (420.0, "damped") for i in range(3)})
+    assert guide.steady_share(rows) == 5 / 8
+    assert not any(r["kind"] == "default" for r in rows)  # not worth that
+    assert not guide.shows_all(rows)
+    rows = screened_but(default=(420.0, "sustained"))
+    assert guide.words_right(rows, "long") == 4
+    assert not guide.shows_all(rows)
 
 
 def test_a_screened_motion_is_that_of_the_program_at_that_preset():
@@ -301,6 +334,16 @@ def test_coordinates_come_back(point):
     again = engine_at(back)
     for name, value in found.items():
         assert again[name] == pytest.approx(value, rel=3e-4)
+
+
+def test_neighbours_have_one_unknown_off_each():
+    engine = default_engine()
+    near = neighbours(engine, 0.01)
+    off = [{n: o[n] / engine[n] for n in o if o[n] != engine[n]} for o in near]
+    assert all(len(each) == 1 for each in off)
+    assert {n for each in off for n in each} == set(engine)
+    ratios = sorted(r for each in off for r in each.values())
+    assert ratios == pytest.approx([0.99] * 8 + [1.01] * 8, rel=1e-4)
 
 
 def test_mass_and_swing_are_those_of_the_ring():
@@ -354,6 +397,11 @@ def test_an_engine_holds_where_all_motions_are_right_in_all_numerics():
     found = full.Found(default_engine(), rows)
     assert found.holds
     assert len(found.words) == 1 + len(full.FOUR.other)
+    assert not found.firm  # not asked
+    found.beside = 16
+    assert found.firm
+    found.beside = 15
+    assert not found.firm
     wrong = changed(rows, 420.0, "exact", whirl="mixed")
     assert not full.Found(default_engine(), wrong).holds
     assert not full.Found(default_engine(), []).holds

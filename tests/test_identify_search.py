@@ -41,7 +41,7 @@ PLAN = Plan(drawn=32, screened=16, batch=8, population=8, patience=5, generation
 def sequence(screened, batches):
     out = []
     for told in search(screened, PLAN):
-        out.append((told.stage, told.engines, told.best, told.ended))
+        out.append((told.stage, told.engines, told.best))
         if len(out) == batches:
             return out
     raise AssertionError

@@ -8,11 +8,12 @@ stretches is no unknown: with k = 1 and an even number of blades the two are the
 motion turned by half a turn (`pytest tests/test_march.py -k whole_turn`).
 
 It begins from nothing: `identify.search` screens engines at a fast preset of fixed
-sizes. Those that show all four motions of the paper are computed at the default
-inputs, at half and twice the step, with 88 and 132 modes and in `exact`; an engine
-whose four motions are right in all of them is found, and the search ends with as many
-as `--enough` asks for, or when the time has gone. What was found, or else the best, is
-computed whole: 51 speeds, clamped centre, Table 1.
+sizes, the best at the default inputs, too. Those that show all four motions of the
+paper there are computed at once at half and twice the step, with 88 and 132 modes and
+in `exact`; an engine whose four motions are right in all of them is found, and the
+search ends with as many as `--enough` asks for, or when the time has gone. With
+`--firm` an engine counts only if each of its unknowns may be 1 % off, down and up.
+What was found, or else the best, is computed whole: 51 speeds, clamped centre, Table 1.
 
 The same command continues, and asks the same questions in the same order. DIR/screened
 holds every engine screened, DIR/report.md the tables, DIR/engines.json the same to read
@@ -29,9 +30,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from identify.full import FOUR, WHOLE, Found, Stage, compute
+from identify.full import BESIDE, FOUR, WHOLE, Found, Stage, compute, count_beside
 from identify.guide import WORDS, cost, shows_all, words_right
-from identify.kept import Kept, engine_of, key_of
+from identify.kept import Kept, engine_of
 from identify.report import write_report
 from identify.screen import about
 from identify.search import Plan, Screen, Told, search
@@ -40,7 +41,6 @@ from identify.space import Engine, default_engine, engine_of_scene
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, parse_setting
 
-AT_ONCE = 3  # engines computed at full numerics after a start
 PROGRESS = 30.0  # s between lines
 
 
@@ -52,7 +52,8 @@ class Limits:
     engines: int = 0  # screened; 0: no limit
     enough: int = 1
     workers: int = 1
-    stages: tuple[Stage, Stage] = (FOUR, WHOLE)
+    firm: bool = False
+    stages: tuple[Stage, Stage, Stage] = (FOUR, BESIDE, WHOLE)
 
 
 @dataclass
@@ -70,12 +71,13 @@ class Search:
     def __post_init__(self) -> None:
         self.kept = Kept(self.out / "screened", about())
         self.screen = Screen(self.kept, self.limits.workers)
-        self.said = -PROGRESS
+        self.said, self.looked = -PROGRESS, 0
 
     @property
     def found(self) -> list[Found]:
-        """Engines whose four motions hold in all numerics."""
-        return [item for item in self.tried if item.holds]
+        """Engines whose four motions hold in all numerics, and beside if asked for."""
+        firm = self.limits.firm
+        return [item for item in self.tried if (item.firm if firm else item.holds)]
 
     @property
     def minutes(self) -> float:
@@ -87,13 +89,11 @@ class Search:
         try:
             for told in search(self.screen, self.plan, self.seeds):
                 self._say(told)
-                if told.ended:
-                    self._try()
+                self._try()
                 if self._over():
                     break
         finally:
             self.screen.close()
-        self._try()
         self._conclude()
 
     def best(self) -> list[Engine]:
@@ -115,25 +115,31 @@ class Search:
         )
 
     def _over(self) -> bool:
-        enough = len(self.found) >= self.limits.enough
         most = self.limits.engines
         late = self.minutes > self.limits.minutes
-        return enough or late or 0 < most <= len(self.screen.asked)
+        return self._enough() or late or 0 < most <= len(self.screen.asked)
 
     def _try(self) -> None:
-        """Compute the best that have all four motions, and were not tried, in full."""
-        tried = [item.engine for item in self.tried]
-        new = [e for e in self.best()[: 50 * AT_ONCE] if e not in tried]
+        """Compute those of the last batch that have all four motions in full."""
         rows = self.screen.asked
-        new = [e for e in new if shows_all(rows[key_of(e)])][:AT_ONCE]
-        if not new:
-            return
-        stage, ranks = self.limits.stages[0], self.limits.workers
-        for item in compute(new, stage, self.out, ranks):
+        new = [key for key in list(rows)[self.looked :] if shows_all(rows[key])]
+        self.looked = len(rows)
+        four, beside, _ = self.limits.stages
+        for key in new:
+            if self._enough():
+                break
+            (item,) = compute([engine_of(key)], four, self.out, self.limits.workers)
+            if item.holds:
+                count_beside(item, beside, self.out, self.limits.workers)
             self.tried.append(item)
             told = ", ".join(f"{kind} {count}" for kind, count in item.words.items())
-            print(f"{self.minutes:6.1f} min: four motions when screened; {told}")
-        self.save()
+            print(f"{self.minutes:6.1f} min: four motions when screened; {told}; "
+                  f"beside {item.beside:g}", flush=True)  # fmt: skip
+        if new:
+            self.save()
+
+    def _enough(self) -> bool:
+        return len(self.found) >= self.limits.enough
 
     def _conclude(self) -> None:
         """Compute the best whole: what was found, or what came nearest."""
@@ -141,7 +147,7 @@ class Search:
         best = best or self.best()[:1]
         engines = best + [e for e in [default_engine()] if e not in best]
         for engine in engines:
-            stage, ranks = self.limits.stages[1], self.limits.workers
+            stage, ranks = self.limits.stages[-1], self.limits.workers
             self.whole += compute([engine], stage, self.out, ranks)
             self.save()
 
@@ -165,7 +171,7 @@ def short_limits(limits: Limits) -> Limits:
     four = replace(FOUR, other=("eta 88",), **tiny)
     whole = replace(WHOLE, speeds=FOUR.speeds, clamped=(270.0,), table1=(420.0,),
                     other=("eta 88",), **tiny)  # fmt: skip
-    return replace(limits, engines=8, stages=(four, whole))
+    return replace(limits, engines=8, stages=(four, replace(BESIDE, **tiny), whole))
 
 
 def parser() -> argparse.ArgumentParser:
@@ -175,12 +181,14 @@ def parser() -> argparse.ArgumentParser:
     told.add_argument("--minutes", type=float, default=180.0, help="of the search")
     told.add_argument("--workers", type=int, default=1, help="processes")
     told.add_argument("--enough", type=int, default=1, help="engines to be found")
+    told.add_argument("--firm", action="store_true", help="hold 1 %% off, too")
     told.add_argument("--engines", type=int, default=0, help="screened at most")
     told.add_argument("--seed", type=int, default=1, help="of chance")
+    told.add_argument("--spread", type=float, default=Plan.spread, help="of a start")
     told.add_argument("--short", action="store_true", help="show that it works")
     told.add_argument(
         "--seed-engine", type=seed_engine, action="append", default=[],
-        metavar="'NAME=VALUE ...'", help="begin with this engine, too",
+        metavar="'NAME=VALUE ...'", help="begin with this engine, not with the box",
     )  # fmt: skip
     return told
 
@@ -188,8 +196,10 @@ def parser() -> argparse.ArgumentParser:
 def main(words: Sequence[str] | None = None) -> int:
     """Search and write the report; 1 where no engine has all four motions."""
     args = parser().parse_args(words)
-    limits = Limits(args.minutes, args.engines, args.enough, args.workers)
-    plan = Plan(seed=args.seed)
+    limits = Limits(
+        args.minutes, args.engines, args.enough, args.workers, firm=args.firm
+    )
+    plan = Plan(seed=args.seed, spread=args.spread)
     if args.short:
         limits, plan = (
             short_limits(limits),

@@ -6,6 +6,7 @@ A campaign's directory is named by its content, so the same question is asked on
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import subprocess
 import sys
@@ -18,7 +19,7 @@ import tomli_w
 from identify.guide import WORDS, words_right
 from identify.score import Row, score, score_parts
 from identify.screen import KINDS
-from identify.space import Engine
+from identify.space import UNKNOWNS, Engine, neighbours
 
 from hpcwhirl import open_results
 from hpcwhirl.campaign.design import load_design
@@ -54,10 +55,14 @@ class Stage:
 
 @dataclass
 class Found:
-    """An engine and what was computed for it."""
+    """An engine and what was computed for it.
+
+    beside : how many of its `neighbours` have all four motions; nan where not asked
+    """
 
     engine: Engine
     rows: list[Row] = field(default_factory=list)
+    beside: float = math.nan
 
     @property
     def score(self) -> float:
@@ -72,6 +77,11 @@ class Found:
         return {kind: words_right(self.rows, kind) for kind in some}
 
     @property
+    def firm(self) -> bool:
+        """Whether they are so also with each unknown a little off, down and up."""
+        return self.holds and self.beside == 2 * len(UNKNOWNS)
+
+    @property
     def holds(self) -> bool:
         """Whether all four motions are right in all numerics."""
         return min(self.words.values(), default=0) == len(WORDS)
@@ -84,6 +94,8 @@ def grid(start: int, stop: int, step: int) -> tuple[float, ...]:
 
 DECIDING = tuple(speed for speed, _, _ in WORDS)
 FOUR = Stage("four", DECIDING, other=tuple(OTHER_NUMERICS))
+BESIDE = Stage("beside", DECIDING)
+CHANGE = 0.01  # of one unknown, of engines beside one whose motions hold
 WHOLE = Stage(
     "whole",
     grid(20, 520, 10),
@@ -150,6 +162,12 @@ def compute(
         (place / "cases.toml").write_text(text)
         campaign(place, ranks)
     return read(engines, stage, place)
+
+
+def count_beside(found: Found, stage: Stage, folder: Path, ranks: int) -> None:
+    """Count the neighbours of an engine that have all four motions."""
+    near = compute(neighbours(found.engine, CHANGE), stage, folder, ranks)
+    found.beside = sum(item.words["table 2"] == len(WORDS) for item in near)
 
 
 def read(engines: Sequence[Engine], stage: Stage, place: Path) -> list[Found]:

@@ -30,7 +30,7 @@ RISEN = 0.4  # ln amplitude over the window that the word `divergent` wants
 SHOWN = 1.4  # gaps: radius at which a kept-up motion loses its bound
 WEIGHTS = {
     "step": 2.5, "270": 1.3, "520": 1.1, "others": 1.0, "clamped": 0.3,
-    "table 1, k=1": 0.3, "long": 1.5, "sure": 1.0, "linear": 2.0,
+    "table 1, k=1": 0.3, "long": 1.5, "sure": 2.0, "default": 1.5, "linear": 2.0,
 }  # fmt: skip
 WORDS = ((270.0, "divergent", "backward"), (410.0, "sustained", "forward"),
          (420.0, "divergent", "forward"), (520.0, "damped", "forward"))  # fmt: skip
@@ -81,11 +81,14 @@ def miss(row: Row, word: str) -> float:
 
 
 def turned(row: Row, whirl: str) -> float:
-    """Return 0 where a direction is right, else up to 1 by the power on each side."""
+    """Return 0 where a direction is right, else up to 1 by the power on each side.
+
+    A centre that has come to rest turns nowhere, however its last orbit turned.
+    """
     if row["whirl"] == whirl:
         return 0.0
     sign = 1.0 if whirl == "forward" else -1.0
-    return clip(0.5 - 0.5 * sign * row["whirl_ratio"], 0.0, 1.0)
+    return clip(0.5 - 0.5 * sign * row["whirl_ratio"], WRONG, 1.0)
 
 
 def off(row: Row, regime: str, whirl: str) -> float:
@@ -130,9 +133,10 @@ def misses(rows: list[Row]) -> dict[str, float]:
     out["270"] = min([*low, 1.0])
     if 520.0 in sweep:
         out["520"] = off(sweep[520.0], "damped", "forward")
-    kept = pick(rows, "long")
-    if all(speed in kept for speed, _, _ in WORDS):
-        out["long"] = _mean(off(kept[s], regime, whirl) for s, regime, whirl in WORDS)
+    for kind in ("long", "default"):
+        kept = pick(rows, kind)
+        if all(speed in kept for speed, _, _ in WORDS):
+            out[kind] = _mean(off(kept[s], regime, whirl) for s, regime, whirl in WORDS)
     return out | _groups(rows, sweep) | _sure(rows)
 
 
@@ -182,6 +186,14 @@ def words_right(rows: Sequence[Row], kind: str = "table 2") -> int:
     )
 
 
+def steady_share(rows: Sequence[Row]) -> float:
+    """Return the share of engines a little off that keep all motions, 0 to 1."""
+    kinds = {row["kind"] for row in rows if row["kind"].startswith("scatter")}
+    whole = [words_right(rows, kind) == len(SCATTERED) for kind in kinds]
+    return sum(whole) / len(whole) if whole else 0.0
+
+
 def shows_all(rows: Sequence[Row]) -> bool:
-    """Return whether all four motions are right, and stay so for 2.5 s."""
-    return all(words_right(rows, k) == len(WORDS) for k in ("table 2", "long"))
+    """Return whether all four motions are right, for 2.5 s, at the default inputs."""
+    kinds = ("table 2", "long", "default")
+    return all(words_right(rows, kind) == len(WORDS) for kind in kinds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -85,18 +86,19 @@ def tried_table(items: Sequence[Any]) -> Lines:
         return []
     kinds = list(items[0].words)
     lines = ["## At full numerics: motions right, of four", ""]
-    lines += _head([*(what for what, _ in SHORT.values()), *kinds])
-    lines += [
-        _line([*_values(item.engine), *(str(item.words[k]) for k in kinds)])
-        for item in items
-    ]
+    lines += _head([*(what for what, _ in SHORT.values()), *kinds, "of 16 beside"])
+    for item in items:
+        words = (str(item.words[k]) for k in kinds)
+        beside = "" if math.isnan(item.beside) else f"{item.beside:g}"
+        lines.append(_line([*_values(item.engine), *words, beside]))
     return [*lines, ""]
 
 
 def _record(item: Any) -> dict[str, Any]:
     parts = score_parts(item.rows)
+    beside = None if math.isnan(item.beside) else item.beside
     return {"engine": item.engine, "score": item.score, "parts": parts,
-            "rows": item.rows}  # fmt: skip
+            "beside": beside, "rows": item.rows}  # fmt: skip
 
 
 def describe(engine: dict[str, Any]) -> str:

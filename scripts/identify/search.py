@@ -76,9 +76,10 @@ class Screen:
 
 
 def first_points(plan: Plan, seeds: Sequence[Engine]) -> Iterator[Points]:
-    """Yield batches: engines that were given, then of the box the likeliest."""
+    """Yield batches: of the box the likeliest, or no other than engines given."""
     if seeds:
         yield np.array([point_of(engine) for engine in seeds])
+        return
     filled = drawn(plan.drawn, plan.seed)
     costs = [linear_miss(linear_rows(engine_at(point))) for point in filled]
     points = filled[np.argsort(costs, kind="stable")[: plan.screened]]
@@ -136,7 +137,6 @@ class Told:
     engines: int
     best: float
     words: int  # right, of the best by words
-    ended: bool = False  # a start stands still
 
 
 def search(screen: Screen, plan: Plan, seeds: Sequence[Engine] = ()) -> Iterator[Told]:
@@ -144,9 +144,9 @@ def search(screen: Screen, plan: Plan, seeds: Sequence[Engine] = ()) -> Iterator
     points = np.empty((0, len(COORDINATES)))
     costs = np.empty(0)
 
-    def told(stage: str, *, ended: bool = False) -> Told:
+    def told(stage: str) -> Told:
         words = max(words_right(rows) for rows in screen.asked.values())
-        return Told(stage, len(screen.asked), float(costs.min()), words, ended)
+        return Told(stage, len(screen.asked), float(costs.min()), words)
 
     for batch in first_points(plan, seeds):
         points, costs = (
@@ -165,4 +165,3 @@ def search(screen: Screen, plan: Plan, seeds: Sequence[Engine] = ()) -> Iterator
                 best = (found.min(), batch[found.argmin()])
             yield told(f"start {number + 1}")
         starts = np.vstack([starts, best[1]])
-        yield told(f"start {number + 1}", ended=True)

@@ -124,6 +124,15 @@ def drawn(count: int, seed: int) -> NDArray[np.float64]:
     return np.asarray(points[:count])
 
 
+def neighbours(engine: Engine, change: float) -> list[Engine]:
+    """Return engines with one unknown off by a relative change, down and up."""
+    return [
+        engine | {name: float(f"{engine[name] * (1.0 + sign * change):.6g}")}
+        for name in UNKNOWNS
+        for sign in (-1.0, 1.0)
+    ]
+
+
 def scattered(
     engine: Engine, scatter: float, draws: int, seed: int = 1
 ) -> list[Engine]:
