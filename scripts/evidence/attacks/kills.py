@@ -16,6 +16,8 @@ from attacks import specimens
 from attacks.apart import Child, Words, command, fork, kill_tree, start, tree
 from attacks.family import Verdict, fault
 from attacks.specimens import Mode, Specimen, differs, pick, undisturbed
+from hpcwhirl.scene.words import is_open
+from hpcwhirl.store.journal import scan
 
 MODES = {
     specimens.PLAIN: 5,
@@ -132,9 +134,15 @@ def completed(calls: list[list[str]], mode: Mode, place: Path) -> str:
 
 
 def left_over(out: Path) -> str:
-    """Return what a complete campaign should not have in its directory."""
+    """Return what a complete campaign should not have in its directory.
+
+    The state of an undecided case may stay: a longer run may go on from it.
+    """
     parts = sorted(p.name for p in out.rglob("*.part*"))
-    states = sorted(p.name for p in (out / "states").glob("*.state"))
+    going = scan(out, lambda record: is_open(record.get("row", {})))
+    states = sorted(
+        p.name for p in (out / "states").glob("*.state") if not going.get(p.stem)
+    )
     running = (out / "running").glob("*")
     notes = sorted(p.name for p in running if p.stat().st_size)
     found = parts + states + notes
