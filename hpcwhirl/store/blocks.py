@@ -25,6 +25,9 @@ MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
 MOST_CASES = 1024
 Array = NDArray[Any]
 Block = dict[str, Array]  # by the path of the variable in the file
+NOTHING: frozenset[type] = frozenset()
+PLAIN = {"f8": frozenset({float, int}), "i8": frozenset({int})}
+ABSENT = object()  # from a row
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
@@ -137,14 +140,29 @@ def row_of(plan: Manifest, case: int, record: Record | None) -> dict[str, Any]:
 
 
 def _table(table: dict[str, Quantity], rows: list[dict[str, Any]]) -> Block:
-    out: Block = {}
-    for name, variable in table.items():
-        values = [
-            encode(name, variable, row[name]) if name in row else missing(variable)
-            for row in rows
-        ]
-        out[name] = np.array(values, dtype=dtype(variable))
-    return out
+    """Return the columns of a table from rows, of which some may lack some names."""
+    return {name: _column(name, variable, rows) for name, variable in table.items()}
+
+
+def _column(name: str, variable: Quantity, rows: list[dict[str, Any]]) -> Array:
+    """Return a column; numbers of the type it has are put there all at once.
+
+    Whatever else stands in a row goes through `encode`, which may refuse it.
+    """
+    kind = dtype(variable)
+    try:
+        values = [row[name] for row in rows]
+        types = set(map(type, values))
+    except KeyError:
+        values, types = [row.get(name, ABSENT) for row in rows], {object}
+    if types <= PLAIN.get(variable.kind, NOTHING):
+        return np.array(values, dtype=kind)
+    if types == {str}:
+        of = {value: encode(name, variable, value) for value in set(values)}
+        return np.array([of[value] for value in values], dtype=kind)
+    empty = missing(variable)
+    each = (empty if v is ABSENT else encode(name, variable, v) for v in values)
+    return np.array(list(each), dtype=kind)
 
 
 def _traces(contents: Contents, cases: range, records: dict[int, Record]) -> Block:
