@@ -1,11 +1,17 @@
 """What --dry-run says beforehand is what there is afterwards."""
 
+import itertools
+
 import pytest
 
+from hpcwhirl.campaign import forecast as forecasts
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.forecast import forecast
+from hpcwhirl.campaign.foreseen import followers
+from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.store.journal import read_records
 
 SHORT = {
     "scene": {"duration": 2e-3},
@@ -38,6 +44,7 @@ def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
     before = forecast(design, tmp_path)
     assert (before.cases, before.left, before.finished) == (6, 6, 0)
     assert before.probed == 3
+    assert before.rehearsed > 0
     assert before.seconds > 0.0
     prepare(design, tmp_path)
     run_campaign(design, tmp_path)
@@ -46,7 +53,7 @@ def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
         design_of(SHORT | {"output": {"traces": "summary"}, "sweep": more}), tmp_path
     )
     assert (after.cases, after.left, after.finished) == (9, 3, 6)
-    assert after.probed == 0
+    assert (after.probed, after.rehearsed) == (0, 0)
     assert after.steps == pytest.approx(3 * 1000)
 
 
@@ -55,3 +62,87 @@ def test_every_scheme_and_step_is_probed(tmp_path):
     design = design_of({"scene": {"duration": 0.01}, "sweep": sweep})
     found = forecast(design, tmp_path)
     assert found.probed == 6
+
+
+def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path, monkeypatch):
+    """Half of the cases end after a tenth of their run: that is what all will take."""
+    document = SHORT | {"output": {"traces": "summary"}}
+    design = design_of(document)
+
+    def early(*_):
+        full = 1000 * 1e-6  # s, of the rate that the probes below have
+        ends = {case: full * (0.1 if case < 3 else 1.0) for case in range(6)}
+        return Rehearsal(seconds=ends, rows={}, overhead=0.25)
+
+    monkeypatch.setattr(forecasts, "rehearse", early)
+    monkeypatch.setattr(forecasts, "_probe", lambda *_: False)
+    found = forecast(design, tmp_path)
+    assert found.seconds == pytest.approx(1000 * 1e-6 * (3 * 0.1 + 3), rel=0.02)
+    assert found.range[1] > found.seconds
+    one, two = (found.wall(ranks)[0] for ranks in (1, 2))
+    assert one - two == pytest.approx((found.seconds + 6 * 0.25) / 2)
+
+
+def test_a_case_that_was_cut_off_tells_only_how_far_it_came(tmp_path, monkeypatch):
+    design = design_of(SHORT | {"output": {"traces": "summary"}})
+    monkeypatch.setattr(forecasts, "rehearse", lambda *_: Rehearsal(reached=0.2))
+    found = forecast(design, tmp_path)
+    assert found.range[0] == pytest.approx(0.2 * found.seconds)
+    assert found.range[1] == pytest.approx(found.most)
+
+
+def test_a_rehearsal_leaves_nothing_and_computes_what_the_campaign_does(tmp_path):
+    design = design_of(SHORT | {"output": {"traces": "summary"}})
+    out = tmp_path / "not there yet"
+    found = rehearse(design, out, drawn(range(6)), 30.0, lambda: False)
+    assert not any(tmp_path.iterdir())
+    prepare(design, out)
+    assert run_campaign(design, out).failed == 0
+    rows = {r["case"]: r["row"] for r in read_records(out).values()}
+    assert found.rows == rows
+    assert found.overhead > 0.0
+
+
+def test_a_wish_to_stop_ends_a_rehearsal_at_once(tmp_path):
+    design = design_of(SHORT | {"output": {"traces": "summary"}})
+    found = rehearse(design, tmp_path, drawn(range(6)), 30.0, lambda: True)
+    assert not found.seconds
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 78, 1000])
+def test_the_first_drawn_cases_lie_evenly_over_all(count):
+    found = drawn(range(count))
+    assert len(set(found)) == len(found) == min(count, 256)
+    for taken in (4, 16, 64):
+        if taken <= len(found) < count or taken < count // 4:
+            edges = [0, *sorted(found[:taken]), count]
+            widest = max(b - a for a, b in itertools.pairwise(edges))
+            assert widest <= 3 * count / taken
+
+
+def test_followers_are_those_of_the_rule_where_all_words_are_known():
+    document = SHORT | {
+        "sweep": {"speed": [100.0, 200.0, 300.0], "friction": [0.0, 0.1, 0.2]},
+        "refine": {"over": ["speed", "friction"], "levels": 3},
+    }
+    design = design_of(document)
+    coarse = design.family.coarse
+    alike = dict.fromkeys(coarse, "damped")
+    assert followers(design, alike) == (0, 0)
+    split = {a: "damped" if a.point[0] == 0 else "sustained" for a in coarse}
+    count, again = followers(design, split)
+    # a straight boundary: each level adds the middle column and halves its cells
+    assert (count, again) == (_straight(design, split), 0)
+
+
+def _straight(design, words):
+    """Return the followers of words that are those of the nearest speed."""
+    growth = design.family.growth()
+    half = 1 << (design.family.lattice.sides[0].depth - 1)
+
+    def word(address):
+        return "damped" if address.point[0] <= half else "sustained"
+
+    growth.feed(word, list(growth.wanted))
+    return len(growth.wanted) - len(words)

@@ -1,32 +1,59 @@
-"""What a campaign will cost, before it runs: core-hours and bytes on disk."""
+"""What a campaign will cost, before it runs: time on so many ranks, bytes on disk.
+
+Steps are counted; what a step takes is measured, and so is what a case takes beside
+them and how many cases end before their time: some are computed to their end, see
+`rehearsal`. The range is that of what those cases tell of all others, and of machines:
+`APART` between one run and the next.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.foreseen import followers
+from hpcwhirl.campaign.refined import RefinedDesign, mean_seconds
+from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.campaign.stages import Stages, Todo
+from hpcwhirl.campaign.stages import Ended, Stages, Todo
 from hpcwhirl.campaign.work import learn_ends, share
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Shard
+from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
 from hpcwhirl.store.manifest import NAME
+from hpcwhirl.store.process import begun
+from hpcwhirl.store.runs import read_runs
 from hpcwhirl.store.sizes import Bytes, bytes_of
 
 PROBE = 0.03  # s of computing a probe
 FIRST = 2000  # steps of its first slice
 KINDS = 12  # of scheme, engine, eta and step that are probed at most
+REHEARSED = 0.1  # of what all may take, is spent on computing some
+LEAST, MOST = 0.5, 20.0  # s of that
+APART = 0.1  # relative, between one run and the next
+SIDES = 2.0  # standard errors of a range
+GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
+# s on the machine where `LOADED` s passed until a program of many imports had begun
+LOADED = 1.0
+GATHERED, A_ROW, A_BYTE = 0.5, 6e-5, 3e-9
+DRAWN, A_CELL = 2.5, 5e-6
+PAGE, A_RECORD = 0.8, 3e-3
+ON_PAGE = 2000  # cases of a page that is written without being asked for
 
 
 @dataclass(frozen=True)
@@ -35,13 +62,23 @@ class Forecast:
 
     Attributes
     ----------
-    cases, left : all, and those without a result
+    cases, left : all, and those without a result; of those that words will ask for,
+        see `more`
     steps : of those that are left, if they run to their end
-    seconds : of one core for them; of those that go on while they are undecided, to
-        the next time that their word is asked for
-    most : the same if all of those are undecided for as long as they may be
-    probed, finished : cases that the cost of a step is learned from: marched for
-        `PROBE` seconds, or finished in the directory before
+    seconds : of one core in the kernel for them; of those that go on while they are
+        undecided, to the next time that their word is asked for
+    most : the same if all run to their end, and those that are undecided for as long as
+        they may
+    range : least and most of `seconds` by what was measured
+    computations : how many there are, of cases and twins
+    overhead : s of a core for each beside its kernel
+    before, after : {what: s} that no further rank makes shorter
+    more : cases that words may ask for: as many as those of the cases computed here
+        would, least, most; (0, 0, 0) where there are none
+    probed, rehearsed, finished : cases that the cost is learned from: marched for
+        `PROBE` seconds, computed to their end, or finished in the directory before
+    longest : s of the longest case
+    compiled : whether kernels had to be compiled here
     disk : of the whole campaign, if no case ends early
     """
 
@@ -50,9 +87,28 @@ class Forecast:
     steps: float
     seconds: float
     most: float
+    range: tuple[float, float]
+    computations: float
+    overhead: float
+    before: dict[str, float]
+    after: dict[str, float]
     probed: int
+    rehearsed: int
     finished: int
+    longest: float
+    compiled: bool
     disk: Bytes
+    more: tuple[int, int, int] = (0, 0, 0)
+
+    def wall(self, ranks: int) -> tuple[float, float, float]:
+        """Return the seconds that the campaign takes on so many ranks: usual, range."""
+        alone = sum(self.before.values()) + sum(self.after.values())
+        beside = self.overhead * self.computations
+        usual, low, high = (
+            alone + max((kernel + beside) / ranks, self.longest)
+            for kernel in (self.seconds, *self.range)
+        )
+        return usual, low * (1.0 - APART), high * (1.0 + APART)
 
 
 def forecast(
@@ -60,6 +116,7 @@ def forecast(
     folder: Path,
     shard: Shard | None = None,
     extended: Sequence[float] = (),
+    stopping: Callable[[], bool] = lambda: False,
 ) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
 
@@ -69,30 +126,161 @@ def forecast(
     folder : its directory; if it has finished cases, they are learned from
     shard : whose cases alone are counted
     extended : s, to what undecided cases go on, see `stages`
+    stopping : whether to compute no more cases for it
     """
+    since = _age()
     costs = costs_of(design)
     mine = share(costs.steps, shard)
-    begun = (folder / NAME).exists()
-    ended = learn_ends(folder, design, costs) if begun else {}
+    ended = learn_ends(folder, design, costs) if (folder / NAME).exists() else {}
     stages = Stages(design, extended)
-    open_ = {c: stage for c, stage in stages.left(ended).items() if c in mine}
-    left = list(open_)
-    spans = np.array([_spans(stages, *item) for item in open_.items()]).reshape(-1, 2)
+    todo = {c: stage for c, stage in stages.left(ended).items() if c in mine}
+    left, spans = list(todo), _all_spans(stages, todo)
+    before = {"start": since, "plan": _age() - since}
     finished = int(np.isfinite(costs.factor).sum())
-    probes = [] if finished else _probes(design)
-    probed = sum(_probe(design, case, costs) for case in probes)
-    seconds = costs.predict(left)
+    full = float(costs.predict(left) @ spans[:, 0])
+    budget = REHEARSED * full * design.most / max(len(design.settings), 1)
+    budget = 0.0 if finished else min(max(budget, LEAST), MOST)
+    tried = Rehearsal()
+    if left:
+        tried = rehearse(design, folder, drawn(left), budget, stopping)
+    probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
+    most = float(costs.predict(left) @ spans[:, 1])
+    learned, error = _with_ends(costs, tried)
+    each = learned.predict(left)
+    seconds = float(each @ spans[:, 0])
     steps = np.array([costs.steps[case] for case in left])
-    return Forecast(
+    overhead = _overhead(folder, costs) if finished else tried.overhead
+    kernels = LOADED * _pace(since) if tried.compiled else tried.warm
+    before |= {"kernels": kernels, "models": tried.first}
+    found = Forecast(
         cases=len(mine),
         left=len(left),
         steps=float(steps @ spans[:, 0]),
-        seconds=float(seconds @ spans[:, 0]),
-        most=float(seconds @ spans[:, 1]),
+        seconds=seconds,
+        most=most,
+        range=_range(seconds, most, error, tried),
+        computations=float(spans[:, 0].sum()),
+        overhead=overhead,
+        before=before,
+        after=_after(len(mine), 0, since),
         probed=probed,
+        rehearsed=len(tried.seconds),
         finished=finished,
+        longest=float((each * spans[:, 0]).max(initial=0.0)),
+        compiled=tried.compiled,
         disk=_disk(design, stages),
     )
+    if isinstance(design, RefinedDesign):
+        found = _grown(found, design, ended, tried)
+    traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
+    return replace(found, after=_after(found.cases + found.more[0], int(traces), since))
+
+
+def _age() -> float:
+    """Return for how many seconds this process has been there."""
+    ticks = begun(os.getpid())
+    if ticks is None:  # no Linux
+        return time.process_time()
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+
+
+def _pace(since: float) -> float:
+    """Return how long this machine takes over the one that constants are of."""
+    return min(max(since / LOADED, 0.3), 10.0)
+
+
+def _after(rows: int, traces: int, since: float) -> dict[str, float]:
+    """Return the seconds of what follows the last case."""
+    page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= ON_PAGE else 0.0
+    every = {
+        "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
+        "map": DRAWN + A_CELL * rows,
+        "page": page,
+    }
+    return {name: seconds * _pace(since) for name, seconds in every.items()}
+
+
+def _with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
+    """Return costs that know who ends before time, and their standard error, relative.
+
+    A case that ends early is expected where those that were computed nearest to it do.
+    """
+    known = np.isfinite(costs.factor)
+    if not tried.seconds:
+        return costs, _error(costs.factor[known])
+    rate = costs.predict(np.arange(len(costs.nominal)))
+    own = Costs(rate, costs.places, costs.steps)
+    for case, seconds in tried.seconds.items():
+        if case < len(rate):  # others follow from words
+            own.learn([case], seconds)
+    return own, _error(own.factor[np.isfinite(own.factor)])
+
+
+def _error(shares: NDArray[np.float64]) -> float:
+    """Return the standard error of a mean, over it; of one value, all of it."""
+    if len(shares) < 2 or not shares.any():
+        return 1.0
+    return float(shares.std(ddof=1) / shares.mean() / math.sqrt(len(shares)))
+
+
+def _range(
+    seconds: float, most: float, error: float, tried: Rehearsal
+) -> tuple[float, float]:
+    """Return least and most seconds by what was measured."""
+    if not tried.seconds and tried.reached < 1.0:  # no case has come to its end
+        return seconds * tried.reached, most
+    low = seconds * max(1.0 - SIDES * error, 0.0)
+    return max(low, sum(tried.seconds.values())), seconds * (1.0 + SIDES * error)
+
+
+def _overhead(folder: Path, costs: Costs) -> float:
+    """Return the seconds beside its kernel that a case of earlier runs took."""
+    shares = read_runs(folder)
+    count = sum(int(each["cases"]) for each in shares)
+    if not count:
+        return 0.0
+    known = np.isfinite(costs.factor)
+    mean = float((costs.factor * costs.nominal)[known].mean())
+    return max(sum(float(each["busy"]) for each in shares) / count - mean, 0.0)
+
+
+def _grown(
+    found: Forecast, design: RefinedDesign, ended: Mapping[str, Ended], tried: Rehearsal
+) -> Forecast:
+    """Return a forecast with the cases that words may ask for."""
+    rule, family = design.refinement, design.family
+    words: dict[Address, str | None] = {}
+    for case, address in enumerate(family.coarse):
+        if end := ended.get(design.digest(case)):
+            words[address] = rule.word_of(end._asdict()) if end.status == "ok" else None
+    words |= {family.address(c): rule.word_of(row) for c, row in tried.rows.items()}
+    first, again = followers(design, words)
+    more, most = first + again, design.most - len(design.settings)
+    one, two = mean_seconds(design)
+    beside = [tried.seconds[c] for c in tried.rows if c >= len(design.settings)
+              and not family.address(c).fidelity]  # fmt: skip
+    mean = found.seconds / max(found.computations, 1.0)
+    mean = float(np.mean(beside)) if beside else mean
+    beyond = mean * (first + again * two / one)
+    spread = GUESSED if more else 1.0
+    low, high = found.range
+    return replace(
+        found,
+        seconds=found.seconds + beyond,
+        range=(low + beyond / spread, high + beyond * spread),
+        most=found.most + most * mean * max(two / one, 1.0),
+        computations=found.computations + more,
+        more=(more, int(more / spread), min(math.ceil(more * spread), most)),
+    )
+
+
+def _all_spans(stages: Stages, todo: Mapping[int, Todo]) -> NDArray[np.float64]:
+    """Return `_spans` of all that is to do, (left, 2)."""
+    design = stages.design
+    decided = "solver.until" in design.swept or design.base.solver.until == "decided"
+    if not (stages.extended or design.twins or decided):
+        return np.ones((len(todo), 2))
+    return np.array([_spans(stages, *item) for item in todo.items()]).reshape(-1, 2)
 
 
 def _spans(stages: Stages, case: int, todo: Todo) -> tuple[float, float]:

@@ -89,7 +89,7 @@ def _round(
 ) -> tuple[Work, bool, bool]:
     """Do what is known to be left; return it, if it is done, if that was given up."""
     work, agenda = work_of(design, folder, policy, comm)
-    with _desk(folder, work, comm, policy, stopping) as desk:
+    with desk_of(folder, work, comm, policy, stopping) as desk:
         stages = Stages(design, work.extended)
         evaluate = Evaluator(design, work.units, desk, stages, work.begun)
         if work.units:
@@ -101,7 +101,7 @@ def _round(
 
 
 @contextmanager
-def _desk(
+def desk_of(
     folder: Path, work: Work, comm: Communicator, policy: Policy, stopping: Stopping
 ) -> Iterator[Desk]:
     """Open what this rank works with."""

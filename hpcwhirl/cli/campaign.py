@@ -42,7 +42,7 @@ from hpcwhirl.cli.options import (
     tell_preset,
 )
 from hpcwhirl.errors import InputError, NoRoomError, WhirlError
-from hpcwhirl.launch import Communicator, Shard, communicator
+from hpcwhirl.launch import Communicator, communicator
 from hpcwhirl.scene import load_document
 
 __all__ = ["arguments", "run"]
@@ -88,7 +88,7 @@ def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> in
     with ExitStack() as stack:
         if root:
             try:
-                design, policy = _prepared(args)
+                design, policy = _prepared(args, comm.size, stopping)
                 own = _owned(args, design, policy, stopping, stack)
             except WhirlError as failed:
                 failure = failed
@@ -139,7 +139,9 @@ def _owned(
     return own
 
 
-def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
+def _prepared(
+    args: argparse.Namespace, ranks: int, stopping: Stopping
+) -> tuple[Design, Policy]:
     from hpcwhirl.campaign.resume import check_folder, check_steps
 
     settings = parsed(args.settings)
@@ -159,7 +161,13 @@ def _prepared(args: argparse.Namespace) -> tuple[Design, Policy]:
         _explain(design)
     if args.dry_run:
         check_steps(design)
-        _dry_run(args, design, policy.shard)
+        from hpcwhirl.campaign.forecast import forecast
+        from hpcwhirl.campaign.resume import extended_by
+        from hpcwhirl.cli.dry_run import tell
+
+        times = extended_by(design, args.out, args.to)
+        found = forecast(design, args.out, policy.shard, times, stopping)
+        tell(found, design, ranks, as_json=args.json)
     return design, policy
 
 
@@ -188,55 +196,6 @@ def _explain(design: Design) -> None:
         print(f"{len(cases)} cases, such as the first of them:", file=sys.stderr)
         notes = [asdict(note) for note in notes_of(design.resolved(cases[0]))]
         print_notes(notes, sys.stderr)
-
-
-def _dry_run(args: argparse.Namespace, design: Design, shard: Shard | None) -> None:
-    from hpcwhirl.campaign.forecast import forecast
-    from hpcwhirl.campaign.resume import extended_by
-
-    times = extended_by(design, args.out, args.to)
-    found = forecast(design, args.out, shard, times)
-    step = 1e6 * found.seconds / found.steps if found.steps else 0.0
-    disk = found.disk
-    facts = {
-        "cases": found.cases,
-        "left": found.left,
-        "swept": list(design.swept),
-        "steps": found.steps,
-        "microseconds_per_step": step,
-        "core_hours": found.seconds / 3600,
-        "core_hours_most": found.most / 3600,
-        "learned_from": {"finished": found.finished, "probed": found.probed},
-        "bytes": {**asdict(disk), "total": disk.total},
-    }
-    if design.grows:
-        facts |= {"coarse": len(design.scenes), "at_most": design.most}
-    if args.json:
-        print_json(facts)
-        return
-    rest = f", {found.left} left" if found.left < found.cases else ""
-    print(f"{found.cases} cases over {', '.join(design.swept) or 'nothing'}{rest}")
-    if design.grows:
-        print(f"that is the coarse level; with what words ask for, {design.most} at "
-              "most")  # fmt: skip
-    how = f"measured on {found.probed} cases"
-    if found.finished:
-        how = f"learned from {found.finished} finished cases"
-    print(f"{found.steps:.4g} steps at {step:.2f} us ({how})")
-    most = f", at most {found.most / 3600:.3g}" if found.most > found.seconds else ""
-    print(f"predicted: {found.seconds / 3600:.3g} core-hours{most}")
-    print(
-        f"on disk: {_size(disk.results)} results.h5, {_size(disk.traces)} traces, "
-        f"{_size(disk.journal)} journal"
-    )
-
-
-def _size(count: int) -> str:
-    """Return a number of bytes in the unit that gives it one to three digits."""
-    size, units = float(count), ["B", "kB", "MB", "GB", "TB"]
-    while size >= 1000 and len(units) > 1:
-        size, units = size / 1000, units[1:]
-    return f"{size:.3g} {units[0]}"
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:

@@ -1,0 +1,170 @@
+"""What `--dry-run` foresees against what campaigns take; writes foresight.md.
+
+    python scripts/evidence/foresight.py                  # all five, 1 and 2 ranks
+    python scripts/evidence/foresight.py --only short --ranks 1
+    options: --write (the page), --load TEXT (what else the machine did, for the page)
+
+Each campaign is dry-run and then run, both in new directories, on one rank and on two;
+kernels are compiled before. Seconds are of the clock, of the whole command.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+PAGE = Path(__file__).with_suffix(".md")
+CLOSE = 0.25  # relative
+CAMPAIGNS = {
+    "short": """
+[scene]
+duration = 2e-3
+[output]
+traces = "summary"
+[sweep]
+speed = { start = 20, stop = 519, num = 50 }
+gap = { start = 1e-4, stop = 1e-3, num = 30 }
+""",
+    "draft": """
+[scene]
+duration = 2.5
+[solver]
+preset = "draft"
+[sweep]
+speed = { start = 20, stop = 520, num = 26 }
+friction = [0.1, 0.2, 0.3]
+gap = [1e-4, 2e-4, 4e-4, 8e-4]
+""",
+    "default": "",
+    "divergent": """
+[scene]
+gap = 1e-4
+duration = 2.5
+[solver]
+preset = "draft"
+[sweep]
+speed = { start = 300, stop = 520, num = 12 }
+friction = [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75]
+""",
+    "refined": """
+[scene]
+duration = 1.0
+[solver]
+preset = "draft"
+[output]
+traces = "summary"
+[sweep]
+speed = { start = 100, stop = 500, num = 9 }
+friction = { start = 0.02, stop = 0.3, num = 6 }
+[refine]
+over = ["speed", "friction"]
+levels = 3
+""",
+}
+
+
+class Found(NamedTuple):
+    """A forecast and what it was of."""
+
+    name: str
+    ranks: int
+    cases: int
+    foreseen: float
+    low: float
+    high: float
+    dry: float
+    took: float
+    counted: int
+
+
+def called(words: list[str], ranks: int) -> tuple[float, dict[str, Any]]:
+    """Run a campaign on some ranks; return its seconds and what it says as JSON."""
+    mpirun = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+    before = [*mpirun, "-n", str(ranks)] if ranks > 1 else []
+    command = [*before, sys.executable, "-m", "hpcwhirl", "campaign", *words, "--json"]
+    start = time.perf_counter()
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    seconds = time.perf_counter() - start
+    if done.returncode not in {0, 1}:
+        raise SystemExit(f"{shlex.join(command)} ended with {done.returncode}")
+    return seconds, json.loads(done.stdout)
+
+
+def foreseen(name: str, ranks: int, folder: Path) -> Found:
+    """Foresee a campaign and run it."""
+    file, out = folder / f"{name}.toml", folder / f"{name}-{ranks}"
+    words = ["--out", str(out)]
+    if CAMPAIGNS[name]:
+        file.write_text(CAMPAIGNS[name])
+        words = [str(file), *words]
+    dry, told = called([*words, "--dry-run"], ranks)
+    took, ended = called(words, ranks)
+    shutil.rmtree(out)
+    wall = told["wall_seconds"]
+    cases = told["cases"] + told.get("more", {"usual": 0})["usual"]
+    return Found(name, ranks, cases, wall["usual"], *wall["range"], dry, took,
+                 ended["cases"])  # fmt: skip
+
+
+def table(rows: list[Found]) -> str:
+    """Return what was found as Markdown."""
+    head = ("| campaign | ranks | cases | foreseen, s | range, s | took, s | "
+            "foreseen / took | cases foreseen | the dry run, s |")  # fmt: skip
+    lines = [head, "|---" * 9 + "|"]
+    for row in rows:
+        ratio = row.foreseen / row.took
+        mark = "" if abs(ratio - 1.0) <= CLOSE else " ✗"
+        inside = "" if row.low <= row.took <= row.high else " ✗"
+        lines.append(
+            f"| {row.name} | {row.ranks} | {row.counted} | {row.foreseen:.1f} | "
+            f"{row.low:.1f} ... {row.high:.1f}{inside} | {row.took:.1f} | "
+            f"{ratio:.2f}{mark} | {row.cases} | {row.dry:.1f} |"
+        )
+    return "\n".join(lines)
+
+
+def page(rows: list[Found], load: str) -> str:
+    """Return the page."""
+    close = sum(abs(row.foreseen / row.took - 1.0) <= CLOSE for row in rows)
+    inside = sum(row.low <= row.took <= row.high for row in rows)
+    return f"""# What a dry run foresees
+
+Made by `python scripts/evidence/foresight.py --write`; the campaigns stand there.
+{load}
+
+{table(rows)}
+
+Within {CLOSE:.0%}: {close} of {len(rows)}; within the range that was told: {inside}
+of {len(rows)} (✗: not). Cases of a refined campaign are guessed beforehand.
+"""
+
+
+def main() -> None:
+    """Foresee and run."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", nargs="+", choices=CAMPAIGNS, default=[*CAMPAIGNS])
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--load", default="Nothing else ran.")
+    args = parser.parse_args()
+    rows: list[Found] = []
+    with tempfile.TemporaryDirectory(prefix="foresight-") as folder:
+        for name in args.only:
+            for ranks in args.ranks:
+                rows.append(foreseen(name, ranks, Path(folder)))
+                print(table(rows[-1:]).splitlines()[-1], flush=True)
+    if args.write:
+        PAGE.write_text(page(rows, args.load))
+
+
+if __name__ == "__main__":
+    main()
