@@ -112,7 +112,11 @@ def attempt(shared: dict[str, Specimen], chance: random.Random, place: Path) -> 
         for _ in range(chance.randint(1, MOST_KILLS))
     )  # fmt: skip
     wrong = completed(calls, mode, place) or differs(out, specimen.truth, place)
-    return Verdict(mode.name, wrong or left_over(out), weight=max(kills, 1))
+    return Verdict(
+        mode.name,
+        wrong or left_over(out, kills * (mode.ranks or 1)),
+        weight=max(kills, 1),
+    )
 
 
 def completed(calls: list[list[str]], mode: Mode, place: Path) -> str:
@@ -133,16 +137,17 @@ def completed(calls: list[list[str]], mode: Mode, place: Path) -> str:
     return f"not complete after {tried} runs: {ended.last if ended else ''}"
 
 
-def left_over(out: Path) -> str:
+def left_over(out: Path, struck: int) -> str:
     """Return what a complete campaign should not have in its directory.
 
-    The state of an undecided case may stay: a longer run may go on from it.
+    The state of an undecided case may stay, one for each of the processes struck: a
+    longer run may go on from it.
     """
     parts = sorted(p.name for p in out.rglob("*.part*"))
     going = scan(out, lambda record: is_open(record.get("row", {})))
-    states = sorted(
-        p.name for p in (out / "states").glob("*.state") if not going.get(p.stem)
-    )
+    kept = sorted((out / "states").glob("*.state"), key=lambda p: not going.get(p.stem))
+    open_ones = sum(bool(going.get(p.stem)) for p in kept)
+    states = [p.name for p in kept[min(struck, open_ones) :]]
     running = (out / "running").glob("*")
     notes = sorted(p.name for p in running if p.stat().st_size)
     found = parts + states + notes
