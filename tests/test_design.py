@@ -56,7 +56,7 @@ def test_listed_cases_come_after_the_grid_and_keep_what_they_do_not_name():
 
 def test_a_document_with_nothing_swept_is_one_case():
     for text in ("", "[sweep]", "[scene]\nspeed = 410", "cases = []"):
-        assert design(text).scenes == (Scene(),)
+        assert list(design(text).scenes) == [Scene()]
 
 
 def test_listed_cases_alone_are_all_the_cases():

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from array import array
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.campaign.cost import Costs
 
@@ -18,6 +21,50 @@ FAIR = 4  # an answer is at most this part of an even share of the units left
 GOLDEN = 0.6180339887498949
 Unit = tuple[int, ...]  # cases that are handed out together
 Answers = list[tuple[int, list[int]]]  # to a rank: its next units
+
+
+class Singles(Sequence[Unit]):
+    """Units of one case each.
+
+    Parameters
+    ----------
+    cases : of each unit, (n,)
+    """
+
+    def __init__(self, cases: NDArray[np.int64]) -> None:
+        self.cases = cases
+
+    def __len__(self) -> int:
+        """Return the number of units."""
+        return len(self.cases)
+
+    @overload
+    def __getitem__(self, unit: int) -> Unit: ...
+    @overload
+    def __getitem__(self, unit: slice) -> Singles: ...
+    def __getitem__(self, unit: int | slice) -> Unit | Singles:
+        """Return the cases of a unit."""
+        if isinstance(unit, slice):
+            return Singles(self.cases[unit])
+        return (int(self.cases[unit]),)
+
+
+def cases_of(units: Sequence[Unit]) -> NDArray[np.int64]:
+    """Return the cases of units, one after the other."""
+    if isinstance(units, Singles):
+        return units.cases
+    return np.array([case for unit in units for case in unit], dtype=np.int64)
+
+
+def scattered(count: int) -> NDArray[np.int64]:
+    """Return the numbers below `count` in an order of which each part is spread evenly.
+
+    By steps of the golden section of all, which meet each number once.
+    """
+    step = max(round(GOLDEN * count), 1)
+    while math.gcd(step, count) > 1:
+        step += 1
+    return np.asarray(np.arange(count) * step % max(count, 1))
 
 
 class Agenda:
@@ -50,7 +97,7 @@ class Agenda:
         self.told = self.took = 0.0  # s, of finished units
         self.stale = True  # predictions are from before anything finished
         self.learned = 0
-        self.queue = self._ordered(np.arange(len(units)))  # the last goes out first
+        self.queue = array("q", self._ordered(np.arange(len(units))))  # from its end
 
     def __len__(self) -> int:
         """Return the number of units not handed out."""
@@ -88,7 +135,7 @@ class Agenda:
 
     def drop(self) -> None:
         """Hand out nothing more."""
-        self.queue.clear()
+        del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
         """Learn that a unit has taken some seconds; sort anew where that pays."""
@@ -104,7 +151,7 @@ class Agenda:
     def _sort_anew(self) -> None:
         begun = np.flatnonzero(self.unfinished)
         self.predicted[begun] = self._predict(begun)
-        self.queue = self._ordered(np.array(self.queue))
+        self.queue = array("q", self._ordered(np.array(self.queue)))
         self.stale, self.learned = False, 0
 
     def seconds_left(self) -> float:
@@ -116,17 +163,21 @@ class Agenda:
         """Return the predicted seconds of units."""
         if not len(chosen):
             return np.zeros(0)
+        if isinstance(self.units, Singles):
+            return self.costs.predict(self.units.cases[chosen])
         cases = [self.units[unit] for unit in chosen]
         sizes = np.array([len(unit) for unit in cases])
         flat = np.fromiter((c for unit in cases for c in unit), np.intp, sizes.sum())
         starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
         return np.asarray(np.add.reduceat(self.costs.predict(flat), starts))
 
-    def _ordered(self, chosen: np.ndarray) -> list[int]:
-        """Return units by predicted seconds, the longest last."""
-        scattered = (chosen * GOLDEN) % 1.0
-        order = np.lexsort((-scattered, self.predicted[chosen], self.turn[chosen]))
-        return [int(unit) for unit in chosen[order]]
+    def _ordered(self, chosen: np.ndarray) -> bytes:
+        """Return units by predicted seconds, the longest last, as 8 bytes each."""
+        order = scattered(len(chosen))
+        for key in (self.predicted[chosen], self.turn[chosen]):
+            if len(key) and (key != key[0]).any():
+                order = order[np.argsort(key[order], kind="stable")]
+        return np.asarray(chosen[order], dtype=np.int64).tobytes()
 
 
 class Questions:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,23 @@ from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene import flatten
+from hpcwhirl.scene.many import Many, end_times
+from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.table import Values, listed
 
 Floats = NDArray[np.float64]
 NEAREST = 4  # finished cases that a prediction is taken from
 MOST_KNOWN = 4096  # finished cases that are looked at
 APART = 10.0  # between two words, where the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours count alike
+AT_ONCE = 1 << 16  # cases whose neighbours are looked for together
+MOST_MODELS = 512  # that are asked for their time step
+# inputs that no step depends on, and those that it does where they are extreme alone
+STEPLESS = frozenset({
+    "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
+    "solver.until", "solver.longest", "solver.amplitude_limit",
+})  # fmt: skip
+OF_LIMITS = frozenset({"speed", "gap", "force", "pulse", "friction"})
 
 
 def predicted(design: Design, case: int) -> tuple[float, float]:
@@ -42,12 +53,15 @@ class Costs:
     Parameters
     ----------
     nominal : (n,), s, of each case before anything is known
-    places : (n, d), where each case lies among the swept inputs, see `places_of`
+    places : (n, d), where each case lies among the swept inputs, or `Places`
     steps : (n,), of each case that runs to its end
     """
 
     def __init__(
-        self, nominal: Floats, places: Floats, steps: Sequence[float] = ()
+        self,
+        nominal: Floats,
+        places: Floats | Places,
+        steps: Sequence[float] | Floats = (),
     ) -> None:
         self.nominal, self.places, self.steps = nominal, places, steps
         self.factor = np.full(len(nominal), np.nan)  # seconds over nominal, if known
@@ -64,10 +78,15 @@ class Costs:
         if expected > 0.0 and np.isfinite(seconds):
             self.factor[chosen] = seconds / expected
 
+    def learn_all(self, seconds: Floats) -> None:
+        """Take in the seconds of all cases, (n,); NaN where they are not known."""
+        known = np.isfinite(seconds) & (self.nominal > 0.0)
+        self.factor[known] = seconds[known] / self.nominal[known]
+
     def add(self, nominal: float, place: Floats) -> int:
         """Add a case; return its number here."""
         self.nominal = np.append(self.nominal, nominal)
-        self.places = np.vstack([self.places, place])
+        self.places = np.vstack([self.places[np.arange(len(self.places))], place])
         self.factor = np.append(self.factor, np.nan)
         return len(self.nominal) - 1
 
@@ -79,39 +98,109 @@ class Costs:
             return self.nominal[chosen]
         known = known[:: -(-len(known) // MOST_KNOWN)]
         nearest = np.arange(1, 1 + min(NEAREST, len(known)))
-        away, which = cKDTree(self.places[known]).query(self.places[chosen], nearest)
-        weight = 1.0 / (away**2 + CLOSE)
-        factors = self.factor[known][which]
-        return np.asarray(
-            self.nominal[chosen] * (weight * factors).sum(axis=1) / weight.sum(axis=1)
+        tree, factor = cKDTree(self.places[known]), self.factor[known]
+        out = np.empty(len(chosen))
+        for start in range(0, len(chosen), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            away, which = tree.query(self.places[chosen[part]], nearest)
+            weight = 1.0 / (away**2 + CLOSE)
+            mean = (weight * factor[which]).sum(axis=1) / weight.sum(axis=1)
+            out[part] = self.nominal[chosen[part]] * mean
+        return out
+
+
+class Places:
+    """Where cases lie among the swept inputs, worked out from their numbers.
+
+    The distinct numbers of an input are spread evenly over 0 .. 1; words and lists are
+    `APART`, so that another scheme's cases are asked only where no others are known.
+
+    Parameters
+    ----------
+    design : of the cases
+    """
+
+    def __init__(self, design: Design) -> None:
+        columns = design.columns.columns
+        self._known = [(columns[n], _to_unit(columns[n].values)) for n in design.swept]
+        self._cases = len(design.settings)
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return self._cases
+
+    def __getitem__(self, cases: NDArray[np.intp]) -> Floats:
+        """Return the places of some cases, (m, swept inputs)."""
+        if not self._known:
+            return np.zeros((len(cases), 1))
+        return np.column_stack(
+            [column.of(cases, units) for column, units in self._known]
         )
 
 
 def places_of(design: Design) -> Floats:
-    """Return where the cases lie among the swept inputs, (cases, swept inputs).
-
-    The distinct numbers of an input are spread evenly over 0 .. 1; words and lists are
-    `APART`, so that another scheme's cases are asked only where no others are known.
-    """
-    base = flatten(design.base)
-    columns = [
-        _to_unit([row.get(name, base[name]) for row in design.settings])
-        for name in design.swept
-    ]
-    return np.column_stack(columns) if columns else np.zeros((len(design.scenes), 1))
+    """Return where all cases lie, (cases, swept inputs), see `Places`."""
+    return Places(design)[np.arange(len(design.settings))]
 
 
-def _to_unit(values: Sequence[Any]) -> Floats:
-    if all(isinstance(value, int | float) for value in values):
-        distinct, place = np.unique(np.asarray(values, float), return_inverse=True)
+def _to_unit(values: Values) -> Floats:
+    known = listed(values)
+    if all(isinstance(value, int | float) for value in known):
+        distinct, place = np.unique(np.asarray(known, float), return_inverse=True)
         return np.asarray(place / max(len(distinct) - 1, 1), dtype=np.float64)
-    texts = [json.dumps(value) for value in values]
+    texts = [json.dumps(value) for value in known]
     number = {text: i for i, text in enumerate(dict.fromkeys(texts))}
     return np.array([APART * number[text] for text in texts])
 
 
 def costs_of(design: Design) -> Costs:
     """Return the costs of a design of which nothing is known yet."""
-    known = [predicted(design, case) for case in range(len(design.scenes))]
-    steps, seconds = zip(*known, strict=True)
-    return Costs(np.array(seconds), places_of(design), steps)
+    many, count = design.columns, len(design.settings)
+    steps, seconds = np.zeros(count), np.zeros(count)
+    step = time_steps(design)
+    for cases in many.chunks():
+        get = many.all(cases)
+        steps[cases] = end_times(get) / step[cases]
+        seconds[cases] = steps[cases] * _nominal(get("solver.scheme"))
+    steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # they will fail as rows
+    return Costs(seconds, Places(design), steps)
+
+
+def _nominal(schemes: Any) -> Any:
+    """Return the seconds of a step by schemes, before anything is known."""
+    if isinstance(schemes, str):
+        return SCHEMES[schemes].nominal
+    return np.array([SCHEMES[name].nominal for name in schemes])
+
+
+def time_steps(design: Design) -> Floats:
+    """Return the time step of each case, s; NaN where there is no model to ask.
+
+    Where an accuracy asks for steps, one case is asked for all that have the same
+    model, speed, gap and load; of more than `MOST_MODELS` such kinds, one for all of a
+    model; of more models than that, some, and the others are taken for the usual one.
+    """
+    many = design.columns
+    given = many.values("solver.time_step").astype(float)
+    asked = many.values("solver.accuracy") != 0.0
+    if not asked.any():
+        return given
+    steps = np.where(asked, np.nan, given)
+    kind = _models(many)
+    _, first = np.unique(kind[asked], return_index=True)
+    ask = np.flatnonzero(asked)[np.sort(first)]
+    for case in ask[:: -(-len(ask) // MOST_MODELS)]:
+        with suppress(WhirlError):  # it will fail as a row
+            steps[asked & (kind == kind[case])] = design.resolved(int(case)).step
+    if len(ask) > MOST_MODELS and np.isfinite(steps[asked]).any():
+        steps[np.isnan(steps)] = np.nanmedian(steps[asked])
+    return steps
+
+
+def _models(many: Many) -> NDArray[np.int64]:
+    """Return numbers of cases, the same where their steps are thought to be."""
+    names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
+    kind = many.labels(names)
+    if len(np.unique(kind)) > MOST_MODELS:
+        kind = many.labels(n for n in names if n not in OF_LIMITS)
+    return kind

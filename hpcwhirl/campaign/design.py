@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.campaign.sampling import Sample, sample_of, sampled_rows, scenes_of
+from hpcwhirl.campaign.sampling import Sample, check_scenes, sample_of, sampled_rows
 from hpcwhirl.campaign.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, shown, unknown
 from hpcwhirl.scene import (
@@ -23,13 +22,13 @@ from hpcwhirl.scene import (
     Scene,
     apply_settings,
     content_digest,
-    digest,
     flatten,
     load_document,
     preset_in,
     scene_of_document,
 )
 from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.digests import CaseDigests
 from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
@@ -37,9 +36,12 @@ from hpcwhirl.scene.files import (
     by_full_name,
     full_name,
     is_number,
+    read_as,
     takes_list,
     undotted,
 )
+from hpcwhirl.scene.many import Many
+from hpcwhirl.scene.table import Axis, Block, Table, column_of, listed
 from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
 from hpcwhirl.store.neighbours import at_boundary
 
@@ -55,10 +57,7 @@ LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
 class Scenes(Sequence[Scene]):
-    """The scenes of a design, each made when it is asked for.
-
-    Ranks but the first hold these: some 10 kB a case less, and less to send.
-    """
+    """The scenes of a design, each made when it is asked for."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
         self.base, self.settings = base, settings
@@ -70,11 +69,11 @@ class Scenes(Sequence[Scene]):
     @overload
     def __getitem__(self, case: int) -> Scene: ...
     @overload
-    def __getitem__(self, case: slice) -> Scenes: ...
-    def __getitem__(self, case: int | slice) -> Scene | Scenes:
+    def __getitem__(self, case: slice) -> tuple[Scene, ...]: ...
+    def __getitem__(self, case: int | slice) -> Scene | tuple[Scene, ...]:
         """Return the scene of a case."""
         if isinstance(case, slice):
-            return Scenes(self.base, self.settings[case])
+            return tuple(self[i] for i in range(*case.indices(len(self))))
         return apply_settings(self.base, self.settings[case])
 
 
@@ -85,8 +84,7 @@ class Design:
     Attributes
     ----------
     base : what all cases share but for what is swept
-    scenes : of each case, in the order of the dimension `case`; not sent to others
-    settings : {dotted input: value} of each case
+    settings : {dotted input: value} of each case, in the order of the dimension `case`
     swept : dotted names of the swept inputs, in the order of the file
     rules : of the table [campaign]; no result depends on them, see `policy`
     contents : {engine file: SHA-256} as the design was made; cases are known by it
@@ -96,8 +94,7 @@ class Design:
     """
 
     base: Scene
-    scenes: Sequence[Scene]
-    settings: tuple[Settings, ...]
+    settings: Table
     swept: tuple[str, ...]
     rules: dict[str, Any] = field(default_factory=dict)
     contents: dict[str, str] = field(default_factory=dict)
@@ -107,15 +104,26 @@ class Design:
 
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
-        files = map(self.file, range(len(self.settings)))
-        for file in dict.fromkeys([*files, self.base.engine.file]):
+        own = self.base.engine.file
+        files = listed(self.settings.column(FILE, own).values)
+        for file in dict.fromkeys([*files, own]):
             if file not in self.contents:
                 self.contents[file] = content_digest(file)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Send what the scenes are made from instead of the scenes."""
+        """Send what others need of it."""
         sent = self.base, self.settings, self.swept, self.contents, self.twins
         return _sent, sent
+
+    @property
+    def scenes(self) -> Scenes:
+        """The scene of each case."""
+        return Scenes(self.base, self.settings)
+
+    @cached_property
+    def columns(self) -> Many:
+        """The cases as columns of their inputs."""
+        return Many(self.base, self.settings)
 
     @classmethod
     def of(
@@ -141,10 +149,16 @@ class Design:
 
         return design_given(source, settings)
 
+    @classmethod
+    def one(cls, scene: Scene) -> Design:
+        """Return the design of one case."""
+        return cls(scene, Table.of([{}]), ())
+
     @cached_property
-    def digests(self) -> tuple[str, ...]:
-        """Digest of each case; a rank that does a few of them asks `digest`."""
-        return tuple(digest(s, self.contents[s.engine.file]) for s in self.scenes)
+    def digests(self) -> CaseDigests:
+        """Digest of each case, that of the plan on any rank at any time."""
+        reads = {file: read_as(content) for file, content in self.contents.items()}
+        return CaseDigests(flatten(self.base), self.settings, reads, PHYSICS_VERSION)
 
     @property
     def grows(self) -> bool:
@@ -154,7 +168,7 @@ class Design:
     @property
     def most(self) -> int:
         """Cases that there may be in the end."""
-        return len(self.scenes)
+        return len(self.settings)
 
     def name(self, case: int) -> str:
         """Return what a case is called in messages."""
@@ -166,8 +180,7 @@ class Design:
 
     def digest(self, case: int) -> str:
         """Return the digest of a case, that of the manifest on any rank at any time."""
-        scene = self.scenes[case]
-        return digest(scene, self.contents[scene.engine.file])
+        return self.digests[case]
 
     def check_engine(self, case: int) -> None:
         """Raise where the engine's file of a case is not what was planned.
@@ -200,6 +213,8 @@ class Design:
 
     def file(self, case: int) -> str:
         """Return the file of a case's engine, "" where it has none."""
+        if FILE not in self.settings.names:
+            return self.base.engine.file
         return str(self.settings[case].get(FILE, self.base.engine.file))
 
     def manifest(self) -> Manifest:
@@ -215,8 +230,8 @@ class Design:
             engine=self.base.engine.name,
             base=flatten(self.base) | content,
             swept=list(self.swept),
-            digests=list(self.digests),
-            settings=[dict(s) for s in self.settings],
+            digests=self.digests,
+            settings=self.settings,
             version=__version__,
             twins=self.twins.as_plan() if self.twins else {},
         )
@@ -224,13 +239,12 @@ class Design:
 
 def _sent(
     base: Scene,
-    settings: tuple[Settings, ...],
+    settings: Table,
     swept: tuple[str, ...],
     contents: dict[str, str],
     twins: Twins | None,
 ) -> Design:
-    scenes = Scenes(base, settings)
-    return Design(base, scenes, settings, swept, contents=contents, twins=twins)
+    return Design(base, settings, swept, contents=contents, twins=twins)
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
@@ -262,14 +276,11 @@ def design_of(
     grid = _named(document, "sweep")
     zipped = _named(document, "zip")
     explicit = _explicit(document.get("cases", []))
-    rows = _rows(grid, zipped) if grid or zipped or not explicit else []
-    rows += explicit
+    product = [Block(_axes(grid, zipped))] if grid or zipped or not explicit else []
+    rows = _anchored(Table([*product, *Table.of(explicit).blocks]), folder)
     sample = sample_of(document)
     rows = sampled_rows(sample, rows, base)
-    for row in rows:
-        if isinstance(file := row.get(FILE), str):
-            row[FILE] = anchored(file, folder)
-    swept = tuple(dict.fromkeys(name for row in rows for name in row))
+    swept = rows.names
     _check_unset(swept, map(full_name, settings or {}), "--set or --preset")
     _check_unset(swept, preset_in(document), "[solver] preset:")
     _check_unset(swept, first, "[refine] first:")
@@ -278,24 +289,31 @@ def design_of(
         raise InputError(msg)
     twins = twins_of(document, base)
     if twins:
-        _check_twins(twins, base, rows, swept)
-    scenes = scenes_of(base, rows, sample)
+        _check_twins(twins, base, rows)
+    check_scenes(base, rows, sample)
     rules = rules_of(document)
-    design = Design(base, scenes, tuple(rows), swept, rules, sample=sample, twins=twins)
-    _check_distinct(design.digests)
+    design = Design(base, rows, swept, rules, sample=sample, twins=twins)
+    _check_distinct(design.columns)
     if "refine" in document:
         return refined(design, document["refine"], grid, explicit)
     return design
 
 
-def _check_twins(
-    twins: Twins, base: Scene, rows: Sequence[Settings], swept: Sequence[str]
-) -> None:
+def _anchored(rows: Table, folder: Path | str) -> Table:
+    """Return settings whose engines' files are named from a folder."""
+    if FILE not in rows.names:
+        return rows
+    return rows.mapped(
+        FILE, lambda file: anchored(file, folder) if isinstance(file, str) else file
+    )
+
+
+def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
     """Refuse twins that are their case, and boundaries where none are neighbours."""
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return
-    if not at_boundary(rows, swept, [str(case) for case in range(len(rows))]).any():
+    if not at_boundary(rows, rows.names, np.arange(len(rows))).any():
         msg = "[twins] of = boundary: no two cases differ in one number alone, as those"
         raise InputError(msg + " of a [sweep] over numbers do")
 
@@ -375,9 +393,8 @@ def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
     return [float(v) for v in np.linspace(start, stop, num)]
 
 
-def _rows(
-    grid: dict[str, list[Value]], zipped: dict[str, list[Value]]
-) -> list[Settings]:
+def _axes(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Axis]:
+    """Return the axes of a grid, and that of lists side by side, which is the last."""
     lengths = {name: len(values) for name, values in zipped.items()}
     if len(set(lengths.values())) > 1:
         msg = f"[zip] lists must have one length, got {lengths}"
@@ -390,15 +407,10 @@ def _rows(
     if total > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, [sweep] asks for {total:.3g}"
         raise InputError(msg)
-    along: list[Settings] = [
-        dict(zip(zipped, values, strict=True))
-        for values in zip(*zipped.values(), strict=True)
-    ] or [{}]
-    return [
-        dict(zip(grid, values, strict=True)) | extra
-        for values in itertools.product(*grid.values())
-        for extra in along
-    ]
+    axes = [Axis((name,), (column_of(values),)) for name, values in grid.items()]
+    if zipped:
+        axes.append(Axis(tuple(zipped), tuple(map(column_of, zipped.values()))))
+    return axes
 
 
 def _explicit(given: Any) -> list[Settings]:
@@ -408,10 +420,9 @@ def _explicit(given: Any) -> list[Settings]:
     return [by_full_name(_flat(case).items(), "[[cases]]") for case in given]
 
 
-def _check_distinct(digests: Sequence[str]) -> None:
-    seen: dict[str, int] = {}
-    for number, name in enumerate(digests):
-        first = seen.setdefault(name, number)
-        if first != number:
-            msg = f"cases {first} and {number} have the same inputs"
-            raise InputError(msg)
+def _check_distinct(columns: Many) -> None:
+    """Refuse two cases of the same inputs; a product of distinct values has none."""
+    found = columns.twice()
+    if found:
+        msg = f"cases {found[0]} and {found[1]} have the same inputs"
+        raise InputError(msg)

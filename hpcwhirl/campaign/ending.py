@@ -8,7 +8,7 @@ import shlex
 import socket
 import subprocess
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
@@ -71,7 +71,7 @@ def conclude(
     A shard that is not the last leaves that to others: it has failed where one of its
     own cases has no result, not where others are still to come.
     """
-    cases, found = len(design.scenes), None
+    cases, found = len(design.settings), None
     ended: list[str | None] = []
     more = bool(work.extended or design.twins)  # a row may be there nevertheless
     if comm.rank == 0 and (more or len(work.mine) < cases):
@@ -122,11 +122,12 @@ def _stopped(cases: int, error: Exception) -> Ending:
     return Ending(complete=False, cases=cases, reason=str(error))
 
 
-def _ending_of(mine: Collection[int], of_case: Sequence[str | None]) -> Ending:
+def _ending_of(mine: Iterable[int], of_case: Sequence[str | None]) -> Ending:
     """Return how a shard ended: its cases without a result, and what others leave."""
     none = {case for case, status in enumerate(of_case) if status is None}
-    failed = sum(of_case[case] != "ok" for case in mine)
-    missing = len(none.intersection(mine))
+    own = [int(case) for case in mine]
+    failed = sum(of_case[case] != "ok" for case in own)
+    missing = len(none.intersection(own))
     return Ending(
         complete=True, cases=len(of_case), failed=failed, left=len(none) - missing,
         missing=missing,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import socket
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Unit
+from hpcwhirl.campaign.agenda import Unit, cases_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     DiedError,
@@ -27,7 +27,7 @@ from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
-from hpcwhirl.case.plan import folds_of
+from hpcwhirl.case.plan import FOLDING, folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.store.journal import Journal, Record
@@ -65,7 +65,7 @@ class Evaluator:
     def __init__(
         self,
         design: Design,
-        units: list[Unit],
+        units: Sequence[Unit],
         desk: Desk,
         stages: Stages | None = None,
         begun: Mapping[int, Todo] | None = None,
@@ -95,15 +95,15 @@ class Evaluator:
 
     def _kinds(self) -> list[int]:
         """Return a case of each kernel that the units need, the first of its kind."""
-        suspects = self.desk.suspects
-        left = [case for unit in self.units for case in unit if case not in suspects]
-        kinds = {}
-        for case in reversed(left):
+        left = cases_of(self.units)
+        left = left[~np.isin(left, list(self.desk.suspects))]
+        kinds: dict[tuple[str, int], int] = {}
+        for case in self.design.columns.first_of(left, FOLDING):
             scene = self.design.scene(case)
             folds = 1
             with suppress(WhirlError):  # a file that cannot be read fails as a row
                 folds = folds_of(scene)
-            kinds[scene.solver.scheme, folds] = case
+            kinds.setdefault((scene.solver.scheme, folds), case)
         return list(kinds.values())
 
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:

@@ -21,12 +21,13 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.ends import ends_of
 from hpcwhirl.campaign.foreseen import followers
 from hpcwhirl.campaign.refined import RefinedDesign, mean_seconds
 from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.stages import Ended, Stages, Todo
-from hpcwhirl.campaign.work import learn_ends, share
+from hpcwhirl.campaign.work import share
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
@@ -35,7 +36,6 @@ from hpcwhirl.launch import Shard
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.contents import sizes_of
-from hpcwhirl.store.manifest import NAME
 from hpcwhirl.store.process import begun
 from hpcwhirl.store.runs import read_runs
 from hpcwhirl.store.sizes import Bytes, bytes_of
@@ -129,11 +129,12 @@ def forecast(
     stopping : whether to compute no more cases for it
     """
     since = _age()
-    costs = costs_of(design)
+    costs, stages = costs_of(design), Stages(design, extended)
     mine = share(costs.steps, shard)
-    ended = learn_ends(folder, design, costs) if (folder / NAME).exists() else {}
-    stages = Stages(design, extended)
-    todo = {c: stage for c, stage in stages.left(ended).items() if c in mine}
+    ends = ends_of(folder, stages)
+    costs.learn_all(ends.seconds)
+    own = mine if isinstance(mine, range) else frozenset(mine)
+    todo = {c: stage for c, stage in ends.left(stages).items() if c in own}
     left, spans = list(todo), _all_spans(stages, todo)
     before = {"start": since, "plan": _age() - since}
     finished = int(np.isfinite(costs.factor).sum())
@@ -171,7 +172,7 @@ def forecast(
         disk=_disk(design, stages),
     )
     if isinstance(design, RefinedDesign):
-        found = _grown(found, design, ended, tried)
+        found = _grown(found, design, ends.told, tried)
     traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
     return replace(found, after=_after(found.cases + found.more[0], int(traces), since))
 
@@ -338,8 +339,8 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
 
 def _disk(design: Design, stages: Stages) -> Bytes:
     """Return the bytes of the campaign, if every case runs to its longest end."""
-    samples = np.zeros(len(design.scenes), dtype=np.int64)
-    intervals = np.full(len(design.scenes), np.nan)
+    samples = np.zeros(len(design.settings), dtype=np.int64)
+    intervals = np.full(len(design.settings), np.nan)
     for case, scene in enumerate(design.scenes):
         count, intervals[case] = _sampling(design.resolved(case))
         longest = _span(stages, case, 0)[1]

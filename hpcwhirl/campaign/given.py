@@ -25,7 +25,7 @@ def design_given(source: Any, settings: Mapping[str, Any] | None) -> Design:
         return source
     if isinstance(source, Scene):
         scene = apply_settings(source, found)
-        return Design(base=scene, scenes=(scene,), settings=({},), swept=())
+        return Design.one(scene)
     if source is None or isinstance(source, Path | str):
         return load_design(Path(source) if source is not None else None, found)
     if isinstance(source, Mapping):

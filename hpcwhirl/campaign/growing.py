@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
@@ -61,8 +62,9 @@ class Nominal:
 
     def __init__(self, design: RefinedDesign, costs: Costs) -> None:
         self.design, self.costs = design, costs
-        more = np.zeros((len(costs.places), 1))  # where the fidelities lie apart
-        costs.places = np.hstack([costs.places, more])
+        own = costs.places[np.arange(len(costs.places))]
+        more = np.zeros((len(own), 1))  # where the fidelities lie apart
+        costs.places = np.hstack([own, more])
         self._ratio: dict[int, float] = {}
         self._known = {case: case for case in range(len(costs.nominal))}
 
@@ -92,7 +94,7 @@ class Nominal:
         return self._ratio[address.panel]
 
     def _place(self, address: Address, near: int) -> np.ndarray:
-        place = self.costs.places[near].copy()
+        place = self.costs.places[np.array([near])][0].copy()
         both = zip(self.design.family.lattice.sides, address.point, strict=True)
         for side, x in both:
             column = self.design.swept.index(side.name)
@@ -129,7 +131,7 @@ class GrowingAgenda(Agenda):
         super().__init__(units, nominal.costs, ranks, last)
         self.turn[[len(self.design.settings) <= case for case in cases]] = FOLLOWING
         self.turn[list(last)] = 0
-        self.queue = self._ordered(np.arange(len(units)))
+        self.queue = array("q", self._ordered(np.arange(len(units))))
 
     @property
     def design(self) -> RefinedDesign:
@@ -179,4 +181,4 @@ class GrowingAgenda(Agenda):
         self.turn = np.append(self.turn, np.full(count, FOLLOWING, dtype=np.int8))
         self.left += count
         if not self.dropped:
-            self.queue += self._ordered(new)
+            self.queue += array("q", self._ordered(new))

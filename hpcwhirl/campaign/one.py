@@ -20,7 +20,7 @@ from hpcwhirl.store.manifest import write_manifest
 
 def design_of_one(scene: Scene) -> Design:
     """Return the design of one case, with its engine's file as it is now."""
-    return Design(base=scene, scenes=(scene,), settings=({},), swept=())
+    return Design.one(scene)
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:

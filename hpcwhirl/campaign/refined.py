@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from hpcwhirl.campaign.design import Design, Scenes, Settings
+from hpcwhirl.campaign.design import Design, Settings
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.digests import Digests
 from hpcwhirl.scene.files import FILE
 from hpcwhirl.scene.quantities import WHOLE
+from hpcwhirl.scene.table import Table
 from hpcwhirl.store.manifest import Manifest
 
 
@@ -87,27 +88,25 @@ class RefinedDesign(Design):
 
     def manifest(self) -> Manifest:
         """Return the manifest of the campaign's directory: coarse cases, and rule."""
-        plain = super().manifest()
-        return Manifest(**plain.__dict__ | {"refine": self.refinement.plain()})
+        return replace(super().manifest(), refine=self.refinement.plain())
 
 
 def of_rule(coarse: Design, rule: Rule) -> RefinedDesign:
     """Return the design that refines a coarse one by a rule."""
     return RefinedDesign(
-        coarse.base, coarse.scenes, coarse.settings, coarse.swept, coarse.rules,
+        coarse.base, coarse.settings, coarse.swept, coarse.rules,
         coarse.contents, coarse.measure, rule=rule,
     )  # fmt: skip
 
 
 def _sent(
     base: Scene,
-    settings: tuple[Settings, ...],
+    settings: Table,
     swept: tuple[str, ...],
     contents: dict[str, str],
     rule: Rule,
 ) -> RefinedDesign:
-    scenes = Scenes(base, settings)
-    return RefinedDesign(base, scenes, settings, swept, contents=contents, rule=rule)
+    return RefinedDesign(base, settings, swept, contents=contents, rule=rule)
 
 
 def mean_seconds(design: RefinedDesign) -> tuple[float, float]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.stop import refuse_stop_file
@@ -13,6 +14,7 @@ from hpcwhirl.campaign.twins import twins_of_plan
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.many import Many
 from hpcwhirl.store.manifest import (
     CONTENT,
     MEASURE,
@@ -71,7 +73,7 @@ def extended(
             f"--to must be >= {last:g} s, to which {folder} was extended, got {time:g}"
         )
         raise InputError(msg)
-    least = min(scene.end_times[-1] for scene in design.scenes)
+    least = float(min(last.min() for last in design.columns.last_ends()))
     if time <= least:
         msg = f"--to must be > {least:g} s, which cases last anyway, got {time:g}"
         raise InputError(msg)
@@ -118,11 +120,11 @@ def planned(folder: Path) -> Design:
         raise InputError(msg + "stands in no file: extend campaigns without")
     known = input_names()
     base = {name: value for name, value in plan.base.items() if name in known}
-    scene, settings = apply_settings(Scene(), base), tuple(plan.settings)
+    scene = apply_settings(Scene(), base)
     contents = {scene.engine.file: str(plan.base.get(CONTENT, ""))}
-    scenes = tuple(apply_settings(scene, row) for row in settings)
+    Many(scene, plan.table).check()
     return Planned(
-        scene, scenes, settings, tuple(plan.swept), contents=contents,
+        scene, plan.table, tuple(plan.swept), contents=contents,
         twins=twins_of_plan(plan.twins), plan=plan,
     )  # fmt: skip
 
@@ -139,11 +141,9 @@ def check_steps(design: Design) -> None:
     InputError
         the first refusal, with its limit, where every case is refused
     """
-    distinct: dict[Any, int] = {}
-    for number, scene in sorted(enumerate(design.scenes), key=_step_of):
-        distinct.setdefault((scene.engine, scene.solver.modes, scene.gap), number)
+    distinct = _models(design)
     refusal = None
-    for number in list(distinct.values())[:MOST_TRIED]:
+    for number in distinct[:MOST_TRIED]:
         try:
             case = design.resolved(number)
             check_step(case.model, case.scene)
@@ -157,8 +157,15 @@ def check_steps(design: Design) -> None:
         raise refusal
 
 
-def _step_of(numbered: tuple[int, Scene]) -> float:
-    return numbered[1].solver.time_step
+def _models(design: Design) -> list[int]:
+    """Return the case of the smallest step of each structure, eta and gap, by step."""
+    many, names = design.columns, design.settings.names
+    own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
+    if "solver.time_step" not in names:
+        return [int(case) for case in many.kinds(own)]
+    order = np.argsort(many.values("solver.time_step"), kind="stable")
+    first = np.sort(np.unique(many.labels(own)[order], return_index=True)[1])
+    return [int(case) for case in order[first]]
 
 
 def check_folder(folder: Path) -> None:

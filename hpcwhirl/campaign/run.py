@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.agenda import Agenda, cases_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, conclude
@@ -75,7 +75,7 @@ def run_campaign(
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
-        complete=False, cases=len(design.scenes), reason=reason, gave_up=gave_up
+        complete=False, cases=len(design.settings), reason=reason, gave_up=gave_up
     )
 
 
@@ -140,11 +140,11 @@ def _warm(evaluate: Evaluator, node: Communicator) -> None:
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     """Return how many cases there are, and what of them is not to be computed."""
-    cases, so_far = len(design.scenes), ""
+    cases, so_far = len(design.settings), ""
     if design.grows and work.units:
         so_far = " so far, and those that their words ask for"
     of = f" of {cases} in shard {shard}" if shard else ""
-    kept = len(work.mine) - sum(map(len, work.units))
+    kept = len(work.mine) - len(cases_of(work.units))
     already = f", {kept} already there" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} of two crashes apart" if alone else ""
@@ -176,7 +176,7 @@ class _Report:
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
         if now - self.last < every and self.agenda.left:
             return
-        total = sum(map(len, self.agenda.units))
+        total = len(cases_of(self.agenda.units))
         self.last = now
         left = self.agenda.seconds_left() / self.agenda.ranks
         bad = f", {self.failed} failed" if self.failed else ""

@@ -23,24 +23,24 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.distributions import KEY, drawn, law_of
 from hpcwhirl.errors import InputError, shown, unknown
-from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene import Scene
 from hpcwhirl.scene.files import (
-    Value,
     by_full_name,
     is_whole,
     takes_list,
     undotted,
 )
+from hpcwhirl.scene.many import Many
 from hpcwhirl.scene.quantities import LEAVES
+from hpcwhirl.scene.table import Axis, Table, is_begun_by, listed
 from hpcwhirl.store.blades import MISTUNING
 from hpcwhirl.store.manifest import NAME, SAMPLE, read_manifest
-from hpcwhirl.store.sampled import SALTELLI, TUNED, draws_in
+from hpcwhirl.store.sampled import SALTELLI, TUNED, drawn_axis
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.design import Design
 
 Floats = NDArray[np.float64]
-Settings = dict[str, Value]
 TABLE = "sample"
 BLADES = "engine.rotor.blades"
 LATIN = "latin_hypercube"
@@ -82,12 +82,14 @@ class Sample:
         found |= {"count": self.count} if self.method == LATIN else {}
         return found | ({TUNED: True} if self.tuned else {})
 
-    def draws(self, blades: int) -> list[Settings]:
-        """Return the settings of each draw, of an engine of so many blades."""
+    def draws(self, blades: int) -> Axis:
+        """Return the draws, of an engine of so many blades."""
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
-            first: list[Settings] = [{MISTUNING: []}] if self.tuned else []
-            return first + self._settings(self._unit(sum(widths)), widths)
+            found = self._axis(self._unit(sum(widths)), widths)
+            if not self.tuned:
+                return found
+            return Axis((MISTUNING,), ([[], *listed(found.columns[0])],))
         one, other = np.hsplit(self._unit(2 * sum(widths)), 2)
         ends = np.cumsum([0, *widths])
         blocks = [one, other]
@@ -96,7 +98,7 @@ class Sample:
             mixed[:, a:b] = other[:, a:b]
             blocks.append(mixed)
         together = np.stack(blocks, axis=1)  # a pair and its mixtures follow each other
-        return self._settings(together.reshape(-1, sum(widths)), widths)
+        return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
         """Return points of the unit cube, (count, size)."""
@@ -108,15 +110,13 @@ class Sample:
         kind = kinds.get(self.method, qmc.Sobol)
         return np.asarray(kind(size, rng=self.seed).random(self.count))
 
-    def _settings(self, unit: Floats, widths: Sequence[int]) -> list[Settings]:
-        columns: list[list[Any]] = []
+    def _axis(self, unit: Floats, widths: Sequence[int]) -> Axis:
+        columns: list[Floats] = []
         parts = np.split(unit, np.cumsum(widths)[:-1], axis=1)
         for (name, law), part in zip(self.laws.items(), parts, strict=True):
-            values = drawn(law, part)
-            columns.append((values if takes_list(name) else values[:, 0]).tolist())
-        return [
-            dict(zip(self.laws, row, strict=True)) for row in zip(*columns, strict=True)
-        ]
+            values = np.asarray(drawn(law, part), dtype=float)
+            columns.append(np.array(values if takes_list(name) else values[:, 0]))
+        return Axis(tuple(self.laws), tuple(columns))
 
 
 def sample_of(document: Mapping[str, Any]) -> Sample | None:
@@ -196,9 +196,7 @@ def _is_law(table: Mapping[str, Any]) -> bool:
     return KEY in table or not all(isinstance(v, Mapping) for v in table.values())
 
 
-def sampled_rows(
-    sample: Sample | None, rows: list[Settings], base: Scene
-) -> list[Settings]:
+def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
     """Return the settings of all cases: of each point of a sweep, every draw.
 
     Raises
@@ -208,7 +206,7 @@ def sampled_rows(
     """
     if sample is None:
         return rows
-    swept = {name for row in rows for name in row}
+    swept = set(rows.names)
     twice = swept & sample.laws.keys()
     if twice:
         msg = f"{min(twice)} is in [sweep] or [zip] and in [sample]"
@@ -220,8 +218,7 @@ def sampled_rows(
     if len(rows) * sample.each > MOST:
         many = f"{len(rows)} points of {sample.each} draws"
         raise InputError(f"a campaign has at most {MOST} cases, got {many}")
-    draws = sample.draws(base.engine.rotor.blades)
-    return [row | draw for row in rows for draw in draws]
+    return rows.times(sample.draws(base.engine.rotor.blades))
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
@@ -236,22 +233,18 @@ def _check_twin(sample: Sample, base: Scene) -> None:
             raise InputError(msg)
 
 
-def scenes_of(
-    base: Scene, rows: Sequence[Settings], sample: Sample | None
-) -> tuple[Scene, ...]:
-    """Return the scene of each case; of a draw that is no scene, say which it was."""
+def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
+    """Refuse cases of which one is no scene; of a draw, say which it was."""
+    many = Many(base, rows)
     if sample is None:
-        return tuple(apply_settings(base, row) for row in rows)
-    found: list[Scene] = []
-    for number, row in enumerate(rows):
-        try:
-            found.append(apply_settings(base, row))
-        except InputError as failed:
-            msg = (
-                f"[sample] draw {number % sample.each} is no input: {failed}; uniform "
-            )
-            raise InputError(msg + "or truncated_normal keep between bounds") from None
-    return tuple(found)
+        many.check()
+        return
+    wrong = many.first_wrong()
+    try:
+        many.check()
+    except InputError as failed:
+        msg = f"[sample] draw {wrong % sample.each} is no input: {failed}; uniform "
+        raise InputError(msg + "or truncated_normal keep between bounds") from None
 
 
 def as_begun(design: Design, folder: Path) -> Design:
@@ -268,17 +261,14 @@ def as_begun(design: Design, folder: Path) -> Design:
     old = read_manifest(folder)
     if old.base.get(SAMPLE) != sample.plan():
         return design  # refused by name when the directory is prepared
-    kept = draws_in(old)
-    own = draws_in(design.manifest())
-    if kept[: len(own)] == own[: len(kept)]:
+    kept, own = drawn_axis(old), drawn_axis(design.manifest())
+    if is_begun_by(kept, own) or is_begun_by(own, kept):
         return design
     if len(kept) < len(own):
         msg = (
             f"{folder} has other draws than this version of SciPy makes: it cannot be "
         )
         raise InputError(msg + f"continued beyond {len(kept)} draws a point")
-    rows = tuple(
-        row | kept[number % sample.each] for number, row in enumerate(design.settings)
-    )
-    scenes = scenes_of(design.base, rows, sample)
-    return replace(design, settings=rows, scenes=scenes)
+    rows = design.settings.along_last(kept.until(len(own)))
+    check_scenes(design.base, rows, sample)
+    return replace(design, settings=rows)

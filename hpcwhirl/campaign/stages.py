@@ -18,14 +18,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.scene import Scene, apply_settings, digest
+from hpcwhirl.scene.files import is_whole
 from hpcwhirl.scene.words import is_open
 from hpcwhirl.store.journal import Record, scan
 from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.rows import word_of
 
 if TYPE_CHECKING:
+    from hpcwhirl.campaign.twins import Twins
     from hpcwhirl.case.resolve import Case
 
 Todo = tuple[tuple[int, int], ...]  # of a case: (twin, or 0; stage to begin with)
@@ -40,6 +45,7 @@ class Ended(NamedTuple):
     is_open : whether a longer run may tell what it does not
     of, twin, longest : which it was, see `Job.facts`
     outcome, regime, whirl : of its row, if it has one
+    case : that it is said to be of, by its number in the plan of its time
     """
 
     status: str
@@ -51,6 +57,12 @@ class Ended(NamedTuple):
     outcome: str = "none"
     regime: str = "none"
     whirl: str = "none"
+    case: int = -1
+
+    @property
+    def is_planned(self) -> bool:
+        """Whether it was that of a case itself, as the plan has it."""
+        return self.twin == 0 and self.longest == 0.0
 
     @property
     def key(self) -> tuple[str, int, float]:
@@ -60,6 +72,34 @@ class Ended(NamedTuple):
 
 Known = Mapping[tuple[str, int, float], Ended]
 Standing = tuple[int | None, Ended | None]  # stage to compute, None for none; last end
+
+
+@dataclass(frozen=True)
+class Left(Mapping[int, Todo]):
+    """What is to do of the cases that are not at their end.
+
+    Attributes
+    ----------
+    cases : they, ascending
+    begun : {case: what is to do} of those of which not all is
+    all_ : what is to do of the others
+    """
+
+    cases: NDArray[np.int64]
+    begun: dict[int, Todo]
+    all_: Todo
+
+    def __len__(self) -> int:
+        """Return their number."""
+        return len(self.cases)
+
+    def __iter__(self) -> Iterator[int]:
+        """Yield them."""
+        return map(int, self.cases)
+
+    def __getitem__(self, case: int) -> Todo:
+        """Return what is to do of one of them."""
+        return self.begun.get(case, self.all_)
 
 
 @dataclass(frozen=True)
@@ -102,7 +142,7 @@ class Stages:
 
     def __len__(self) -> int:
         """Return the number of cases."""
-        return len(self.design.scenes)
+        return len(self.design.settings)
 
     def times(self, case: int) -> tuple[float, ...]:
         """Return the times, s, that a case is extended to while it is undecided."""
@@ -150,7 +190,12 @@ class Stages:
         count = twins.count if twins and twins.of == "all" else 0
         return tuple((twin, 0) for twin in range(count + 1))
 
-    def left(self, ends: Mapping[str, Ended]) -> dict[int, Todo]:
+    @property
+    def is_plain(self) -> bool:
+        """Whether a case is one computation: none goes on, none has twins."""
+        return not self.extended and self.design.twins is None
+
+    def left(self, ends: Mapping[str, Ended]) -> Left:
         """Return what is to do of the cases that are not at their end.
 
         Parameters
@@ -158,29 +203,44 @@ class Stages:
         ends : {digest: how it ended}
         """
         found = self._standings(ends)
-        return {case: todo for case, (todo, _) in enumerate(found) if todo}
+        over = np.array([case for case, (todo, _) in found.items() if not todo], int)
+        begun = {case: todo for case, (todo, _) in found.items() if todo}
+        cases = np.delete(np.arange(len(self)), over)
+        return Left(cases, begun, self.whole())
 
     def statuses(self, ends: Mapping[str, Ended]) -> list[str | None]:
         """Return how each case ended with all that is of it; None if it has not."""
-        found = self._standings(ends)
-        return [None if todo else status for todo, status in found]
+        out: list[str | None] = [None] * len(self)
+        for case, (todo, status) in self._standings(ends).items():
+            out[case] = None if todo else status
+        return out
 
-    def _standings(self, ends: Mapping[str, Ended]) -> list[tuple[Todo, str]]:
-        """Return of each case what is to do, and how it ended, the worst it did."""
+    def _standings(self, ends: Mapping[str, Ended]) -> dict[int, tuple[Todo, str]]:
+        """Return what is to do of each case that has begun, and the worst end so far.
+
+        Of the others all is to do.
+        """
         known = {end.key: end for end in ends.values()}
-        own = [self._standing(case, 0, known) for case in range(len(self))]
+        digests = self.design.digests
+        cases = {digests.find(end.of, end.case) for end in ends.values()} - {-1}
+        own = {case: self._standing(case, 0, known) for case in sorted(cases)}
         twins = self.design.twins
         if twins is None:
-            return [self._joined([one]) for one in own]
-        counts = [twins.count] * len(self)
-        if twins.of == "boundary":
-            words = [end.word if end else "" for _, end in own]
-            whole = all(stage is None for stage, _ in own)
-            settings, swept = self.design.settings, self.design.swept
-            edge = at_boundary(settings, swept, words) & whole
-            counts = (twins.count * edge).tolist()
-        return [self._with_twins(case, own[case], counts[case], known)
-                for case in range(len(self))]  # fmt: skip
+            return {case: self._joined([one]) for case, one in own.items()}
+        counts = self._twins_of(own, twins)
+        return {case: self._with_twins(case, one, counts[case], known)
+                for case, one in own.items()}  # fmt: skip
+
+    def _twins_of(self, own: Mapping[int, Standing], twins: Twins) -> dict[int, int]:
+        """Return how many twins each case has that has begun."""
+        if twins.of != "boundary":
+            return dict.fromkeys(own, twins.count)
+        whole = len(own) == len(self) and all(at is None for at, _ in own.values())
+        if not whole:
+            return dict.fromkeys(own, 0)
+        words = [end.word if end else "" for _, end in own.values()]
+        edge = at_boundary(self.design.settings, self.design.swept, words)
+        return {case: twins.count * int(edge[case]) for case in own}
 
     def _with_twins(
         self, case: int, own: Standing, count: int, known: Known
@@ -218,10 +278,19 @@ def ended_of(record: Record) -> Ended:
     status, still = str(record["status"]), is_open(row)
     of, twin = str(record.get("of", record["digest"])), int(record.get("twin", 0))
     longest = float(record.get("longest", 0.0))
-    words = [str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")]
-    return Ended(
-        status, word_of(record), status == "ok" and still, of, twin, longest, *words
+    outcome, regime, whirl = (
+        str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
     )
+    return Ended(
+        status, word_of(record), status == "ok" and still, of, twin, longest, outcome,
+        regime, whirl, case_in(record),
+    )  # fmt: skip
+
+
+def case_in(record: Record) -> int:
+    """Return the case that a record is said to be of, -1 where it says none."""
+    case = record.get("case", -1)
+    return case if is_whole(case) else -1
 
 
 def statuses(stages: Stages, folder: Path) -> list[str | None]:

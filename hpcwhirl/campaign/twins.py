@@ -8,13 +8,14 @@ the twin and the input's name alone: the same wherever and whenever it is comput
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene.files import by_full_name, is_number, is_whole, undotted
+from hpcwhirl.scene.table import Table, listed
 
 OF = ("all", "boundary")
 KEYS = ("count", "of", "spread", "sure")
@@ -116,7 +117,7 @@ def _checked(count: Any, of: Any, sure: Any) -> tuple[int, str, float]:
     return count, str(of), float(sure)
 
 
-def check_spread(twins: Twins, base: Scene, rows: Sequence[Mapping[str, Any]]) -> None:
+def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
     """Refuse a relative spread about 0, of which all twins would be the case itself.
 
     Parameters
@@ -125,10 +126,12 @@ def check_spread(twins: Twins, base: Scene, rows: Sequence[Mapping[str, Any]]) -
     """
     values = flatten(base)
     for name in twins.spread:
-        for case, row in enumerate(rows):
-            if row.get(name, values[name]) == 0.0:
-                msg = f"[twins] spread {name}: it is 0 in case {case}, and a relative "
-                raise InputError(msg + "change of 0 is none: spread another input")
+        column = rows.column(name, values[name])
+        zero = [place for place, v in enumerate(listed(column.values)) if v == 0.0]
+        if zero:
+            case = column.case_of(zero[0])
+            msg = f"[twins] spread {name}: it is 0 in case {case}, and a relative "
+            raise InputError(msg + "change of 0 is none: spread another input")
 
 
 def twins_of_plan(plan: Mapping[str, Any]) -> Twins | None:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import heapq
-import math
-from collections.abc import Collection, Mapping, Sequence
+from array import array
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from hpcwhirl.campaign.agenda import Agenda, Unit
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.campaign.agenda import Agenda, Singles, Unit
 from hpcwhirl.campaign.cost import Costs, costs_of
 from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.ends import brief, ends_of
 from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.refined import RefinedDesign
-from hpcwhirl.campaign.stages import Ended, Stages, Todo, ended_of
+from hpcwhirl.campaign.stages import Ended, Stages, Todo
 from hpcwhirl.launch import Communicator, Shard
-from hpcwhirl.store.journal import Record, claim_run, is_whole, scan
+from hpcwhirl.store.journal import claim_run, scan
 from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.measured import WHY_NOT
 from hpcwhirl.store.running import crashes, forget_crashes
 from hpcwhirl.store.states import drop_state, stored_states
 
@@ -40,9 +43,9 @@ class Work:
     begun : {case: what is to do of it} of those that are begun, see `stages`
     """
 
-    units: list[Unit]
+    units: Sequence[Unit]
     suspects: frozenset[int]
-    mine: Collection[int]
+    mine: Sequence[int]
     run: int
     extended: tuple[float, ...] = ()
     begun: Mapping[int, Todo] = field(default_factory=dict)
@@ -64,21 +67,22 @@ def _found(
     """Return the work that is left in a directory, the longest first."""
     if isinstance(design, RefinedDesign):
         return _found_refined(design, folder, policy, ranks)
-    costs = costs_of(design)
+    costs, asked = costs_of(design), stored_states(folder) | crashes(folder).keys()
     mine = share(costs.steps, policy.shard)
-    ended = learn_ends(folder, design, costs, policy.retry)
-    _tidy(folder, ended)
     stages = Stages(design, read_manifest(folder).extended)
-    begun = stages.left(ended)
-    left = [case for case in begun if case in mine]
-    names = {case: stages.name(case, begun[case]) for case in left}
-    alone = _suspects(folder, names)
-    seconds = dict(zip(left, costs.predict(left), strict=True))
-    order = sorted(set(left) - alone, key=lambda i: (-seconds[i], i))
-    units: list[Unit] = [(case,) for case in order]
-    last = range(len(units), len(units) + len(alone))
-    units += [(case,) for case in sorted(alone)]
-    begun = {case: todo for case, todo in begun.items() if todo != stages.whole()}
+    ends = ends_of(folder, stages, policy.retry, asked if stages.is_plain else None)
+    costs.learn_all(ends.seconds)
+    _tidy(folder, ends.told)
+    left, begun = ends.left(stages), {}
+    if not stages.is_plain:
+        begun = {c: todo for c, todo in left.begun.items() if todo != stages.whole()}
+    cases = left.cases
+    if policy.shard:
+        cases = cases[np.isin(cases, np.asarray(mine))]
+    alone = _suspects(folder, stages, begun, cases)
+    cases = cases[~np.isin(cases, list(alone))] if alone else cases
+    units = Singles(np.concatenate([cases, np.array(sorted(alone), dtype=np.int64)]))
+    last = range(len(cases), len(units))
     run = claim_run(folder)
     work = Work(units, alone, mine, run, stages.extended, begun)
     return work, Agenda(units, costs, ranks, last)
@@ -89,7 +93,7 @@ def _found_refined(
 ) -> tuple[Work, Agenda]:
     """Return the work that is left of a refined campaign, so far."""
     word_of = design.refinement.word_of
-    found = scan(folder, partial(_brief, folder, policy.retry))
+    found = scan(folder, partial(brief, folder, policy.retry))
     ended = {d: end for d, (end, _, again) in found.items() if not again}
     _tidy(folder, ended)
     nominal = Nominal(design, costs_of(design))
@@ -110,36 +114,7 @@ def _found_refined(
     return work, GrowingAgenda(left, nominal, wanted.after, ranks, last)
 
 
-def _brief(
-    folder: Path, retry: Collection[str], record: Record
-) -> tuple[Ended, float, bool]:
-    """Return how a case ended, its seconds, and whether it is computed again."""
-    end, status = ended_of(record), str(record["status"])
-    seconds = record["performance"].get("seconds", math.nan)
-    damaged = retry and status == "ok" and not is_whole(folder, record)
-    damaged = damaged or (retry and WHY_NOT in record)
-    return end, seconds, bool(status in retry or damaged)
-
-
-def learn_ends(
-    folder: Path, design: Design, costs: Costs, retry: Collection[str] = ()
-) -> dict[str, Ended]:
-    """Let costs learn from a directory; return {digest: how it ended} of what has.
-
-    Parameters
-    ----------
-    folder, design : the campaign
-    costs : of the design; learns the seconds of cases that gave a result
-    retry : statuses to be computed again; if any, damaged traces are, too
-    """
-    found = scan(folder, partial(_brief, folder, retry))
-    for case, name in enumerate(design.digests):
-        if name in found and found[name][0].status == "ok":
-            costs.learn([case], found[name][1])
-    return {name: end for name, (end, _, again) in found.items() if not again}
-
-
-def _tidy(folder: Path, ended: dict[str, Ended]) -> None:
+def _tidy(folder: Path, ended: Mapping[str, Ended]) -> None:
     """Forget states and crashes of cases that have ended since.
 
     From those of cases that are open a longer run may go on.
@@ -150,7 +125,9 @@ def _tidy(folder: Path, ended: dict[str, Ended]) -> None:
     forget_crashes(folder, set(ended))
 
 
-def _suspects(folder: Path, names: Mapping[int, str]) -> frozenset[int]:
+def _suspects(
+    folder: Path, stages: Stages, begun: Mapping[int, Todo], left: NDArray[np.int64]
+) -> frozenset[int]:
     """Return the cases that were in flight when processes died, twice.
 
     One of them may have killed its process. They are computed last, each in a process
@@ -158,14 +135,22 @@ def _suspects(folder: Path, names: Mapping[int, str]) -> frozenset[int]:
 
     Parameters
     ----------
-    folder : the campaign's directory
-    names : {case: digest} of what is left
+    folder, stages : of the campaign
+    begun : {case: what is to do} of those left that have begun
+    left : cases
     """
-    count = crashes(folder)
-    return frozenset(case for case in names if count[names[case]] >= CRASHES)
+    own = {stages.name(case, todo): case for case, todo in begun.items()}
+    digests, found = stages.design.digests, set()
+    for name, count in crashes(folder).items():
+        case = own[name] if name in own else digests.find(name)
+        if count >= CRASHES and (name in own or case not in begun):
+            found.add(case)
+    return frozenset(found & set(left[np.isin(left, list(found))].tolist()))
 
 
-def share(costs: Sequence[float], shard: Shard | None) -> Collection[int]:
+def share(
+    costs: Sequence[float] | NDArray[np.float64], shard: Shard | None
+) -> Sequence[int]:
     """Return the cases of a shard; without one, all.
 
     The dearest case first, each to the shard that has least so far: loads differ by at
@@ -179,11 +164,13 @@ def share(costs: Sequence[float], shard: Shard | None) -> Collection[int]:
     """
     if shard is None:
         return range(len(costs))
+    each = np.asarray(costs, dtype=float)
     loads = [(0.0, number) for number in range(1, shard.of + 1)]
     mine = []
-    for case in sorted(range(len(costs)), key=lambda i: (-costs[i], i)):
+    order = np.lexsort((np.arange(len(each)), -each))
+    for case, cost in zip(order.tolist(), each[order].tolist(), strict=True):
         load, number = loads[0]
-        heapq.heapreplace(loads, (load + costs[case], number))
+        heapq.heapreplace(loads, (load + cost, number))
         if number == shard.number:
             mine.append(case)
-    return frozenset(mine)
+    return array("q", sorted(mine))

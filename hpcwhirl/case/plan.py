@@ -14,6 +14,16 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
+FOLDING = (
+    "solver.plan",
+    "solver.scheme",
+    "nodal_diameter",
+    "engine.rotor.blades",
+    "engine.rotor.mistuning",
+    "engine.casing.kind",
+    "engine.casing.discretization",
+    "engine.file",
+)  # inputs that `folds_of` and kernels depend on; of a pattern, whether there is one
 SOON = 0.7  # of the run: a certificate expected later is not looked for
 
 

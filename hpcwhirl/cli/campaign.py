@@ -186,7 +186,7 @@ def _explain(design: Design) -> None:
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}
-    for case in range(len(design.scenes)):
+    for case in range(len(design.settings)):
         try:
             plan = design.resolved(case).plan
         except WhirlError:  # it will fail as a row

@@ -54,7 +54,7 @@ def facts_of(found: Forecast, design: Design, ranks: int) -> dict[str, Any]:
     }
     if design.grows:
         more = {"usual": found.more[0], "range": list(found.more[1:])}
-        facts |= {"coarse": len(design.scenes), "at_most": design.most, "more": more}
+        facts |= {"coarse": len(design.settings), "at_most": design.most, "more": more}
     return facts
 
 

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.files import (
@@ -13,8 +19,15 @@ from hpcwhirl.scene.files import (
     content_digest,
     digest_of,
     flatten,
+    takes_list,
 )
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.quantities import LEAVES
+from hpcwhirl.scene.table import Table
+
+REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
+AT_ONCE = 1 << 16  # cases whose texts are in memory together
+KEY = 8  # bytes of a digest that cases are looked up by
 
 
 class Digests:
@@ -65,3 +78,152 @@ class Digests:
         if key not in self._memory:
             self._memory[key] = flatten(apply_settings(self.base, {name: raw}))[name]
         return self._memory[key]
+
+
+class CaseDigests(Sequence[str]):
+    """The digests of the cases of a table, each made when it is asked for.
+
+    They are those of `digest_of` the cases' scenes, without a scene: of a text that all
+    cases share but for what they set. Values must have been found allowed.
+
+    Parameters
+    ----------
+    shared : {dotted input: value} of all inputs, as `flatten` has them
+    table : what each case sets
+    reads : {engine file: its part of a digest, see `read_as`}
+    physics : version that the digests are of
+    """
+
+    def __init__(
+        self,
+        shared: Mapping[str, Any],
+        table: Table,
+        reads: Mapping[str, str],
+        physics: int,
+    ) -> None:
+        self.shared, self.table = dict(shared), table
+        self.reads, self.physics = dict(reads), physics
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.table)
+
+    @overload
+    def __getitem__(self, case: int) -> str: ...
+    @overload
+    def __getitem__(self, case: slice) -> tuple[str, ...]: ...
+    def __getitem__(self, case: int | slice) -> str | tuple[str, ...]:
+        """Return the digest of a case."""
+        if isinstance(case, slice):
+            return tuple(self[i] for i in range(*case.indices(len(self))))
+        values = self.shared | self.table[case]
+        head, between = self._text
+        one = head.copy()
+        for name, text in zip(sorted(self.table.names), between, strict=True):
+            one.update((fragment(name, values[name]) + text).encode())
+        one.update(f"{json.dumps(self.reads[str(values[FILE])])}]".encode())
+        return str(one.hexdigest())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Send what they are made from."""
+        return CaseDigests, (self.shared, self.table, self.reads, self.physics)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the digest of each case."""
+        for words in self._chunks():
+            yield from (word.hex() for word in words)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another sequence has the same digests."""
+        if not isinstance(other, Sequence):
+            return NotImplemented
+        if len(self) != len(other):
+            return False
+        if isinstance(other, CaseDigests) and self._told() == other._told():
+            return self.table == other.table
+        return all(a == b for a, b in zip(self, other, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _told(self) -> str:
+        rest = {n: v for n, v in self.shared.items() if n not in self.table.names}
+        return json.dumps([rest, self.reads, self.physics], sort_keys=True)
+
+    def _chunks(self) -> Iterator[list[bytes]]:
+        """Yield the digests of all cases, some at once.
+
+        What stands before the first input that cases set is hashed once.
+        """
+        (head, between), columns = self._text, []
+        for name, text in zip(sorted(self.table.names), between, strict=True):
+            column = self.table.column(name, self.shared[name])
+            texts = [(fragment(name, v) + text).encode() for v in column.values]
+            columns.append((column, texts))
+        column = self.table.column(FILE, self.shared[FILE])
+        ends = [f"{json.dumps(self.reads[str(v)])}]".encode() for v in column.values]
+        columns.append((column, ends))
+        for first in range(0, len(self), AT_ONCE):
+            cases = np.arange(first, min(first + AT_ONCE, len(self)))
+            parts = [
+                map(texts.__getitem__, column.codes(cases).tolist())
+                for column, texts in columns
+            ]
+            found = []
+            for own in zip(*parts, strict=True):
+                one = head.copy()
+                one.update(b"".join(own))
+                found.append(one.digest())
+            yield found
+
+    @cached_property
+    def _text(self) -> tuple[Any, list[str]]:
+        """The hash of a case's text up to what is set first, and the texts after each.
+
+        The end is not among them: it tells an engine's file.
+        """
+        mark = "\0swept\0"
+        values = self.shared | dict.fromkeys(self.table.names, mark)
+        text = json.dumps([self.physics, values, ""], sort_keys=True)
+        start, *between = text.removesuffix('""]').split(json.dumps(mark))
+        return hashlib.sha256(start.encode()), between
+
+    def find(self, name: str, hint: int = -1) -> int:
+        """Return the case of a digest, -1 where it is of none.
+
+        hint : the case that it is thought to be of; else all digests are made, once
+        """
+        if 0 <= hint < len(self) and self[hint] == name:
+            return hint
+        try:
+            own = np.uint64(int(name[: 2 * KEY], 16))
+        except ValueError:
+            return -1
+        order, ordered = self._index
+        place = int(np.searchsorted(ordered, own))
+        while place < len(order) and ordered[place] == own:
+            if self[int(order[place])] == name:
+                return int(order[place])
+            place += 1
+        return -1
+
+    @cached_property
+    def _index(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
+        """The cases by the first bytes of their digests."""
+        words = (word[:KEY] for some in self._chunks() for word in some)
+        own = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
+        order = np.argsort(own, kind="stable")
+        return order, own[order]
+
+
+def fragment(name: str, value: Any) -> str:
+    """Return the text that a value of an input has in what is digested."""
+    if takes_real(name):
+        return float.__repr__(float(value))
+    if takes_list(name):
+        return json.dumps([float(one) for one in value])
+    return json.dumps(value)
+
+
+def takes_real(name: str) -> bool:
+    """Return whether an input is a real number: a whole one becomes one there."""
+    return name in REAL

@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeGuard, get_origin
 
@@ -50,6 +50,7 @@ def input_names() -> dict[str, str]:
     return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
 
 
+@cache
 def takes_list(name: str) -> bool:
     """Return whether the input of a full dotted name is a list of numbers."""
     return any(n == name and get_origin(f.annotation) is tuple for n, f in LEAVES)
@@ -359,6 +360,10 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
     """Return the `digest` of a scene whose inputs `flatten` has told."""
-    read = content and f"{content} {READING}"
-    text = json.dumps([PHYSICS_VERSION, values, read], sort_keys=True)
+    text = json.dumps([PHYSICS_VERSION, values, read_as(content)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_as(content: str) -> str:
+    """Return what of an engine's file is digested: what it holds and how it is read."""
+    return content and f"{content} {READING}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from hpcwhirl.errors import (
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.regular import open_regular, read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.scene.digests import Digests
+from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
+from hpcwhirl.scene.table import Table, is_table, listed
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.schema import FORMAT
 
@@ -48,8 +50,9 @@ class Manifest:
     engine : name of the engine
     base : {dotted input: value} shared by all cases but for what is swept
     swept : dotted names of the swept inputs
-    digests : one for each case, in the order of `case`
-    settings : the swept inputs' values of each case
+    digests : one for each case, in the order of `case`; of a plan that is arithmetic
+        `CaseDigests`, and none of them stands in the file
+    settings : the swept inputs' values of each case; of such a plan, a `Table`
     version, format : of the program and of this file
     refine : the rule by which further cases follow from words; empty for none
     extended : s, to what its undecided cases were extended, in this order
@@ -59,21 +62,44 @@ class Manifest:
     engine: str
     base: dict[str, Any]
     swept: list[str]
-    digests: list[str]
-    settings: list[dict[str, Any]]
+    digests: Sequence[str]
+    settings: Sequence[dict[str, Any]]
     version: str
     format: int = FORMAT
     extended: list[float] = field(default_factory=list)
     refine: dict[str, Any] = field(default_factory=dict)
     twins: dict[str, Any] = field(default_factory=dict)
 
+    @cached_property
+    def table(self) -> Table:
+        """The settings as columns."""
+        return Table.of(self.settings)
+
+    @property
+    def is_arithmetic(self) -> bool:
+        """Whether cases follow from their numbers and are not listed one by one."""
+        return isinstance(self.digests, CaseDigests)
+
+
+def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
+    """Return {dotted input: value} of a plan's `base`, without what stands beside."""
+    return {n: v for n, v in base.items() if n not in (CONTENT, PHYSICS, *BEYOND)}
+
 
 def write_manifest(folder: Path, plan: Manifest) -> None:
     """Store the plan of a campaign directory, sealed."""
-    data = asdict(plan)
+    data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
     if not plan.refine:
         del data["refine"]
-    body = json.dumps(data, indent=1).encode()
+    cases = ""
+    if isinstance(plan.digests, CaseDigests):
+        del data["digests"], data["settings"]
+        data["reads"] = plan.digests.reads
+        cases = f',\n "cases": {json.dumps(plan.digests.table.plain())}\n}}'
+    else:
+        data |= {"digests": list(plan.digests), "settings": list(plan.settings)}
+    text = json.dumps(data, indent=1)
+    body = (text.removesuffix("\n}") + cases if cases else text).encode()
     write_whole(folder / NAME, SEALED % _sha256(body) + body[2:])
 
 
@@ -123,24 +149,48 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         del data["seal"]
     for name, none in (("extended", []), ("twins", {}), ("refine", {})):
         data.setdefault(name, none)  # plans of before have none of them
-    if data.keys() != Manifest.__dataclass_fields__.keys() or not _has_types(data):
+    if not _unpacked(data) or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
     return Manifest(**data)
+
+
+def _unpacked(data: dict[str, Any]) -> bool:
+    """Put the cases of an arithmetic plan where listed ones are; whether keys fit."""
+    if "cases" in data:
+        plain, reads = data.pop("cases"), data.pop("reads", None)
+        base = data.get("base")
+        if not (is_table(plain) and isinstance(reads, dict) and isinstance(base, dict)):
+            return False
+        table = Table.from_plain(plain)
+        data["settings"] = table
+        version = base.get(PHYSICS, PHYSICS_VERSION)
+        data["digests"] = CaseDigests(inputs_in(base), table, reads, version)
+    return data.keys() == Manifest.__dataclass_fields__.keys()
 
 
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the values of a plan are of the types that `Manifest` tells."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict}
-    lists = data["digests"], data["settings"]
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
-        and all(isinstance(values, list) for values in lists)
-        and len(lists[0]) == len(lists[1])
-        and all(isinstance(name, str) for name in (*data["swept"], *lists[0]))
-        and all(isinstance(settings, dict) for settings in lists[1])
+        and all(isinstance(name, str) for name in data["swept"])
         and all(isinstance(time, float) for time in data["extended"])
+        and _are_cases(data["digests"], data["settings"])
+    )
+
+
+def _are_cases(digests: Any, settings: Any) -> bool:
+    """Return whether these are digests and settings of as many cases."""
+    if isinstance(digests, CaseDigests):
+        return digests.shared.keys() >= set(digests.table.names) | {FILE}
+    return (
+        isinstance(digests, list)
+        and isinstance(settings, list)
+        and len(digests) == len(settings)
+        and all(isinstance(name, str) for name in digests)
+        and all(isinstance(row, dict) for row in settings)
     )
 
 
@@ -150,6 +200,9 @@ def verify(plan: Manifest, path: Path) -> None:
     Some 50 us a case. The content of an engine's file that is swept is not in the plan:
     it has to be there still, unchanged.
     """
+    if plan.is_arithmetic:
+        msg = f"{path} has no seal: it cannot be known for unchanged; {REMEDY}"
+        raise StoreError(msg)
     if plan.base.get(PHYSICS) != PHYSICS_VERSION:
         msg = f"{path} has no seal, and is of another physics version than this "
         msg += f"program ({PHYSICS_VERSION}): it cannot be checked. Gather it with "
@@ -206,12 +259,25 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     if None not in spreads and spreads[0] != spreads[1]:
         msg = f"{folder} was begun with [twins] spread = {shown(spreads[0])}, "
         raise InputError(f"{msg}got {shown(spreads[1])}: {own}")
+    file = _changed_file(old, new)
+    if file:
+        msg = f"{folder} was begun with another content of {file}: {own}"
+        raise InputError(msg)
+
+
+def _changed_file(old: Manifest, new: Manifest) -> str:
+    """Return an engine's file that is swept and whose content has changed; "": none."""
+    if FILE not in new.swept:
+        return ""
+    if isinstance(old.digests, CaseDigests) and isinstance(new.digests, CaseDigests):
+        was, now = old.digests.reads, new.digests.reads
+        return next((f for f in was if now.get(f, was[f]) != was[f]), "")
     known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
     for settings, digest in zip(new.settings, new.digests, strict=True):
-        file = settings.get("engine.file")
+        file = settings.get(FILE)
         if file and known.get(_key(settings), digest) != digest:
-            msg = f"{folder} was begun with another content of {file}: {own}"
-            raise InputError(msg)
+            return str(file)
+    return ""
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
@@ -220,7 +286,7 @@ def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
         return []
     if name not in plan.swept:
         return [plan.base.get(name)]
-    values = (settings.get(name, plan.base[name]) for settings in plan.settings)
+    values = listed(plan.table.column(name, plan.base[name]).values)
     return list({json.dumps(value): value for value in values}.values())
 
 

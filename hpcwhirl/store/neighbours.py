@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.files import is_number
+from hpcwhirl.scene.table import Table, distinct, labels, listed
 
 Settings = Sequence[Mapping[str, Any]]
 
 
 def along(settings: Settings, swept: Sequence[str]) -> list[str]:
     """Return the swept inputs that are numbers in every case: the sides of a grid."""
+    table = Table.of(settings)
+    columns = {name: listed(table.column(name, None).values) for name in swept}
     return [
         name
-        for name in swept
-        if all(is_number(row.get(name)) for row in settings)
-        and len({row[name] for row in settings}) > 1
+        for name, values in columns.items()
+        if all(map(is_number, values)) and len(set(values)) > 1
     ]
 
 
 def at_boundary(
-    settings: Settings, swept: Sequence[str], words: Sequence[str]
+    settings: Settings, swept: Sequence[str], words: Sequence[str] | NDArray[Any]
 ) -> NDArray[np.bool_]:
     """Return which cases have a neighbour of another word, (cases,).
 
@@ -39,16 +39,17 @@ def at_boundary(
     swept : names of the swept inputs
     words : of each case
     """
-    found = np.zeros(len(settings), dtype=bool)
-    for name in along(settings, swept):
-        lines: dict[str, list[tuple[float, int]]] = {}
-        for case, row in enumerate(settings):
-            others = {n: v for n, v in row.items() if n != name}
-            key = json.dumps(others, sort_keys=True)
-            lines.setdefault(key, []).append((float(row[name]), case))
-        for line in lines.values():
-            cases = [case for _, case in sorted(line)]
-            for one, next_ in pairwise(cases):
-                if words[one] != words[next_]:
-                    found[[one, next_]] = True
+    table = Table.of(settings)
+    found = np.zeros(len(table), dtype=bool)
+    word = np.unique(np.asarray(words), return_inverse=True)[1]
+    columns = {name: table.column(name, None) for name in table.names}
+    numbers = {n: distinct(column.values) for n, column in columns.items()}
+    cases = np.arange(len(table))
+    for name in along(table, swept):
+        others = [(columns[n], numbers[n]) for n in columns if n != name]
+        line, values = labels(others, cases), columns[name].values
+        order = np.lexsort((columns[name].of(cases, np.array(values, float)), line))
+        one, next_ = order[:-1], order[1:]
+        apart = (line[one] == line[next_]) & (word[one] != word[next_])
+        found[one[apart]] = found[next_[apart]] = True
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +101,7 @@ def _extended(
     growth: Growth | None = None,
 ) -> RefinedPlan:
     more = list(more)
-    whole = dict(plan.__dict__)
+    whole = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
     whole["digests"] = [*plan.digests, *map(digest, more)]
     whole["settings"] = [*plan.settings, *map(family.settings, more)]
     return RefinedPlan(

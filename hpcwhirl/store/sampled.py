@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.scene.quantities import variable_name
+from hpcwhirl.scene.table import Axis
 from hpcwhirl.store.manifest import SAMPLE, Manifest
 from hpcwhirl.store.select import swept_of
 
@@ -21,23 +23,28 @@ SALTELLI, TUNED = "saltelli", "tuned"
 EACH = "each"  # cases at a point, beside what a plan tells
 
 
-def draws_in(plan: Manifest) -> list[dict[str, Any]]:
-    """Return the draws of a plan's first point, {input: value} each."""
+def drawn_axis(plan: Manifest) -> Axis:
+    """Return the draws of a plan's first point, which are those of every point."""
     laws = plan.base[SAMPLE]["inputs"]
+    blocks = plan.table.blocks
+    if blocks and blocks[0] and blocks[0][-1].names == tuple(laws):
+        own = blocks[0][-1]
+        if len(blocks[0]) > 1 or plan.is_arithmetic:
+            return own
     first = {n: v for n, v in plan.settings[0].items() if n not in laws}
-    found: list[dict[str, Any]] = []
-    for row in plan.settings:
-        if {n: v for n, v in row.items() if n not in laws} != first:
-            break
-        found.append({name: row[name] for name in laws})
-    return found
+    found = itertools.takewhile(
+        lambda row: {n: v for n, v in row.items() if n not in laws} == first,
+        plan.settings,
+    )
+    rows = list(found)
+    return Axis(tuple(laws), tuple([row[name] for row in rows] for name in laws))
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
     """Return the root attribute that tells a plan's sample, {} for none."""
     if SAMPLE not in plan.base or not plan.settings:
         return {}
-    told = plan.base[SAMPLE] | {EACH: len(draws_in(plan))}
+    told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
     return {SAMPLE: json.dumps(told)}
 
 
