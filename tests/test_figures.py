@@ -4,9 +4,11 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
 
@@ -299,12 +301,53 @@ def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
         "differs",
         "cannot be judged",
     ]
-    text = paper_text.page([near, none, far], [], quick=False)
+    told = {"one": paper_text.Judged([near, none, far], ["## Why it diverges"])}
+    text = paper_text.page(told, quick=False)
+    assert "## one: why it diverges" in text
     assert "3 statements: 1 differ, 1 cannot be judged, 1 agree." in text
     verdicts = re.findall(r"^\| (differs|cannot be judged|agrees) ", text, re.MULTILINE)
     assert verdicts == ["differs", "cannot be judged", "agrees"]
     with pytest.raises(ValueError, match="verdict must be one of"):
         paper_text.Statement("", "", "", "perfect")
+
+
+def told_of(*verdicts):
+    claims = [
+        paper_text.Statement("Fig. 1", f"{i}", "x", v) for i, v in enumerate(verdicts)
+    ]
+    return paper_text.Judged(claims, [])
+
+
+def test_engines_stand_beside_one_another_what_agrees_on_fewest_first():
+    yes, no, open_ = "agrees", "differs", "cannot be judged"
+    told = {"one": told_of(yes, no, no), "two": told_of(yes, open_, no)}
+    text = paper_text.page(told, quick=False)
+    assert "one: 3 statements: 2 differ, 0 cannot be judged, 1 agree." in text
+    assert "On at least one of them 1 of 3 agree." in text
+    assert re.findall(r"^\| Fig. 1 \| (\d)", text, re.MULTILINE) == ["2", "1", "0"]
+    assert f"*{no}*: x | *{open_}*: x |" in text
+    told["two"].statements.reverse()  # answers to other questions
+    with pytest.raises(ValueError, match="different questions"):
+        paper_text.page(told, quick=False)
+
+
+def test_two_lobes_are_looked_for_where_blades_touch(monkeypatch, tmp_path):
+    asked = []
+
+    def computed(_place, document, _engine):
+        asked.append((document["scene"]["gap"], document["sweep"]["nodal_diameter"]))
+        touches = int(document["scene"]["gap"] < 3e-4)
+        return SimpleNamespace(rows=[{"contacts": touches}, {"contacts": touches}])
+
+    monkeypatch.setattr(paper_figures, "computed", computed)
+    table1 = paper_figures.designs(paper_figures.QUICK)["table1"]
+    for contacts, gaps in ((1, []), (0, [5e-4, 2.5e-4])):
+        rows = [{"nodal_diameter": 2, "contacts": contacts}]
+        cases = SimpleNamespace(rows=rows)
+        found = paper_figures.two_lobes(cases, tmp_path, table1, "salvat2016")
+        assert (found is None) == (not gaps)
+        assert asked == [(gap, [2]) for gap in gaps]
+    assert table1["scene"]["gap"] == 1e-3  # Table 1 is as it was
 
 
 @pytest.mark.slow

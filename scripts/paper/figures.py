@@ -2,9 +2,11 @@
 
     python scripts/paper/figures.py --out DIR           # some 9 minutes on one core
     python scripts/paper/figures.py --out DIR --quick   # coarse: a minute
+    python scripts/paper/figures.py --out DIR --engine NAME --engine NAME
 
 The same command again continues: no case is integrated twice. `paper.md` sets each of
-the paper's statements beside what was computed, misses first.
+the paper's statements beside what was computed, misses first; of several engines side
+by side, with a directory for each.
 """
 
 from __future__ import annotations
@@ -23,13 +25,14 @@ from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
+from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.cases import Cases
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from paper.found import PAPER_SPEEDS, Found
 from paper.statements import statements
-from paper.text import page
+from paper.text import Judged, page
 from paper.veering import draw_veering
 from paper.why import why
 
@@ -45,6 +48,7 @@ class Effort:
     convergence: float
 
 
+GAPS = (5e-4, 2.5e-4, 1.28e-4)  # m
 FULL = Effort(
     1e-6, 10, (8e-6, 4e-6, 2e-6, 1e-6, 5e-7), (22, 44, 66, 88, 110, 132, 176, 220), 2.5
 )
@@ -59,13 +63,14 @@ def designs(effort: Effort) -> dict[str, dict[str, Any]]:
     whole = {"plan": "everything"}  # what k = 2 shows must not be built in
     paper = [float(s) for s in PAPER_SPEEDS]
     short = {"duration": effort.convergence}
+    lobed = {
+        "scene": table1,
+        "solver": solver | whole,
+        "output": {"traces": "full", "interval": 5e-4},
+        "sweep": {"nodal_diameter": [1, 2], "speed": sweep},
+    }
     return {
-        "table1": {
-            "scene": table1,
-            "solver": solver | whole,
-            "output": {"traces": "full", "interval": 5e-4},
-            "sweep": {"nodal_diameter": [1, 2], "speed": sweep},
-        },
+        "table1": lobed,
         "table2": {
             "solver": solver,
             "sweep": {"centre": ["free", "clamped"], "speed": sweep},
@@ -82,9 +87,30 @@ def designs(effort: Effort) -> dict[str, dict[str, Any]]:
     }
 
 
-def computed(folder: Path, document: Mapping[str, Any]) -> Cases:
+def narrower(table1: Mapping[str, Any], gap: float) -> dict[str, Any]:
+    """Return Table 1 with two lobes alone and another gap, m."""
+    scene, sweep = dict(table1["scene"]), dict(table1["sweep"])
+    return {**table1, "scene": scene | {"gap": gap},
+            "sweep": sweep | {"nodal_diameter": [2]}}  # fmt: skip
+
+
+def two_lobes(table1: Cases, place: Path, document: Any, engine: str) -> Cases | None:
+    """Return Table 1 with k = 2 at the widest of `GAPS` where blades touch the casing.
+
+    None where they do over 1 mm, too, or nowhere.
+    """
+    if any(r["contacts"] > 0 for r in table1.rows if r["nodal_diameter"] == 2):
+        return None
+    for gap in GAPS:
+        found = computed(place / f"lobes-{gap:g}", narrower(document, gap), engine)
+        if 2 * sum(row["contacts"] > 0 for row in found.rows) > len(found.rows):
+            return found
+    return None
+
+
+def computed(folder: Path, document: Mapping[str, Any], engine: str) -> Cases:
     """Return the cases of a campaign, integrating what is not there yet."""
-    design = design_of(document)
+    design = design_of(document, engine_inputs(engine))
     prepare(design, folder)
     ending = run_campaign(design, folder)
     if not ending.complete:
@@ -205,15 +231,18 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
     """Draw Figs. 4 to 14 and the convergence."""
     table1, table2, full = (found.cases[n] for n in ("table1", "table2", "motions"))
     rotor = table2.scene(0).engine.rotor
-    lobes = {k: found.line("table1", nodal_diameter=k) for k in (1, 2)}
+    lobed = found.cases[found.two_lobes]
+    one = found.line("table1", nodal_diameter=1)
+    two = found.line(found.two_lobes, nodal_diameter=2)
     free = found.line("table2", centre="free")
-    title = "Table 1, after revolution 5, k = {}"
+    title = "Table 1, after revolution 5, k = {}, gap {:g} mm"
+    gap = 1e3 * lobed.rows[two[0]]["gap"]
     figures = {
         "fig04": shapes.draw_shapes(rotor),
         "fig05": draw_veering(rotor),
-        "fig06": sweeps.draw_frequency(table1, lobes[1], title.format(1)),
-        "fig07": sweeps.draw_frequency(table1, lobes[2], title.format(2)),
-        "fig08": draw_opposed(table1, lobes[2]),
+        "fig06": sweeps.draw_frequency(table1, one, title.format(1, 1.0)),
+        "fig07": sweeps.draw_frequency(lobed, two, title.format(2, gap)),
+        "fig08": draw_opposed(lobed, two),
         "fig09": draw_pair(full, [pair["damped"], 520.0]),
         "fig11": draw_pair(full, [pair["sustained"], 410.0]),
         "fig13": draw_pair(full, [270.0, 420.0]),
@@ -229,21 +258,33 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         print(save(figure, out / f"{name}.png"))
 
 
+def paper_on(engine: str, out: Path, effort: Effort) -> Found:
+    """Integrate what is missing of an engine, draw, and return what was found."""
+    place, documents = out / "campaigns", designs(effort)
+    cases = {n: computed(place / n, d, engine) for n, d in documents.items()}
+    full = motions_design(cases["table2"], effort)
+    cases["motions"] = computed(place / "motions", full, engine)
+    lobes = two_lobes(cases["table1"], place, documents["table1"], engine)
+    found = Found(cases | ({"lobes": lobes} if lobes else {}))
+    draw_all(found, out, backward(cases["table2"]))
+    return found
+
+
 def main() -> int:
     """Integrate what is missing, draw, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--engine", action="append", choices=engine_names())
     parser.add_argument("--quick", action="store_true", help="coarse, a minute")
     args = parser.parse_args()
+    engines = args.engine or engine_names()[:1]
     effort = QUICK if args.quick else FULL
-    place = args.out / "campaigns"
-    cases = {n: computed(place / n, d) for n, d in designs(effort).items()}
-    full = motions_design(cases["table2"], effort)
-    cases["motions"] = computed(place / "motions", full)
-    found = Found(cases)
-    draw_all(found, args.out, backward(cases["table2"]))
-    text = page(statements(found), why(found), quick=args.quick)
-    (args.out / "paper.md").write_text(text, encoding="utf-8")
+    told = {}
+    for engine in engines:
+        place = args.out if len(engines) == 1 else args.out / engine
+        found = paper_on(engine, place, effort)
+        told[engine] = Judged(statements(found), why(found))
+    (args.out / "paper.md").write_text(page(told, quick=args.quick), encoding="utf-8")
     print(args.out / "paper.md")
     return 0
 

@@ -98,11 +98,18 @@ class Found:
         return out
 
     @cached_property
+    def two_lobes(self) -> str:
+        """The campaign that tells of k = 2: Table 1, or its gap made narrower."""
+        return "lobes" if "lobes" in self.cases else "table1"
+
+    @cached_property
     def spectra(self) -> dict[int, dict[str, Any]]:
         """Spectra of tip and centre of Table 1, by lobes."""
-        cases = self.cases["table1"]
-        lines = {k: self.line("table1", nodal_diameter=k) for k in (1, 2)}
-        return {k: frequency_spectra(cases, line) for k, line in lines.items()}
+        names = {1: "table1", 2: self.two_lobes}
+        return {
+            k: frequency_spectra(self.cases[n], self.line(n, nodal_diameter=k))
+            for k, n in names.items()
+        }
 
     def level(self, k: int, place: str, low: float, high: float) -> Any:
         """Return the strongest amplitude of a band (Hz) at each speed of Table 1, m."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 VERDICTS = ("differs", "cannot be judged", "agrees")  # misses first
+PLURAL = dict(zip(VERDICTS, ("differ", "cannot be judged", "agree"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -62,12 +63,16 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
     return lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows]
 
 
-def page(found: list[Statement], why: list[str], *, quick: bool) -> str:
-    """Return `paper.md`."""
-    counts = ", ".join(
-        f"{sum(s.verdict == v for s in found)} {v.replace('differs', 'differ')}"
-        for v in VERDICTS
-    ).replace("agrees", "agree")
+@dataclass(frozen=True)
+class Judged:
+    """What was judged on an engine, and its section on what feeds divergence."""
+
+    statements: list[Statement]
+    why: list[str]
+
+
+def page(engines: Mapping[str, Judged], *, quick: bool) -> str:
+    """Return `paper.md` of engines by name."""
     lines = [
         "# The paper's statements and what was computed",
         "",
@@ -77,9 +82,40 @@ def page(found: list[Statement], why: list[str], *, quick: bool) -> str:
         "is worked out from the campaigns beside this page.",
         "",
         *(["**Quick: coarse steps and few speeds.**", ""] if quick else []),
-        f"{len(found)} statements: {counts}.",
-        "",
     ]
+    for name, each in engines.items():
+        lines += [f"{name}: {counts(each.statements)}.", ""]
+    lines += alone(engines) if len(engines) == 1 else beside(engines)
+    for name, each in engines.items():
+        lines += ["", *(line.replace("## Why", f"## {name}: why") for line in each.why)]
+    return "\n".join([*lines, ""])
+
+
+def counts(found: Sequence[Statement]) -> str:
+    """Return how many statements have which verdict."""
+    each = (f"{sum(s.verdict == v for s in found)} {PLURAL[v]}" for v in VERDICTS)
+    return f"{len(found)} statements: {', '.join(each)}"
+
+
+def alone(engines: Mapping[str, Judged]) -> list[str]:
+    """Return the table of one engine, misses first."""
+    (found,) = (each.statements for each in engines.values())
     rows = [(s.verdict, s.where, s.claim, s.computed) for s in ordered(found)]
-    lines += table(("verdict", "where", "the paper", "computed"), rows)
-    return "\n".join([*lines, "", *why, ""])
+    return table(("verdict", "where", "the paper", "computed"), rows)
+
+
+def beside(engines: Mapping[str, Judged]) -> list[str]:
+    """Return the table of several engines: first what agrees on the fewest."""
+    rows = list(zip(*(each.statements for each in engines.values()), strict=True))
+    for row in rows:
+        if len({(s.where, s.claim) for s in row}) > 1:
+            msg = f"engines are asked different questions: {row}"
+            raise ValueError(msg)
+    rows.sort(key=lambda row: sum(VERDICTS.index(s.verdict) for s in row))
+    best = sum(any(s.verdict == VERDICTS[2] for s in row) for row in rows)
+    cells = [
+        (row[0].where, row[0].claim, *(f"*{s.verdict}*: {s.computed}" for s in row))
+        for row in rows
+    ]
+    told = f"On at least one of them {best} of {len(rows)} agree."
+    return [told, "", *table(("where", "the paper", *engines), cells)]
