@@ -11,6 +11,7 @@ import pytest
 from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
+from paper.reasons import REASONS, with_reason
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
@@ -329,6 +330,17 @@ def test_engines_stand_beside_one_another_what_agrees_on_fewest_first():
     told["two"].statements.reverse()  # answers to other questions
     with pytest.raises(ValueError, match="different questions"):
         paper_text.page(told, quick=False)
+
+
+def test_a_reason_stands_beside_a_miss_alone():
+    claim, reason = next(iter(REASONS.items()))
+    for verdict in paper_text.VERDICTS:
+        told = with_reason(paper_text.Statement("Fig. 1", claim, "1 Hz", verdict))
+        assert (told.claim, told.verdict) == (claim, verdict)
+        assert told.computed.startswith("1 Hz")
+        assert (reason in told.computed) == (verdict != "agrees")
+    other = paper_text.Statement("Fig. 1", "another", "1 Hz", "differs")
+    assert with_reason(other) == other
 
 
 def test_two_lobes_are_looked_for_where_blades_touch(monkeypatch, tmp_path):

@@ -31,6 +31,7 @@ from hpcwhirl.store.cases import Cases
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from paper.found import PAPER_SPEEDS, Found
+from paper.reasons import with_reason
 from paper.statements import statements
 from paper.text import Judged, page
 from paper.veering import draw_veering
@@ -283,7 +284,8 @@ def main() -> int:
     for engine in engines:
         place = args.out if len(engines) == 1 else args.out / engine
         found = paper_on(engine, place, effort)
-        told[engine] = Judged(statements(found), why(found))
+        judged = [with_reason(each) for each in statements(found)]
+        told[engine] = Judged(judged, why(found))
     (args.out / "paper.md").write_text(page(told, quick=args.quick), encoding="utf-8")
     print(args.out / "paper.md")
     return 0

@@ -1,0 +1,53 @@
+"""Why a statement of the paper does not agree, beside it; the statement stays as it is.
+
+Each reason says what was seen, and where; it is shown only where the verdict is another
+than `agrees`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from paper.text import VERDICTS, Statement
+
+REASONS = {
+    "2F, k = 1, read off spectra": (
+        "250 Hz is read off a spectrum; the sections are fitted to the frequencies "
+        "that are printed (`scripts/identify/rotor.py`)"
+    ),
+    "first five families within 0.75 % at η = 110": (
+        "this pair alone is further off; the paper does not print its sections"
+    ),
+    "k = 1: only damped motion": (
+        "about 200 rad/s the ring and the suspension whirl backward by friction, as at "
+        "270 rad/s on Table 2; undecided: blades still touch after 20 revolutions"
+    ),
+    "centre: line of the suspension at 105 Hz": (
+        "damped by 0.2, the suspension has no line left: the place is that of a slope"
+    ),
+    "the centre's strongest line is the suspension": (
+        "it is 1F's, k = 1, at 41 Hz: the suspension decays faster (its ξω is 45 times "
+        "that of 1F on salvat2016, 8 times on four_motions), and the spectrum begins "
+        "after revolution 5"
+    ),
+    "sustained: forward and backward both occur": (
+        "sustained backward motion needs other damping (`steady_beside`, 280 rad/s) or "
+        "more friction (salvat2016 at 0.2, 140 to 240 rad/s: the built-in campaign)"
+    ),
+    "410 rad/s: the casing moves by microns (up to 10)": (
+        "what keeps it up here is mostly the transport of contacts over the deformed "
+        "ring (`scripts/identify/why.md`), which wants a ring that deforms"
+    ),
+    "9th super-harmonic at 420 rad/s": (
+        "the ring's support places it, and was identified by motions; Eq. 13 at 270 "
+        "asks for 13.4 rad/s, this for 18.2"
+    ),
+}
+
+
+def with_reason(statement: Statement) -> Statement:
+    """Return a statement with the reason for its miss, if it is one and is known."""
+    reason = REASONS.get(statement.claim)
+    if statement.verdict == VERDICTS[2] or reason is None:
+        return statement
+    return replace(statement, computed=f"{statement.computed}. Why: {reason}")
