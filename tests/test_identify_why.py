@@ -73,6 +73,15 @@ def test_the_root_of_an_engine_with_four_motions_tells_its_words(speed, whirl, c
     assert ("closed" in told) == (closed > 0)
 
 
+def test_a_section_takes_the_place_of_what_it_was():
+    page = sure.written(sure.TOLD, ["## one, fast", "", "a"])
+    page = sure.written(page, ["## one, default", "", "b", ""])
+    again = sure.written(page, ["## one, fast", "", "c", ""])
+    assert again == page.replace("\n\na\n", "\n\nc\n")
+    assert again.startswith(sure.TOLD.rstrip())
+    assert again.endswith("## one, default\n\nb\n")
+
+
 def test_a_line_of_speeds_is_told_in_ranges():
     def row(speed, regime, whirl="forward"):
         return {"speed": speed, "regime": regime, "whirl": whirl}

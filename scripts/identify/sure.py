@@ -1,12 +1,14 @@
 """How sure the four motions of an engine are: under scatter, and along each unknown.
 
     python scripts/identify/sure.py --out DIR [--engine NAME ...] [--fast] [--write]
+                                    [--scatter 0.01 ...] [--change 0.01 ...]
 
 Scatter: every unknown times exp(s z), z normal, s = 1 % and 5 %, 64 draws from a seed;
 of each motion the share of draws with its regime and whirl, with the interval (Wilson,
 95 %) that so many draws leave open. Sharpness: one unknown at a time by up to 20 %, the
 others held; how far it may go until a motion is lost. At the default inputs; `--fast`
-takes the preset of `identify.screen`. `--write` writes scripts/identify/sure.md.
+takes the preset of `identify.screen`. `--write` puts the section of an engine and its
+numerics into scripts/identify/sure.md, in the place of what it was before.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from identify.full import DECIDING, Found, Stage, compute
 from identify.guide import WORDS
-from identify.report import SHORT, table
+from identify.report import SHORT, describe, table
 from identify.score import pick
 from identify.screen import motion
 from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
@@ -36,17 +38,19 @@ PAGE = Path(__file__).with_name("sure.md")
 TOLD = """\
 # How sure the motions are
 
-`python scripts/identify/sure.py{option} --write`, at {numerics}. d damped, S sustained,
-V divergent, ? undecided, at 270, 410, 420 and 520 rad/s; a star: not the paper's regime
-and whirl. Scatter of all eight unknowns at once; in brackets what so many draws leave
-open (95 %).
+d damped, S sustained, V divergent, ? undecided, at 270, 410, 420 and 520 rad/s; a star:
+not the paper's regime and whirl. Scatter of all eight unknowns at once; in brackets
+what so many draws leave open (95 %).
 """
+NUMERICS = {True: "the preset of the screening", False: "the default inputs"}
 LETTERS = {"damped": "d", "sustained": "S", "divergent": "V", "undecided": "?"}
 
 
-def changed(engine: Engine) -> list[tuple[str, float, Engine]]:
+def changed(
+    engine: Engine, changes: Sequence[float] = CHANGES
+) -> list[tuple[str, float, Engine]]:
     """Return (unknown, relative change, engine), one unknown at a time, and none."""
-    steps = sorted({0.0, *CHANGES, *(-c for c in CHANGES)})
+    steps = sorted({0.0, *changes, *(-c for c in changes)})
     return [
         (name, step, engine | {name: float(f"{engine[name] * (1 + step):.6g}")})
         for name in UNKNOWNS
@@ -125,14 +129,27 @@ class Sure:
             for e in engines
         ]
 
-    def section(self, name: str, draws: int) -> list[str]:
+    def section(
+        self, name: str, draws: int, scatters: Sequence[float], changes: Sequence[float]
+    ) -> list[str]:
         """Return what is found of a named engine."""
         engine = engine_of_scene(named_scene(name))
-        under = {s: self.found(scattered(engine, s, draws)) for s in SCATTERS}
-        tried = changed(engine)
-        along = self.found([item for _, _, item in tried])
+        lines = [f"## {name}, {NUMERICS[self.fast]}", "", describe(engine), ""]
+        under = {s: self.found(scattered(engine, s, draws)) for s in scatters}
+        lines += scatter_lines(under) if under else []
+        tried = changed(engine, changes) if changes else []
+        along = self.found([item for _, _, item in tried]) if tried else []
         sharp = [(n, s, f) for (n, s, _), f in zip(tried, along, strict=True)]
-        return [f"## {name}", "", *scatter_lines(under), *sharp_lines(sharp)]
+        return lines + (sharp_lines(sharp) if sharp else [])
+
+
+def written(page: str, section: Sequence[str]) -> str:
+    """Return the page with a section in its place, or at the end."""
+    head, *parts = page.split("\n## ")
+    given = {part.partition("\n")[0]: part.rstrip() for part in parts}
+    text = "\n".join(section).rstrip().removeprefix("## ")
+    given[text.partition("\n")[0]] = text
+    return "\n\n## ".join([head.rstrip(), *given.values()]) + "\n"
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -143,17 +160,18 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--draws", type=int, default=64)
     parser.add_argument("--engine", action="append", choices=engine_names())
     parser.add_argument("--fast", action="store_true", help="preset of the screening")
+    parser.add_argument("--scatter", type=float, nargs="*", default=SCATTERS)
+    parser.add_argument("--change", type=float, nargs="*", default=CHANGES)
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     args = parser.parse_args(words)
     sure = Sure(args.out, args.workers, fast=args.fast)
-    numerics = "the preset of `identify.screen`" if args.fast else "the default inputs"
-    option = " --fast" if args.fast else ""
-    lines = [*TOLD.format(option=option, numerics=numerics).splitlines(), ""]
+    page = PAGE.read_text() if PAGE.exists() else TOLD
     for name in args.engine or ["four_motions"]:
-        lines += sure.section(name, args.draws)
-    print("\n".join(lines))
-    if args.write:
-        PAGE.write_text("\n".join(lines).rstrip() + "\n")
+        section = sure.section(name, args.draws, args.scatter, args.change)
+        print("\n".join(section))
+        page = written(page, section)
+        if args.write:
+            PAGE.write_text(page)
     return 0
 
 
