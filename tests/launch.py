@@ -1,12 +1,15 @@
 """Starting hpcwhirl as processes of its own, alone or under mpirun."""
 
+import base64
 import json
 import os
 import shlex
 import signal
+import struct
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import h5py
@@ -74,7 +77,32 @@ def records(folder):
     """Return every whole line of a campaign's journals, read without hpcwhirl."""
     lines = [p.read_text().splitlines(True) for p in folder.glob("journal/*.log")]
     whole = [line for part in lines for line in part if line.endswith("\n")]
-    return [json.loads(line.partition(" ")[2]) for line in whole]
+    bodies = [line.partition(" ")[2] for line in whole]
+    plain = [json.loads(body) for body in bodies if body[0] == "{"]
+    tables = {f"{zlib.crc32(body[:-1].encode()):08x}": json.loads(body)["layout"]
+              for body in bodies if body.startswith('{"layout"')}  # fmt: skip
+    packed = [unpacked(body.split(maxsplit=2), tables) for body in bodies
+              if body[0] == "~"]  # fmt: skip
+    return packed + [record for record in plain if "layout" not in record]
+
+
+def unpacked(words, tables):
+    """Return the record of a packed line, by what its file tells of it."""
+    table, data = tables[words[0][1:]], base64.b64decode(words[1])
+    codes = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "24s"}
+    code = "<" + "".join(codes[kind] for _, _, kind, _ in table)
+    values = struct.unpack_from(code, data)
+    more = json.loads(words[2]) if len(words) > 2 else {}
+    tables = {"row": {}, "performance": {}}
+    record = {"status": "ok", "message": "", **more, **tables}
+    for (part, name, kind, known), value in zip(table, values, strict=True):
+        told = {"word": lambda v, known=known: known[v], "hex": bytes.hex,
+                "text": lambda v: v.rstrip(b"\0").decode()}  # fmt: skip
+        own = record[part] if part else record
+        own[name] = told.get(kind, lambda v: v)(value)
+    for part in ("row", "performance"):
+        record[part] |= more.get(part, {})
+    return record
 
 
 def root_variables(folder):

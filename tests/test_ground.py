@@ -12,7 +12,7 @@ import pytest
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.cases import Cases
-from hpcwhirl.store.journal import opened, sealed
+from hpcwhirl.store.lines import opened, sealed
 from hpcwhirl.store.running import Running
 
 NOWHERE = "/proc/nowhere"  # not even root can make it

@@ -29,8 +29,8 @@ from hpcwhirl.store.journal import (
     next_run,
     read_journals,
     read_records,
-    sealed,
 )
+from hpcwhirl.store.lines import sealed
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.manifest import is_sealed, read_manifest, write_manifest
 from hpcwhirl.store.running import Running, crashes, notes

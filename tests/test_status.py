@@ -18,7 +18,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.scene.quantities import SHARES
-from hpcwhirl.store.journal import Journal, claim_run, sealed
+from hpcwhirl.store.journal import Journal, claim_run
+from hpcwhirl.store.lines import sealed
 from hpcwhirl.store.manifest import Manifest, write_manifest
 from hpcwhirl.store.running import Running
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.rules import words_by_table
+from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
@@ -72,12 +73,35 @@ def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
     return {f"threshold_{name}": value for name, value in asdict(limits).items()}
 
 
+def block_means(values: Floats, count: int) -> Floats:
+    """Return the means (..., count) of blocks of values (..., n), n >= count.
+
+    As many to each as `np.array_split` gives, and each with the bits of its own mean.
+    """
+    size, longer = divmod(values.shape[-1], count)
+    first, rest = np.split(values, [longer * (size + 1)], axis=-1)
+    lead = values.shape[:-1]
+    means = rest.reshape(*lead, count - longer, size).mean(axis=-1)
+    if longer:
+        more = first.reshape(*lead, longer, size + 1).mean(axis=-1)
+        means = np.concatenate([more, means], axis=-1)
+    return np.asarray(means)
+
+
 def levels(values: Floats, count: int) -> Floats:
-    """Return ln sqrt of the means of `count` blocks of an energy, (count,); -inf at 0.
+    """Return ln sqrt of the means of `count` blocks of energies; -inf at 0.
 
     Blocks average the beating of close frequencies away.
+
+    Parameters
+    ----------
+    values : (..., n), J
+
+    Returns
+    -------
+    (..., count)
     """
-    means = np.array([block.mean() for block in np.array_split(values, count)])
+    means = block_means(values, count)
     moving = means > NOTHING
     return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
 
@@ -90,11 +114,20 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     body at rest has rate 0 and error 0; one that has come to rest meanwhile, its
     energy below `NOTHING`, the least rate that explains it.
     """
+    return growths(time, energy[None])[0]
+
+
+def growths(time: Floats, energies: Floats) -> list[tuple[float, float]]:
+    """Return `growth` of each of several energies (m, n)."""
     count = min(BLOCKS, len(time))
     if count < 3:
-        return 0.0, 0.0
-    at = np.array([block.mean() for block in np.array_split(time, count)])
-    level = levels(energy, count)
+        return [(0.0, 0.0)] * len(energies)
+    at = block_means(time, count)
+    return [_fitted(at, level) for level in levels(energies, count)]
+
+
+def _fitted(at: Floats, level: Floats) -> tuple[float, float]:
+    """Return (rate, standard error), 1/s, of levels at some times."""
     if not np.isfinite(level).all():
         return _come_to_rest(at, level), 0.0
     away = at - at.mean()
@@ -193,14 +226,16 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
 def _rates(time: Floats, judged: Evidence, late: NDArray[np.bool_]) -> dict[str, float]:
     """Return the growth of the whole and of its parts, 1/s; `time` of the window."""
     energy, last = judged.energy[late], 3 * len(time) // 4
-    rate, error = growth(time, energy)
     orbit = (judged.centre[late] ** 2).sum(axis=1)
+    parts = np.stack([energy, judged.rotor[late], judged.casing[late], orbit])
+    (rate, error), *others = growths(time, parts)
+    rotor, casing, centre = (growing for growing, _ in others)
     return {
         "growth_rate": rate,
         "growth_error": error,
-        "growth_rotor": growth(time, judged.rotor[late])[0],
-        "growth_casing": growth(time, judged.casing[late])[0],
-        "growth_centre": growth(time, orbit)[0],
+        "growth_rotor": rotor,
+        "growth_casing": casing,
+        "growth_centre": centre,
         "growth_last": growth(time[last:], energy[last:])[0],
     }
 
@@ -243,5 +278,9 @@ def name_regime(
     numbers : of `evidence`, and `stop`
     limits : thresholds
     """
-    outcome, regime, whirl = words_by_table(numbers, asdict(limits))
-    return str(outcome), str(regime), str(whirl)
+    return words_of_one(numbers, _as_numbers(limits))
+
+
+@lru_cache(maxsize=8)
+def _as_numbers(limits: Thresholds) -> dict[str, float]:
+    return asdict(limits)

@@ -25,6 +25,27 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
     return np.select(found, [rule.word for rule in rules], default="")
 
 
+def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
+    """Return the word of the first rule whose conditions all hold, for one case."""
+    held = (all(value_of(parse(need), known) for need in rule.needs) for rule in rules)
+    return next(
+        (rule.word for rule, holds in zip(rules, held, strict=True) if holds), ""
+    )
+
+
+def words_of_one(
+    numbers: Mapping[str, Any], limits: Mapping[str, float]
+) -> tuple[str, str, str]:
+    """Return (outcome, regime, whirl) of one case, as `words_by_table` does of many."""
+    known = {**numbers, **limits}
+    with np.errstate(all="ignore"):  # numbers of a run that blew up
+        for name, text in DEFINED.items():
+            known[name] = value_of(parse(text), known)
+        outcome, regime, whirl = (_first_word(rules, known) for rules in RULES.values())
+    lost = outcome == "unstable"
+    return outcome, "none" if lost else regime, "none" if lost else whirl
+
+
 def words_by_table(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[Words, Words, Words]:

@@ -25,7 +25,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.packing import packed
 
 

@@ -75,6 +75,7 @@ class Evaluator:
         self.limit = desk.policy.limit
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
+        self.lost = False  # whether what was computed could not be kept
 
     def warm(self) -> None:
         """Take a step of a case of each kernel that the units need."""
@@ -109,7 +110,23 @@ class Evaluator:
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:
         """Compute a unit and return how each of its cases ended."""
         cases = (unit,) if self.design.grows else self.units[unit]
-        return [self._case(case, between_slices) for case in cases]
+
+        def between() -> None:
+            self._writing(self.desk.journal.keep_due)
+            between_slices()
+
+        return [self._case(case, between) for case in cases]
+
+    def keep_due(self) -> None:
+        """Keep what has been computed, while this rank waits."""
+        with suppress(Stop):  # which everyone sees
+            self._writing(self.desk.journal.keep_due)
+
+    def keep(self) -> bool:
+        """Keep what has been computed; return whether all of it could be."""
+        with suppress(Stop):
+            self._writing(self.desk.journal.keep)
+        return not self.lost
 
     def _case(self, case: int, between: Callable[[], None]) -> Ended:
         """Compute what is left of a case: itself, then its twins.
@@ -186,7 +203,7 @@ class Evaluator:
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
-            self.desk.checkpoints.drop(job.digest)
+            self._drop(job.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
         name = told(job) if job.facts else self.design.name(job.case)
         self._tell(f"{name} {status} on {where}: {message}")
@@ -205,9 +222,15 @@ class Evaluator:
         record |= self._measured(job, result)
         self._append(record, result.traces)
         end = ended_of(record)
-        for name in (job.before, *([] if keep and end.is_open else [job.digest])):
-            self.desk.checkpoints.drop(name)
+        self._drop(job.before, *([] if keep and end.is_open else [job.digest]))
         return end
+
+    def _drop(self, *names: str) -> None:
+        """Forget states of what has ended: not before that is kept."""
+        if self.desk.checkpoints.kept.intersection(names):
+            self._writing(self.desk.journal.keep)
+        for name in names:
+            self.desk.checkpoints.drop(name)
 
     def _measured(self, job: Job, result: Result) -> Record:
         """Return what the user's own function makes of a case, or why it does not."""
@@ -227,12 +250,16 @@ class Evaluator:
             say("further cases of this rank without a result are counted only")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Journal a record; a disk that takes no more ends the campaign, cleanly."""
+        self._writing(lambda: self.desk.journal.append(record, traces))
+
+    def _writing(self, write: Callable[[], None]) -> None:
+        """Write; a disk that takes no more ends the campaign, cleanly."""
         try:
-            self.desk.journal.append(record, traces)
+            write()
         except MissingFileError as failed:
             say(f"{failed} ({self.where['host']}, rank {self.where['rank']})")
             self.desk.stopping.ask(str(failed))
+            self.lost = True
             raise Stop from None
 
 

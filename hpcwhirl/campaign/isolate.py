@@ -22,7 +22,7 @@ from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.packing import unpacked
 
 LOOK_EVERY = 0.01  # s, as between slices

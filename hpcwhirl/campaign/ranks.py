@@ -51,6 +51,7 @@ class Tally:
     busy : s, computing and keeping cases; on rank 0 without serving the others
     span : s, from the first hand-out until all ranks had ended
     units, cases : finished here
+    waits : called again and again while this rank waits for others
     """
 
     busy: float = 0.0
@@ -58,6 +59,7 @@ class Tally:
     units: int = 0
     cases: int = 0
     begun: float = field(default_factory=time.perf_counter)
+    waits: Callable[[], None] = lambda: None
 
     def compute(
         self, unit: int, evaluate: Evaluate, between: Callable[[], None]
@@ -72,6 +74,11 @@ class Tally:
         self.units += 1
         self.cases += len(ends)
         return unit, ends, seconds
+
+    def wait(self) -> None:
+        """Leave the core alone for a moment."""
+        self.waits()
+        time.sleep(IDLE)
 
     def close(self) -> None:
         """End the span."""
@@ -138,7 +145,7 @@ class _Root:
             self.agenda.drop()
         while self.at_work:
             if not self.serve():
-                time.sleep(IDLE)
+                self.tally.wait()
             if self.stopping() and not self.halted:
                 self.halt()
         if not self.halted:
@@ -152,7 +159,7 @@ class _Root:
             unit = self.agenda.take()
             self.done(*self.tally.compute(unit, evaluate, self.while_busy))
         elif self.agenda.may_grow:
-            time.sleep(IDLE)
+            self.tally.wait()
 
     def done(self, unit: int, ends: list[Any], seconds: float) -> None:
         self.agenda.finished(unit, seconds)
@@ -230,7 +237,7 @@ class _Worker:
             self.wait()  # the answer to the question asked ahead, always open here
         self.tell(BYE)
         while not self.halted:
-            time.sleep(IDLE)
+            self.tally.wait()
             self.look()
 
     def tell(self, word: str) -> None:
@@ -247,7 +254,7 @@ class _Worker:
                 self.tell(HUNGRY)
                 asked = True
             self.look()
-            time.sleep(IDLE)
+            self.tally.wait()
         units: list[int] = self.comm.recv(source=0, tag=WORK)
         return units
 

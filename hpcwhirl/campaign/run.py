@@ -122,8 +122,10 @@ def _compute(
     evaluate: Evaluator, work: Work, agenda: Agenda, comm: Communicator
 ) -> tuple[bool, bool]:
     """Do the work on all ranks; return whether all is done and whether it gave up."""
-    desk, report, tally = evaluate.desk, _Report(agenda, evaluate.desk), Tally()
+    desk, report = evaluate.desk, _Report(agenda, evaluate.desk)
+    tally = Tally(waits=evaluate.keep_due)
     complete = map_ranks(agenda, evaluate, report, desk.stopping, comm, tally)
+    complete &= all(comm.allgather(evaluate.keep()))
     if work.units:
         why = "" if complete else desk.stopping.reason
         keep_shares(desk.journal.folder, work.run, tally, comm, why)

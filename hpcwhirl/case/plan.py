@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ FOLDING = (
     "engine.casing.discretization",
     "engine.file",
 )  # inputs that `folds_of` and kernels depend on; of a pattern, whether there is one
+MOST_KEPT = 256  # numbers
 SOON = 0.7  # of the run: a certificate expected later is not looked for
 
 
@@ -67,27 +69,37 @@ def settling_time(scene: Scene, model: Model) -> float:
     From bounds of its modes after the pulse, which decay with xi omega; infinite where
     they do not, or where a casing is driven.
     """
-    body, ring = model.casing, model.ring
-    if body is None:
+    if model.casing is None:
         return 0.0 if scene.engine.casing.amplitude == 0.0 else math.inf
-    if not isinstance(ring, FourierOperator):
+    if not isinstance(model.ring, FourierOperator):
         return math.inf
     if scene.force == 0.0:
         return 0.0
-    k = scene.nodal_diameter
-    own = np.flatnonzero((body.diameter == k) & (body.phase == 0))
+    load = scene.nodal_diameter, scene.force, scene.pulse
+    return _settling(model, *load, scene.gap)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _settling(
+    model: Model, lobes: int, force: float, pulse: float, gap: float
+) -> float:
+    """Return the same of a ring of harmonics that is loaded."""
+    body, ring = model.casing, model.ring
+    if body is None or ring is None:
+        return 0.0
+    own = np.flatnonzero((body.diameter == lobes) & (body.phase == 0))
     omega, decay = body.omega[own], (body.ratios * body.omega)[own]
-    shape = body.shapes[ring.radial[max(2 * k - 1, 0)], own]
-    if not (decay > 0.0).all() or scene.gap == 0.0:
+    shape = body.shapes[ring.radial[max(2 * lobes - 1, 0)], own]
+    if not (decay > 0.0).all() or gap == 0.0:
         return math.inf
-    push = np.minimum(2 * scene.pulse / (math.pi * omega), 2 / omega**2)
-    sizes = scene.force * push * shape**2
+    push = np.minimum(2 * pulse / (math.pi * omega), 2 / omega**2)
+    sizes = force * push * shape**2
     low, high = 0.0, 50.0 / float(decay.min())
     for _ in range(60):
         middle = 0.5 * (low + high)
-        open_then = sizes @ np.exp(-decay * middle) < scene.gap
+        open_then = sizes @ np.exp(-decay * middle) < gap
         low, high = (low, middle) if open_then else (middle, high)
-    return scene.pulse + high
+    return pulse + high
 
 
 def plan_of(scene: Scene, model: Model) -> Plan:

@@ -6,6 +6,8 @@ once a case, when its history is read.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ from hpcwhirl.dynamics.operators import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
+MOST_KEPT = 32  # models, as in `reduction.model`
 Floats = NDArray[np.float64]
 
 
@@ -22,8 +25,16 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
-    rows = model.ring.waves() @ model.casing.shapes
+    rows = _rows(model)
     return _read(rows, amplitudes[:, : rows.shape[2]])
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _rows(model: Model) -> Floats:
+    """Return cos and sin of each harmonic for the casing's modes, (H + 1, 2, m)."""
+    if model.casing is None or model.ring is None:
+        return np.zeros((0, 2, 0))
+    return np.asarray(model.ring.waves() @ model.casing.shapes)
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
@@ -38,6 +49,8 @@ def _read(rows: Floats, values: Floats) -> Floats:
     # most are 0 on a ring of harmonics; not by BLAS, whose sums may depend on how many
     # samples there are
     out = np.zeros((len(values), *rows.shape[:2]))
+    if not len(values):
+        return out
     for h, p in np.ndindex(*rows.shape[:2]):
         own = np.flatnonzero(rows[h, p])
         out[:, h, p] = (values[:, own] * rows[h, p, own]).sum(axis=1)

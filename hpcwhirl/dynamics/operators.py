@@ -101,12 +101,17 @@ def wall_of(scene: Scene) -> Wall:
     return Wall(scene.gap, lobes, casing.amplitude, growth, casing.rise)
 
 
-def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the ring's load (n,) of a unit modal force on k lobes, -."""
+def lobe_load(model: Model, lobes: int, direction: str) -> Floats:
+    """Return the ring's load (n,) of a unit modal force on so many lobes, -."""
     if model.ring is None:
         return np.zeros(0)
-    sign = -1.0 if scene.direction == "squeeze" else 1.0
-    return sign * model.ring.lobes(scene.nodal_diameter)
+    sign = -1.0 if direction == "squeeze" else 1.0
+    return sign * model.ring.lobes(lobes)
+
+
+def pulse_load(model: Model, scene: Scene) -> Floats:
+    """Return the ring's load (n,) of a scene's unit modal force, -."""
+    return lobe_load(model, scene.nodal_diameter, scene.direction)
 
 
 def ring_kind(model: Model) -> Ring:

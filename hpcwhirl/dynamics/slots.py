@@ -1,9 +1,14 @@
-"""The cyclic kernel's arrays: a slot for each nodal diameter, rows of its modes."""
+"""The cyclic kernel's arrays: a slot for each nodal diameter, rows of its modes.
+
+What does not change with speed and friction is made once a model and step.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +24,7 @@ from hpcwhirl.dynamics.kernels.named import (
     Load,
 )
 from hpcwhirl.dynamics.kernels.vectors import aligned
-from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
+from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -27,7 +32,9 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
+MOST_KEPT = 32  # models, as in `reduction.model`: some 50 kB each
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 
 
@@ -37,12 +44,14 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
     """Return e^{2 pi i kappa j / N}, (N, K), from exact multiples."""
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def transforms(blades: int) -> tuple[Floats, Floats]:
     """Return turns (N, width): cos, -sin at each blade; wave (width, wide), both flat.
 
@@ -87,6 +96,7 @@ class _RotorMode:
     turn: complex
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def _rotor_modes(model: Model) -> list[_RotorMode]:
     body, blades = model.rotor, model.blades
     radial, tangential = tip_rows(body, blades)
@@ -107,13 +117,14 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
     return out
 
 
-def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
-    """Return the items (ITEMS,) of one mode, see `kernels.passes`; its turn is 1."""
+def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
+    """Return the items (ITEMS,) of one mode, see `kernels.passes`; its turn is 1.
+
+    Those of what contact pushes are for `_pushed`.
+    """
     out = np.zeros(passes.ITEMS)
-    give, push = flow.give, flow.give * (gamma + mu * sigma.conjugate())
-    out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, give
+    out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
     out[[passes.RADIAL, passes.SR, passes.SI]] = gamma, sigma.real, sigma.imag
-    out[[passes.NORMAL, passes.ALONG]] = push.real, -push.imag
     out[[passes.OMEGA, passes.DAMPING, passes.RATE]] = (
         flow.omega,
         flow.damping,
@@ -126,53 +137,112 @@ def _items(flow: Recursion, gamma: float, sigma: complex, mu: float) -> Floats:
     return out
 
 
-def _flow(scene: Scene) -> Callable[[float, float, float], Recursion]:
-    return exact_flow if SCHEMES[scene.solver.scheme].flies else central_differences
+def _pushed(items: Floats, mu: float) -> Floats:
+    """Return items (ITEMS, ...) with those of a contact's push: give (gamma + mu s*).
+
+    mu : friction with the sign of the speed
+    """
+    out = items.copy()
+    give, real, imaginary = (items[i] for i in (passes.GIVE, passes.SR, passes.SI))
+    there = give != 0.0  # of a slot without a mode all is 0
+    normal = give * (items[passes.RADIAL] + mu * real)
+    along = -(give * (0.0 - mu * imaginary) + 0.0)  # no -0 but where all is 0
+    out[passes.NORMAL] = np.where(there, normal, 0.0)
+    out[passes.ALONG] = np.where(there, along, 0.0)
+    return out
 
 
-def _rotor(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS size,), hub (2, size), rows)."""
-    modes, mu = _rotor_modes(model), friction_with_sign(scene)
+def _flow(*, flies: bool) -> Callable[[float, float, float], Recursion]:
+    return exact_flow if flies else central_differences
+
+
+def _flies(scene: Scene) -> bool:
+    return SCHEMES[scene.solver.scheme].flies
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, int]:
+    """Return (items (ITEMS, rows, 2, slots), hub (2, size), rows), without friction."""
+    modes = _rotor_modes(model)
     slots, _ = widths(model.blades)
     rows = 1 + max(mode.row for mode in modes)
     items = np.zeros((passes.ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
-    step, ratios = scene.solver.time_step, model.rotor.ratios
+    ratios = model.rotor.ratios
     for mode in modes:
-        flow = _flow(scene)(mode.omega, float(ratios[mode.members[0]]), step)
-        values, parts = _items(flow, mode.gamma, mode.sigma, mu), len(mode.members)
+        flow = _flow(flies=flies)(mode.omega, float(ratios[mode.members[0]]), step)
+        values, parts = _items(flow, mode.gamma, mode.sigma), len(mode.members)
         items[:, mode.row, :parts, mode.slot] = values[:, None]
         hub[:, mode.row, 0, mode.slot] = mode.centre.real
         if parts == 2:
             hub[:, mode.row, 1, mode.slot] = -mode.centre.imag
-    return items.ravel(), hub.reshape(2, -1), rows
+    return items, hub.reshape(2, -1), rows
 
 
-def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS size,), load (size,), rows); none of a rigid casing."""
+class _Ring(NamedTuple):
+    """A ring's modes in slots, at rest and without friction.
+
+    Attributes
+    ----------
+    items : (ITEMS, rows, slots)
+    where : (row, slot) of each mode, with its column of the load and sign h
+    """
+
+    items: Floats
+    row: Integers
+    slot: Integers
+    column: Integers
+    turns: Floats
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
+    """Return what a ring's arrays begin with."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
-        return np.zeros(0), np.zeros(0), 0
-    blades, step = model.blades, scene.solver.time_step
-    slots, _ = widths(blades)
-    places, mu = _ring_modes(model), friction_with_sign(scene)
+        msg = "a ring of harmonics has slots, and no other"
+        raise TypeError(msg)
+    slots, _ = widths(model.blades)
+    places, ratios = _ring_modes(model), body.ratios
     rows = 1 + max(place.row for place in places)
-    items, load = np.zeros((passes.ITEMS, rows, slots)), np.zeros((rows, slots))
-    force = pulse_load(model, scene) @ body.shapes
+    items = np.zeros((passes.ITEMS, rows, slots))
     for place in places:
         h, m = place.harmonic, place.members[0]
-        turn = np.exp(1j * place.sign * h * scene.speed * step)
         w_row = operator.radial[max(2 * h - 1, 0)]
         u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
         psi, chi = float(body.shapes[w_row, m]), body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
-        flow = _flow(scene)(float(body.omega[m]), float(body.ratios[m]), step)
-        items[:, place.row, place.slot] = _items(flow, psi, sigma, mu)
-        items[passes.TURN_RE, place.row, place.slot] = turn.real
-        items[passes.TURN_IM, place.row, place.slot] = turn.imag
-        items[passes.SPIN, place.row, place.slot] = place.sign * h * scene.speed
-        load[place.row, place.slot] = force[m]
-    return items.ravel(), load.ravel(), rows
+        flow = _flow(flies=flies)(float(body.omega[m]), float(ratios[m]), step)
+        items[:, place.row, place.slot] = _items(flow, psi, sigma)
+    told = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
+    row, slot, column, turns = map(np.array, zip(*told, strict=True))
+    return _Ring(items, row, slot, column, turns.astype(float))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _lobes(model: Model, diameter: int, direction: str) -> Floats:
+    """Return the modal force (m,) of a unit load on k lobes."""
+    if model.casing is None:
+        return np.zeros(0)
+    return np.asarray(lobe_load(model, diameter, direction) @ model.casing.shapes)
+
+
+def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
+    """Return (items (ITEMS size,), load (size,), rows); none of a rigid casing."""
+    if model.casing is None or not isinstance(model.ring, FourierOperator):
+        return np.zeros(0), np.zeros(0), 0
+    step = scene.solver.time_step
+    ring = _ring(model, step, flies=_flies(scene))
+    items = _pushed(ring.items, friction_with_sign(scene))
+    spin = ring.turns * scene.speed
+    turn = np.exp(1j * (spin * step))
+    items[passes.TURN_RE, ring.row, ring.slot] = turn.real
+    items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
+    items[passes.SPIN, ring.row, ring.slot] = spin
+    load = np.zeros(items.shape[1:])
+    force = _lobes(model, scene.nodal_diameter, scene.direction)
+    load[ring.row, ring.slot] = force[ring.column]
+    return items.ravel(), load.ravel(), items.shape[1]
 
 
 @dataclass(frozen=True)
@@ -189,6 +259,7 @@ class _RingMode:
     members: tuple[int, ...]
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def _ring_modes(model: Model) -> list[_RingMode]:
     body, used, out = model.casing, dict[int, int](), []
     if body is None:
@@ -240,7 +311,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
     places = _ring_modes(model)
     q = np.zeros((len(states), sum(len(place.members) for place in places)))
-    for place in places:
+    for place in places if len(states) else ():
         re, im = ring[:, 0, place.row, place.slot], ring[:, 1, place.row, place.slot]
         value = (re + 1j * place.sign * im) * np.exp(-1j * place.harmonic * angles)
         for member, part in zip(place.members, (value.real, -value.imag), strict=False):
@@ -254,7 +325,9 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
     beat : steps between rows of evidence
     """
     blades = model.blades
-    rotor, hub, rows = _rotor(model, scene)
+    flies = _flies(scene)
+    own, hub, rows = _rotor(model, scene.solver.time_step, flies=flies)
+    rotor = _pushed(own, friction_with_sign(scene)).ravel()
     ring, lobe, casing_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)

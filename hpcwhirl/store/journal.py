@@ -1,8 +1,8 @@
 """Journals: one checksummed line per finished case, one file per rank and run.
 
-A line is the CRC-32 of the rest in hexadecimal, a space, and a JSON object. Lines are
-written whole, flushed and synced; what does not match its checksum is dropped, so a
-torn tail costs the one case that was being written.
+A line is sealed, see `lines`. Lines are written and synced in groups of what was
+computed in a second; what does not match its checksum is dropped, so a flipped bit
+costs its own case, and a torn tail those of the group that was being written.
 
 The CRC is for accidents: a torn write, a flipped bit, a copy that was cut short. It is
 no signature. Who may write in a campaign's directory can write rows that were never
@@ -12,10 +12,10 @@ system keep others out, and nothing else does.
 
 from __future__ import annotations
 
-import json
+import math
 import os
 import stat
-import zlib
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, suppress
 from io import FileIO
@@ -29,34 +29,32 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import MissingFileError, StoreError, unwritable
 from hpcwhirl.regular import open_regular
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.lines import (
+    LAYOUT,
+    OWN,
+    is_known,
+    is_packed,
+    learn,
+    line_of,
+    opened,
+)
 from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
 
 ENDS = frozenset(ENUMS["status"]) - {"missing"}  # how a case may have ended
 Record = dict[str, Any]
+EVERY = 1.0  # s between groups of finished cases; a kill costs those of the last
+MOST = 8 << 20  # bytes of a group
 T = TypeVar("T")
-
-
-def sealed(record: Record) -> bytes:
-    """Return a record as a line: CRC-32 of the JSON, a space, the JSON."""
-    body = json.dumps(record).encode()
-    return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
-
-
-def opened(line: bytes) -> Record | None:
-    """Return the record of a line, None where it does not match its checksum."""
-    seal, _, body = line.rstrip(b"\n").partition(b" ")
-    if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
-        return None
-    try:
-        record = json.loads(body)
-    except (ValueError, RecursionError):  # sealed by something else than this program
-        return None
-    return record if isinstance(record, dict) else None
 
 
 class Journal:
     """The journal and trace file of one rank of one run.
+
+    Finished cases are kept in groups, each with one sync of either file: whenever
+    `EVERY` seconds have passed since the last group, or `MOST` bytes wait. A case that
+    ends later than that after the group before is kept at once. So a kill costs the
+    cases that were computed in the last `EVERY` seconds, and the one in flight.
 
     Parameters
     ----------
@@ -81,22 +79,73 @@ class Journal:
             raise unwritable(msg, failed) from None
         self._lines, self._blocks = lines, blocks
         self.folder, self._name = folder, f"{name}.bin"
+        self._told = False  # the layout of packed lines, in this file
+        self._kept = -math.inf  # s, when the last group was
+        self._begin_group()
+
+    def _begin_group(self) -> None:
+        self._group: list[bytes] = []
+        self._data: list[bytes] = []
+        self._waiting = 0  # bytes of both
+        self._end = self._blocks.seek(0, os.SEEK_END)
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Keep a finished case: its traces first, then the line that names them.
+        """Take in a finished case, and keep it with its group where that is due.
 
         Raises
         ------
         MissingFileError
-            where they cannot be written; what was there before is still whole
+            where a group cannot be written; what was there before is still whole
         """
         if traces:
             record = record | {"traces": self._block(traces)}
-        _write(self._lines, sealed(record))
+        line = line_of(record)
+        self._group.append(line)
+        self._waiting += len(line)
+        self.keep_due()
 
     def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
         head, data = packed(traces)
-        return {"file": self._name, "offset": _write(self._blocks, data)} | head
+        block = {"file": self._name, "offset": self._end} | head
+        self._data.append(data)
+        self._end += len(data)
+        self._waiting += len(data)
+        return block
+
+    def keep_due(self) -> None:
+        """Keep the cases that wait where it is time to; as cheap as a look elsewhere.
+
+        Raises
+        ------
+        MissingFileError
+            as `append`
+        """
+        late = self._group and time.monotonic() - self._kept >= EVERY
+        if late or self._waiting >= MOST:
+            self.keep()
+
+    def keep(self) -> None:
+        """Keep all cases that wait: traces first, then the lines that name them.
+
+        Raises
+        ------
+        MissingFileError
+            where they cannot be written; what was there before is still whole, and
+            those that waited are lost
+        """
+        group, data = self._group, self._data
+        if not group:
+            return
+        if not self._told and any(map(is_packed, group)):
+            group = [OWN.head, *group]
+            self._told = True
+        try:
+            if data:
+                _write(self._blocks, data)
+            _write(self._lines, [b"".join(group)])
+        finally:
+            self._kept = time.monotonic()
+            self._begin_group()
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -108,24 +157,25 @@ class Journal:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close both files."""
-        self._both.close()
+        """Keep what waits and close both files."""
+        with self._both:
+            self.keep()
 
 
-def _write(file: FileIO, data: bytes) -> int:
-    """Append data whole and synced, or not at all; return where it begins."""
+def _write(file: FileIO, parts: Iterable[bytes]) -> None:
+    """Append parts whole and synced, or none of them."""
     offset = file.seek(0, os.SEEK_END)
     try:
-        left = memoryview(data)
-        while left:
-            left = left[file.write(left) :]
+        for part in parts:
+            left = memoryview(part)
+            while left:
+                left = left[file.write(left) :]
         os.fsync(file.fileno())
     except OSError as failed:
         with suppress(OSError):
             file.truncate(offset)
         msg = f"cannot write {file.name!s}: {failed.strerror}"
         raise unwritable(msg, failed) from None
-    return offset
 
 
 def next_run(folder: Path) -> int:
@@ -181,7 +231,9 @@ def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
             start = 0
             for line in file:
                 record = opened(line)
-                if record is not None and _is_of_a_case(record):
+                if record is not None and LAYOUT in record:
+                    learn(record)
+                elif record is not None and _is_of_a_case(record):
                     yield start, record
                 start += len(line)
     except OSError as failed:
@@ -261,6 +313,12 @@ def read_records(folder: Path) -> dict[str, Record]:
     return scan(folder, lambda record: record)
 
 
+def _learn_layouts(path: Path) -> None:
+    """Take in the layouts that a journal tells."""
+    for _ in _whole_lines(path):
+        pass
+
+
 def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
     """Return the records of a journal that begin at some bytes.
 
@@ -274,7 +332,10 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
         with open_regular(path) as file:
             for start in starts:
                 file.seek(start)
-                record = opened(file.readline())
+                line = file.readline()
+                if is_packed(line) and not is_known(line):
+                    _learn_layouts(path)
+                record = opened(line)
                 if record is None:
                     msg = f"{path} has changed at byte {start} while it was read"
                     raise StoreError(msg)

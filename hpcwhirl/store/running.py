@@ -1,5 +1,8 @@
 """What each rank is computing: a file a rank and run, there while it is at work.
 
+It is written through memory, of which the system keeps the file: no call a case, and a
+process that is killed leaves the note of the case that it was at.
+
 A process that ends by itself, whether stopped or done, removes its file. One that is
 left was written by a process that died: what it names was in flight at a crash.
 """
@@ -13,15 +16,19 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from mmap import mmap
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from hpcwhirl.errors import MissingFileError, unwritable
 from hpcwhirl.regular import open_regular, read_regular
-from hpcwhirl.store.journal import Record, journal_name, opened, sealed
+from hpcwhirl.store.journal import journal_name
+from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.process import begun, is_alive
+
+PAGE = 4096  # bytes
 
 
 class Running:
@@ -38,9 +45,10 @@ class Running:
         pid = os.getpid()
         self._who: Record = {"rank": rank, "host": socket.gethostname(), "pid": pid}
         self._who["ticks"] = begun(pid)
+        self._memory: mmap | bytearray = bytearray()
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open_regular(self._path, "wb", 0)
+            self._file = open_regular(self._path, "w+b", 0)
         except OSError as failed:
             msg = f"cannot write in {folder}: {failed.strerror}"
             raise unwritable(msg, failed) from None
@@ -52,8 +60,19 @@ class Running:
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
         with suppress(OSError):  # a full disk stops the campaign at the next result
-            os.pwrite(self._file.fileno(), line, 0)
-            self._file.truncate(len(line))
+            if len(line) > len(self._memory):
+                self._memory = self._mapped(-(-len(line) // PAGE) * PAGE)
+            self._memory[: len(line)] = line
+            if not isinstance(self._memory, mmap):
+                os.pwrite(self._file.fileno(), line, 0)
+
+    def _mapped(self, size: int) -> mmap | bytearray:
+        """Return the file as memory; where it cannot be that, memory to be written."""
+        os.pwrite(self._file.fileno(), bytes(size), 0)  # full disks tell it here alone
+        try:
+            return mmap(self._file.fileno(), size)
+        except OSError:
+            return bytearray(size)
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -100,7 +119,8 @@ class Note:
 def _note(path: Path) -> Note | None:
     """Return a whole note of this program; None for anything else."""
     try:
-        known = opened(read_regular(path)) or {}
+        line, end, _ = read_regular(path).partition(b"\n")
+        known = opened(line + end) or {}
         rank, pid, host = known["rank"], known["pid"], known["host"]
         since, ticks = known.get("since"), known.get("ticks")
         digests = [str(name) for name in known["digests"]]

@@ -16,8 +16,8 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import DETAIL
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
-from hpcwhirl.store.journal import Record, sealed
 from hpcwhirl.store.layout import LIBVER, define
+from hpcwhirl.store.lines import Record, line_of
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 
@@ -97,9 +97,10 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
     """Return the bytes of a line of the journal, a usual one."""
     row: dict[str, Any] = {name: TYPICAL.get(v.kind) for name, v in ROW.items()}
     row |= {name: words[1] for name, words in ENUMS.items() if name in row}
-    row |= row_of(contents.plan, 0, None) if contents.cases else {}
+    known = row_of(contents.plan, 0, None) if contents.cases else {}
+    row |= {n: float(v) if ROW[n].kind == "f8" else v for n, v in known.items()}
     record: Record = {"case": contents.cases, "digest": "0" * 64, "status": "ok"}
-    record |= {"message": "", "row": row}
+    record |= {"message": "", "ended": 1 / 7, "row": row}
     spent = {"rank": 0, "host": "node0000", "seconds": 1 / 7}
     record["performance"] = spent | {"microseconds_per_step": 1 / 7}
     if widths:
@@ -108,7 +109,7 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
         }
         block = {"file": "0001-00000.bin", "offset": 10**9, "bytes": 10**6}
         record["traces"] = block | {"crc": 10**9, "shapes": shapes}
-    return len(sealed(record))
+    return len(line_of(record))
 
 
 def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:

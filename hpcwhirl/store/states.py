@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.regular import open_regular
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.journal import Record, opened, sealed
+from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.listing import listed
 
 Arrays = dict[str, NDArray[Any]]
