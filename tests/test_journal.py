@@ -1,12 +1,29 @@
 """Journals: what was written is read, and what is damaged costs only itself."""
 
+import errno
+import json
+import os
+import struct
+import zlib
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
 
-from hpcwhirl.errors import StoreError
+from hpcwhirl.errors import StoreError, WhirlError
+from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store import journal as journal_module
 from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal, next_run, read_records, read_traces
+from hpcwhirl.store.journal import (
+    Journal,
+    next_run,
+    read_at,
+    read_records,
+    read_traces,
+)
+from hpcwhirl.store.lines import Layout, is_packed, line_of, opened, sealed
 from hpcwhirl.store.manifest import Manifest, write_manifest
 
 AWKWARD = [0.1 + 0.2, 5e-324, -0.0, 1.7976931348623157e308, 1 / 3]
@@ -126,3 +143,145 @@ def test_a_record_of_no_case_of_the_plan_is_ignored(tmp_path):
     with h5py.File(path) as file:
         assert file["message"][:].tolist() == [b"why"]
         assert "time" not in file
+
+
+# Packed lines
+
+
+def usual(number=0, **row):
+    """Return a record as campaigns write them, of awkward numbers."""
+    kinds = {"f8": AWKWARD[number % len(AWKWARD)], "i8": number}
+    values = {n: kinds.get(quantity.kind) for n, quantity in ROW.items()}
+    words = {name: known[-1] for name, known in ENUMS.items() if name in ROW}
+    spent = {"seconds": 1 / 7, "microseconds_per_step": 2.0, "rank": 3, "host": "node"}
+    return {
+        "case": number, "digest": f"{number:064x}", "ended": 1.7e9, "status": "ok",
+        "message": "", "row": values | words | {"scheme": "modal"} | row,
+        "performance": spent,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {}, {"of": "d", "twin": 3, "longest": 0.5}, {"row": {"blade_peak": 0.1}},
+        {"measured": {"x": 1.0}, "performance": {"host": "a" * 60}},
+        {"row": {"speed": 1}}, {"row": {"regime": "new"}}, {"row": {"host": "é"}},
+        {"status": "failed"}, {"digest": "D" * 64}, {"message": "m"},
+    ],
+)  # fmt: skip
+def test_a_record_is_the_same_packed_or_not(more):
+    whole = usual(4)
+    for name, value in more.items():
+        both = isinstance(value, dict) and name in whole
+        whole[name] = whole[name] | value if both else value
+    found = opened(line_of(whole))
+    assert json.dumps(found, sort_keys=True) == json.dumps(whole, sort_keys=True)
+    assert opened(sealed(whole)) == whole  # as versions before wrote all of them
+
+
+def test_numbers_keep_their_bits_and_a_line_is_short():
+    odd = {"gap": -0.0, "speed": float("inf"), "pulse": 5e-324, "force": float("nan")}
+    line = line_of(usual(2, **odd))
+    assert is_packed(line)
+    assert len(line) <= 700
+    row = opened(line)["row"]
+    found = [struct.pack("<d", row[name]) for name in odd]
+    assert found == [struct.pack("<d", value) for value in odd.values()]
+
+
+def test_a_flipped_byte_costs_one_packed_case_alone(tmp_path):
+    with Journal(tmp_path, 1, 0) as journal:
+        for number in range(3):
+            journal.append(usual(number), {})
+    (log,) = (tmp_path / "journal").iterdir()
+    whole, names = log.read_bytes(), [f"{number:064x}" for number in range(3)]
+    assert list(read_records(tmp_path)) == names
+    starts = [i + 1 for i, byte in enumerate(whole) if byte == ord("\n")]
+    assert len(starts) == 4  # the layout, and three cases
+    for place in range(0, starts[-1], 5):
+        log.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+        hit = sum(start <= place for start in starts)
+        lost = names[hit - 1] if hit else None
+        assert list(read_records(tmp_path)) == [n for n in names if n != lost]
+
+
+def test_lines_of_another_layout_are_read_by_what_their_file_tells(tmp_path):
+    fields = [("", "digest", "hex", ()), ("row", "regime", "word", ("calm", "wild"))]
+    fields += [("row", "gap", "f8", ()), ("performance", "seconds", "f8", ())]
+    other = Layout(fields)
+    told = {"digest": "a" * 64, "status": "ok", "message": ""}
+    told |= {"row": {"regime": "wild", "gap": 1 / 3}, "performance": {"seconds": 1.0}}
+    body = other.packed(told)
+    line = f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
+    assert opened(line) is None  # what it means is not known
+    (tmp_path / "journal").mkdir()
+    log = tmp_path / "journal/0001-00000.log"
+    log.write_bytes(other.head + line)
+    assert read_at(log, [len(other.head)]) == [told]
+    assert read_records(tmp_path) == {"a" * 64: told}
+
+
+# Groups
+
+
+def on_disk(folder):
+    return [int(name, 16) for name in read_records(folder)]
+
+
+def test_cases_are_kept_after_a_second_and_at_the_end(tmp_path, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(journal_module.time, "monotonic", lambda: now[0])
+    with Journal(tmp_path, 1, 0) as journal:
+        for number in range(4):
+            journal.append(usual(number), TRACES)
+            now[0] += 0.3
+        assert on_disk(tmp_path) == [0]
+        journal.keep_due()
+        assert on_disk(tmp_path) == [0, 1, 2, 3]
+        journal.append(usual(4), {})
+        assert on_disk(tmp_path) == [0, 1, 2, 3]
+        now[0] += journal_module.EVERY
+        journal.append(usual(5), {})  # a longer one is kept at once
+        assert on_disk(tmp_path) == [0, 1, 2, 3, 4, 5]
+        journal.append(usual(6), TRACES)
+    found = read_records(tmp_path)
+    assert len(found) == 7
+    for record in found.values():
+        if "traces" in record:
+            assert read_traces(tmp_path, record["traces"])["time"].tolist() == AWKWARD
+
+
+def test_much_that_waits_is_kept_at_once(tmp_path):
+    traces = {"time": np.zeros(journal_module.MOST // 8)}
+    with Journal(tmp_path, 1, 0) as journal:
+        journal.append(usual(0), {})
+        journal.append(usual(1), {})
+        assert on_disk(tmp_path) == [0]
+        journal.append(usual(2), traces)
+        assert on_disk(tmp_path) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("which", ["journal", "traces"])
+def test_a_full_disk_costs_a_group_and_what_follows_is_whole(
+    tmp_path, monkeypatch, which
+):
+    real = os.fsync
+
+    def full(number):
+        if f"/{which}/" in str(Path(f"/proc/self/fd/{number}").readlink()):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(number)
+
+    with Journal(tmp_path, 1, 0) as journal:
+        journal.append(usual(0), TRACES)
+        journal.append(usual(1), TRACES)
+        monkeypatch.setattr(os, "fsync", full)
+        with pytest.raises(WhirlError, match="No space left"):
+            journal.keep()
+        assert on_disk(tmp_path) == [0]
+        monkeypatch.setattr(os, "fsync", real)
+        journal.append(usual(2), TRACES)
+    assert on_disk(tmp_path) == [0, 2]
+    for record in read_records(tmp_path).values():
+        assert read_traces(tmp_path, record["traces"])["time"].tolist() == AWKWARD

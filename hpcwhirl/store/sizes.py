@@ -11,13 +11,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.quantities import ROW, TRACES
+from hpcwhirl.scene.quantities import BLADES, ROW, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import DETAIL
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.layout import LIBVER, define
-from hpcwhirl.store.lines import Record, line_of
+from hpcwhirl.store.lines import OWN, Record, line_of
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.runs import Share
 
@@ -86,7 +86,8 @@ def bytes_of(
     always = 1 + sum(width for name, width in widths.items() if name not in MORE)
     more = sum(width for name, width in widths.items() if name in MORE)
     return Bytes(
-        journal=contents.cases * _record_bytes(contents, widths)
+        journal=len(OWN.head)
+        + contents.cases * _record_bytes(contents, widths)
         + contents.twins[..., 0].size * _record_bytes(contents, {}),
         traces=int(8 * (samples * (always + more * full)).sum()),
         results=results_bytes(contents, facts),
@@ -98,6 +99,7 @@ def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
     row: dict[str, Any] = {name: TYPICAL.get(v.kind) for name, v in ROW.items()}
     row |= {name: words[1] for name, words in ENUMS.items() if name in row}
     known = row_of(contents.plan, 0, None) if contents.cases else {}
+    row |= dict.fromkeys(contents.blades.keys() & BLADES.keys(), TYPICAL["f8"])
     row |= {n: float(v) if ROW[n].kind == "f8" else v for n, v in known.items()}
     record: Record = {"case": contents.cases, "digest": "0" * 64, "status": "ok"}
     record |= {"message": "", "ended": 1 / 7, "row": row}
