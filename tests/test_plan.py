@@ -235,6 +235,7 @@ def test_without_load_nothing_is_stepped():
     assert not any(getattr(history, name).any() for name in (*SERIES, "centre"))
 
 
+@pytest.mark.usefixtures("first_slices")
 def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
     found = []
     for first in (256, 37, 10**6):

@@ -150,6 +150,7 @@ def stopped_again_and_again(case, folder, told, limit=1e9):
     raise AssertionError
 
 
+@pytest.mark.usefixtures("first_slices")
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
     case = resolve(scene(duration=0.05, interval=1e-4))
     whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)

@@ -71,6 +71,7 @@ class Course:
     Parameters
     ----------
     case : its `until` says how far it goes
+    keep : whether `last` is wanted of the longest of its marches, too
 
     Attributes
     ----------
@@ -79,7 +80,8 @@ class Course:
         None where no longer one may go on from there
     """
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Case, *, keep: bool = True) -> None:
+        self.keep = keep
         self.case, self.ends = case, case.scene.end_times
         self.last: Arrays | None = None
         self.number, self.march = 0, self._march(0)
@@ -122,7 +124,9 @@ class Course:
         """March to the present end; return the result that a run so long has."""
         march = self.march
         march.reach(march.last_row, between_slices)
-        self.last = snapshot(march) if march.steps == march.last_row else None
+        wanted = self.keep or self.number + 1 < len(self.ends)
+        fits = wanted and march.steps == march.last_row
+        self.last = snapshot(march) if fits else None
         return result_of(march.case, march.run(between_slices))
 
     def _go_on(self) -> None:

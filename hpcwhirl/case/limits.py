@@ -19,6 +19,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
 
+MOST_KEPT = 32  # models, as in `reduction.model`
 SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
 MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
 PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
@@ -196,6 +197,12 @@ def fastest_line(model: Model, speed: float) -> float:
     stands: those that give at least `MATTERS` of what the most compliant one does;
     in the static frame each has a line at omega + |Omega| at most.
     """
+    return _fastest(model) + abs(speed)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _fastest(model: Model) -> float:
+    """Return the same in the rotating frame."""
     body = model.rotor
     rows = centre_rows(body, model.blades)
     if not rows.any():
@@ -203,7 +210,7 @@ def fastest_line(model: Model, speed: float) -> float:
     free = body.omega > 0.0
     gives = (rows[:, free] ** 2).sum(axis=0) / body.omega[free] ** 2
     matters = gives >= MATTERS * gives.max(initial=0.0)
-    return float(body.omega[free][matters].max(initial=0.0)) + abs(speed)
+    return float(body.omega[free][matters].max(initial=0.0))
 
 
 def beat_of(model: Model, scene: Scene) -> int:

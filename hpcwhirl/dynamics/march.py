@@ -30,6 +30,7 @@ FIRST_SLICE = 256  # steps, before the speed of this machine is known
 LEAST_SLICE = 16  # steps
 LEAST_SECONDS = 1e-6  # that a slice is taken to have lasted
 CERTAIN = 4  # a reason to stop that no kernel gives
+_slices: dict[tuple[str | int, ...], int] = {}  # steps of the last, by `March.kind`
 STOPS = {
     0: "end",
     1: "amplitude",
@@ -228,6 +229,19 @@ class March:
         )
         self.seconds += time.perf_counter() - start
 
+    @property
+    def kind(self) -> tuple[str | int, ...]:
+        """What the kernel and the seconds of its step depend on, roughly."""
+        lean = self.lean
+        scheme, ring = lean.scene.solver.scheme, lean.model.casing
+        modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0
+        return scheme, lean.model.blades, *modes
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether this process has marched this kind before."""
+        return self.kind in _slices
+
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
         """March to the end in slices of some 10 ms and return the history."""
         self.reach(self.total, between_slices)
@@ -237,7 +251,7 @@ class March:
         self, goal: int, between_slices: Callable[[], None] | None = None
     ) -> None:
         """March in slices of some 10 ms to a step, a row of evidence or the end."""
-        size = FIRST_SLICE
+        size = _slices.get(self.kind, FIRST_SLICE)
         while not self.done and self.steps < goal:
             before = time.perf_counter()
             made = self._slice(min(size, goal - self.steps))
@@ -245,6 +259,7 @@ class March:
             size = next_slice(size, made, time.perf_counter() - before)
             self._watch()
             self._timed_look()
+            _slices[self.kind] = size
             if between_slices:
                 between_slices()
 
