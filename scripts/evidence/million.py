@@ -1,0 +1,140 @@
+"""Many short cases: what they take beside the kernel, and the same bits after kills.
+
+    python scripts/evidence/million.py --cases 10000 --ranks 2 --kills 10
+
+Computes a campaign of so many cases of 5,000 steps (some 2 ms), then the same once more
+in another directory, every rank killed (SIGKILL) again and again on the way and the
+command given anew. Prints wall time, the kernel's own, bytes and files of the journal,
+the most memory that a rank had, and whether all variables but those of `performance`
+are the same bits.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import h5py
+
+sys.path.insert(0, str(Path(__file__).parent))
+from same_bits import same, variables
+
+CAMPAIGN = """
+scene = {{duration = 5e-3}}
+solver = {{time_step = 1e-6}}
+output = {{traces = "summary"}}
+[sweep]
+speed = {{start = 100, stop = 500, num = {speeds}}}
+friction = {{start = 0.0, stop = 0.3, num = 100}}
+"""
+LOOK_EVERY = 0.05  # s
+
+
+def started(file: Path, out: Path, ranks: int) -> subprocess.Popen[bytes]:
+    """Start the campaign under mpirun."""
+    front = [*shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun")), "-n"]
+    words = ["-m", "hpcwhirl", "campaign", file, "--out", out, "--report", "no"]
+    call = [*front, str(ranks), sys.executable, *map(str, words)]
+    return subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def ranks_of(out: Path) -> list[int]:
+    """Return the processes that compute in a directory."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            words = place.joinpath("cmdline").read_bytes().split(b"\0")
+            if (
+                b"hpcwhirl" in words
+                and str(out).encode() in words
+                and b"-n" not in words
+            ):
+                found.append(int(place.name))
+    return found
+
+
+def most_memory(pids: list[int]) -> float:
+    """Return the most memory that one of some processes has had, MB."""
+    most = 0.0
+    for pid in pids:
+        with suppress(OSError):
+            for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+                if line.startswith("VmHWM"):
+                    most = max(most, int(line.split()[1]) / 1e3)
+    return most
+
+
+def ran(
+    file: Path, out: Path, ranks: int, limit: float = float("inf")
+) -> tuple[float, float]:
+    """Run the campaign, for `limit` s at most; return its seconds and MB of a rank."""
+    begun, memory = time.monotonic(), 0.0
+    process = started(file, out, ranks)
+    while process.poll() is None:
+        time.sleep(LOOK_EVERY)
+        pids = ranks_of(out)
+        memory = max(memory, most_memory(pids))
+        if time.monotonic() - begun > limit:
+            for pid in pids:
+                with suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            process.wait()
+    return time.monotonic() - begun, memory
+
+
+def killed(file: Path, out: Path, ranks: int, kills: int, seconds: float) -> int:
+    """Run the campaign to its end, killed on the way; return how often it was."""
+    chance, count = random.Random(1), 0
+    while not (out / "results.h5").exists():
+        share = chance.uniform(0.5, 1.5) / (kills + 1)
+        ran(file, out, ranks, share * seconds + 10.0 if count < kills else float("inf"))
+        count += 1
+    return count - 1
+
+
+def told(out: Path, cases: int) -> None:
+    """Print what a campaign took."""
+    with h5py.File(out / "results.h5") as file:
+        own = file["performance/seconds"][:].sum()
+    logs = [path.stat().st_size for path in (out / "journal").iterdir()]
+    files = sum(path.is_file() for path in out.rglob("*"))
+    print(f"kernel {own:.1f} s in all, {1e3 * own / cases:.2f} ms a case; journal "
+          f"{sum(logs) / cases:.0f} bytes a case; {files} files")  # fmt: skip
+
+
+def main() -> int:
+    """Run both campaigns and hold their results against each other."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=10_000, help="a multiple of 100")
+    parser.add_argument("--ranks", type=int, default=2)
+    parser.add_argument("--kills", type=int, default=10)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="million-") as place:
+        file, whole, cut = (Path(place) / name for name in ("m.toml", "whole", "cut"))
+        file.write_text(CAMPAIGN.format(speeds=args.cases // 100))
+        seconds, memory = ran(file, whole, args.ranks)
+        print(
+            f"{args.cases} cases, {args.ranks} ranks: {seconds:.1f} s, {memory:.0f} MB"
+        )
+        told(whole, args.cases)
+        count = killed(file, cut, args.ranks, args.kills, seconds)
+        one, two = (variables(out / "results.h5") for out in (whole, cut))
+        odd = [
+            name for name in one if name not in two or not same(one[name], two[name])
+        ]
+        bits = f"differ: {' '.join(odd)}" if odd else "the same bits"
+        print(f"killed {count} times: {bits}")
+    return bool(odd)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
