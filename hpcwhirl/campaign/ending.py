@@ -24,7 +24,8 @@ from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import ALONE, Communicator, library_of
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
-from hpcwhirl.store.gather import gather
+from hpcwhirl.store.current import is_current
+from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import scan
 from hpcwhirl.store.owner import BrokenOffError
 from hpcwhirl.store.reader import count_statuses
@@ -50,6 +51,7 @@ class Ending:
     gave_up : whether it was for too many failures
     left : cases of other shards that have no result yet
     lasting : whether the same command would end for the same reason
+    gathered : whether the results are new: those of before held all there was
     """
 
     complete: bool
@@ -61,6 +63,7 @@ class Ending:
     left: int = 0
     missing: int = 0
     lasting: bool = False
+    gathered: bool = True
 
 
 def conclude(
@@ -82,8 +85,7 @@ def conclude(
     if of_shard is not None and of_shard.left:
         return of_shard
     try:
-        facts, asking = facts_of(design, comm), asking_of(stopping)
-        results = gather(folder, facts, comm, asking=asking)
+        results, fresh = _gathered(design, folder, comm, work, stopping)
     except (BrokenOffError, NoRoomError) as error:  # the same on every rank
         return _stopped(cases, error)
     except (MissingFileError, StoreError) as error:
@@ -99,8 +101,22 @@ def conclude(
     if more:
         failed = max(failed, sum(status != "ok" for status in ended))
     return Ending(
-        complete=True, cases=cases, failed=failed, results=results, missing=missing
-    )
+        complete=True, cases=cases, failed=failed, results=results, missing=missing,
+        gathered=fresh,
+    )  # fmt: skip
+
+
+def _gathered(
+    design: Design, folder: Path, comm: Communicator, work: Work, stopping: Stopping
+) -> tuple[Path, bool]:
+    """Return the results, gathered anew where they do not hold all there is."""
+    results, fresh = folder / RESULTS, len(work.units) > 0
+    if comm.rank == 0:
+        fresh = fresh or not is_current(results, threshold_facts())
+    fresh = bool(comm.bcast(fresh, root=0))
+    if fresh:
+        gather(folder, facts_of(design, comm), comm, asking=asking_of(stopping))
+    return results, fresh
 
 
 def _tell_budget(design: Design, folder: Path) -> None:

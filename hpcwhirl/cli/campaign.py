@@ -211,7 +211,7 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
         print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps = _maps(ending.results, args.out)
+    maps = _maps(ending, args.out)
     facts["maps"] = [str(path) for path in maps]
     pages = _pages(args, ending)
     facts["report"] = str(pages[0]) if pages else None
@@ -224,22 +224,42 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
 
 
 def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
-    """Return the page of a campaign that wants one, written."""
-    from hpcwhirl.report.page.build import write_page
+    """Return the page of a campaign that wants one, written if it is not there."""
+    from hpcwhirl.report.page.build import NAME, is_stale, write_page
 
     wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
-    return [write_page(args.out)] if wanted[args.report] else []
+    if not wanted[args.report]:
+        return []
+    page = args.out / NAME
+    if not ending.gathered and page.exists() and not is_stale(args.out):
+        return [page]
+    return [write_page(args.out)]
 
 
-def _maps(results: Path, out: Path) -> list[Path]:
-    """Draw the map; where it must be told what to show, say so in one line."""
+def _maps(ending: Any, out: Path) -> list[Path]:
+    """Draw the map; where it must be told what to show, say so in one line.
+
+    One that is there and no older than results which nothing has changed stays.
+    """
+    known = [out / "map.png", out / "map.svg"]
+    if not ending.gathered and _is_after(ending.results, known):
+        return known
     from hpcwhirl.report.maps import draw_map
 
     try:
-        return draw_map(results, out)
+        return draw_map(ending.results, out)
     except InputError as refused:
         print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
         return []
+
+
+def _is_after(results: Path, paths: list[Path]) -> bool:
+    """Return whether all of these are there and no older than results."""
+    try:
+        made = min(path.stat().st_mtime_ns for path in paths)
+        return made >= results.stat().st_mtime_ns
+    except OSError:
+        return False
 
 
 def _tell_stopped(args: argparse.Namespace, reason: str) -> None:

@@ -16,6 +16,7 @@ from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.blades import blade_quantities, tuned_cases
+from hpcwhirl.store.current import source_of
 from hpcwhirl.store.journal import Record, read_at, whole_records
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import bytes_measured
@@ -43,6 +44,7 @@ class Contents:
     shares : what each rank of each run did
     columns : {variable: (cases,)}, of the cases of a refined campaign
     found : {variable: (cases,)}, words and evidence of the same
+    source : what this was read from, see `current`
     """
 
     folder: Path
@@ -57,6 +59,7 @@ class Contents:
     shares: list[Share] = field(default_factory=list)
     columns: dict[str, NDArray[Any]] = field(default_factory=dict)
     found: dict[str, NDArray[Any]] = field(default_factory=dict)
+    source: str = ""
 
     def __post_init__(self) -> None:
         self.place = np.full((self.cases, 2), -1)
@@ -134,7 +137,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     folder : the campaign's directory
     say : told what is left out that no result depends on
     """
-    contents = Contents(folder, full_plan(folder), shares=read_runs(folder, say))
+    contents = _begun(folder, say)
     case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
     numbers: dict[str, int] = {}
     traces: dict[int, dict[str, Any]] = {}
@@ -165,6 +168,12 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
+
+
+def _begun(folder: Path, say: Callable[[str], None] | None) -> Contents:
+    source = source_of(folder)  # before it is read: what comes later is not in it
+    shares = read_runs(folder, say)
+    return Contents(folder, full_plan(folder), shares=shares, source=source)
 
 
 def _tell_refined(contents: Contents) -> None:

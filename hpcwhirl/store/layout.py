@@ -30,6 +30,7 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import blade_quantities
 from hpcwhirl.store.cells import define_cells
 from hpcwhirl.store.contents import Contents
+from hpcwhirl.store.current import SOURCE
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.measured import measured_of
 from hpcwhirl.store.refined import refined_quantities
@@ -151,6 +152,7 @@ def define(
     if contents.plan.twins:
         _define_twins(file, contents)
     performance = file.create_group("performance")
+    performance.attrs[SOURCE] = np.bytes_(contents.source)
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
         _define_shares(performance, contents.shares)

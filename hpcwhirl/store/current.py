@@ -1,0 +1,65 @@
+"""Whether `results.h5` holds all that a directory does, without reading its journals.
+
+The file tells, in its group `performance`, what it was gathered from: the plan, names,
+sizes and times of the journals, of traces and of what ranks did. Where one of these is
+another by now, or words were given anew, it is to be gathered again; a copy of a
+directory may have other times, which costs a gathering.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
+
+from hpcwhirl import __version__
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.regular import read_regular
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
+from hpcwhirl.store.hdf5 import DAMAGE
+from hpcwhirl.store.listing import listed
+from hpcwhirl.store.manifest import NAME
+from hpcwhirl.store.reader import check_file
+
+SOURCE = "gathered_from"  # attribute of the group `performance`
+PARTS = {"journal": ".log", "traces": ".bin", "runs": ".json"}
+
+
+def source_of(folder: Path) -> str:
+    """Return a digest of what results are gathered from; "" where none can be told."""
+    told = [__version__, *ROW, *STATUS, *PERFORMANCE]
+    try:
+        told.append(hashlib.sha256(read_regular(folder / NAME)).hexdigest())
+        for part, ending in PARTS.items():
+            told += filter(None, map(_told, listed(folder / part, ending)))
+    except (OSError, WhirlError):  # whoever reads it tells why
+        return ""
+    return hashlib.sha256("\n".join(told).encode()).hexdigest()
+
+
+def _told(path: Path) -> str:
+    """Return what tells a file; nothing of an empty one, as runs without work leave."""
+    state = path.stat()
+    if not state.st_size:
+        return ""
+    return f"{path.parent.name}/{path.name} {state.st_size} {state.st_mtime_ns}"
+
+
+def is_current(path: Path, words: Mapping[str, float]) -> bool:
+    """Return whether a results file is what gathering would write now.
+
+    Parameters
+    ----------
+    path : `results.h5`
+    words : {root attribute: threshold} by which words are given
+    """
+    try:
+        check_file(path)
+        with h5py.File(path, "r") as file:
+            same = all(file.attrs.get(n) == limit for n, limit in words.items())
+            known = bytes(file["performance"].attrs.get(SOURCE, b"")).decode()
+        return bool(same and known and known == source_of(path.parent))
+    except (WhirlError, KeyError, *DAMAGE):
+        return False
