@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.scene.quantities import BLADES, TUNED
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.table import listed
 from hpcwhirl.store.manifest import Manifest
 
 if TYPE_CHECKING:
@@ -22,10 +23,15 @@ LOOKED_AT = {"blades", "full"}
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return the variables of blades that the results of a plan have."""
-    details = {plan.base.get(DETAIL), *(row.get(DETAIL) for row in plan.settings)}
-    if not details & LOOKED_AT:
+    if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
+
+
+def details_of(plan: Manifest) -> set[str]:
+    """Return what the traces of any case are to keep."""
+    base = plan.base.get(DETAIL)
+    return {str(base), *map(str, listed(plan.table.column(DETAIL, base).values))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -11,12 +12,15 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import amplification
-from hpcwhirl.store.contents import Contents, records_of
+from hpcwhirl.store.contents import Contents, packed_of, records_of
 from hpcwhirl.store.journal import Record, read_traces
 from hpcwhirl.store.layout import stored, swept_extra
+from hpcwhirl.store.lines import USUAL
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.many import columns
 from hpcwhirl.store.measured import measured_of, measured_row
 from hpcwhirl.store.schema import dtype, encode, missing
 from hpcwhirl.store.shares import GROUP, TWIN_ROW, shares, shown
@@ -57,23 +61,68 @@ def read_block(contents: Contents, cases: range) -> Block:
     StoreError, MissingFileError
         where a record or a trace is damaged
     """
-    records = records_of(contents, cases)
+    if not contents.is_plain:
+        out = _by_rows(contents, cases, records_of(contents, cases))
+    else:
+        at, numbers, records = packed_of(contents, cases)
+        rest = np.setdiff1d(np.arange(len(cases)), at, assume_unique=True)
+        out = _by_rows(contents, [cases[i] for i in rest.tolist()], records)
+        if len(at):
+            out = _together(len(cases), (rest, out), (at, _by_numbers(numbers)))
+        out |= _traces(contents, cases, records)
+    for name, column in contents.columns.items():
+        out[name] = column[cases.start : cases.stop]
+    return out | _swept(contents.plan, cases)
+
+
+def _by_rows(
+    contents: Contents, cases: Sequence[int], records: dict[int, Record]
+) -> Block:
+    """Return the columns of cases from their records; of a range, all there are."""
     plan = contents.plan
     rows = [row_of(plan, case, records.get(case)) for case in cases]
     out = _table(ROW, rows) | _table(STATUS, [_status(records.get(c)) for c in cases])
     spent = [records[case]["performance"] if case in records else {} for case in cases]
     for name, column in _table(PERFORMANCE, spent).items():
         out[f"performance/{name}"] = column
-    for name, dotted in swept_extra(plan).items():
-        values = [plan.settings[case].get(dotted, plan.base[dotted]) for case in cases]
-        out[name] = np.array([stored(value) for value in values])
-    for name, column in contents.columns.items():
-        out[name] = column[cases.start : cases.stop]
+    if contents.is_plain or not isinstance(cases, range):
+        return out
     out |= _blades(contents, rows, records, cases)
     own = [measured_row(records.get(case)) for case in cases]
     out |= _table(measured_of(plan), own)
-    out |= _twins(contents, cases, out)
-    return out | _traces(contents, cases, records)
+    return out | _twins(contents, cases, out) | _traces(contents, cases, records)
+
+
+def _by_numbers(numbers: Array) -> Block:
+    """Return the columns of cases whose lines are packed."""
+    out = columns(ROW, numbers, "row")
+    for name, column in columns(PERFORMANCE, numbers, "performance").items():
+        out[f"performance/{name}"] = column
+    usual = [encode(n, q, str(USUAL[n])) for n, q in STATUS.items()]
+    for (name, quantity), value in zip(STATUS.items(), usual, strict=True):
+        out[name] = np.full(len(numbers), value, dtype=dtype(quantity))
+    return out
+
+
+def _together(
+    count: int, one: tuple[Array, Block], other: tuple[Array, Block]
+) -> Block:
+    """Return columns of so many cases, of which either knows some."""
+    out: Block = {}
+    for name, column in other[1].items():
+        out[name] = np.empty(count, dtype=column.dtype)
+        out[name][one[0]], out[name][other[0]] = one[1][name], column
+    return out
+
+
+def _swept(plan: Manifest, cases: range) -> Block:
+    """Return the swept inputs that no row has."""
+    out: Block = {}
+    numbers = np.arange(cases.start, cases.stop)
+    for name, dotted in swept_extra(plan).items():
+        column = plan.table.column(dotted, plan.base[dotted])
+        out[name] = column.of(numbers, np.array([*map(stored, listed(column.values))]))
+    return out
 
 
 def _twins(contents: Contents, cases: range, own: Block) -> Block:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,17 @@ from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.current import source_of
-from hpcwhirl.store.journal import Record, read_at, whole_records
+from hpcwhirl.store.journal import Record, journals, lines_at, read_at, record_of
 from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.measured import bytes_measured
+from hpcwhirl.store.many import NUMBERS, Chunk, Numbers, chunks, read, runs, words_in
+from hpcwhirl.store.measured import bytes_measured, measured_of
 from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.refined import columns_of, full_plan
 from hpcwhirl.store.rows import place_of, word_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
+
+WORD = ("outcome", "regime")
 
 
 @dataclass
@@ -83,6 +86,12 @@ class Contents:
         """The tuned case beside each one that has such a one."""
         return tuned_cases(self.plan)
 
+    @cached_property
+    def is_plain(self) -> bool:
+        """Whether rows have no more than packed lines tell."""
+        beside = self.blades or measured_of(self.plan) or self.plan.twins
+        return not beside
+
     @property
     def common_interval(self) -> float | None:
         """Seconds between samples where all cases share them, else None."""
@@ -137,34 +146,24 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     folder : the campaign's directory
     say : told what is left out that no result depends on
     """
-    contents = _begun(folder, say)
-    case_of = {digest: case for case, digest in enumerate(contents.plan.digests)}
-    numbers: dict[str, int] = {}
-    traces: dict[int, dict[str, Any]] = {}
-    shapes_seen: dict[str, dict[str, Any]] = {}
-    words = np.full(contents.cases, "", dtype="U16")
-    for place, start, record in _counted(contents, case_of):
-        at = numbers.setdefault(place.file, len(numbers)), start
-        if place.twin:
-            contents.twins[place.case, place.twin - 1] = at
-            continue
-        case = place.case
-        contents.place[case], words[case] = at, word_of(record)
-        row = record.get("row") or {}
-        contents.interval[case] = row.get("sample_interval", np.nan)
-        traces.pop(case, None)
-        contents.samples[case] = 0
-        if record.get("traces"):
-            shapes = record["traces"]["shapes"]
-            contents.samples[case] = shapes["time"][0]
-            kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
-            traces[case] = shapes_seen.setdefault(str(kind), kind)  # one, shared
-    contents.journals = list(numbers)
+    index = _Index(_begun(folder, say))
+    contents, sizes = index.contents, dict[str, int]()
+    for path in journals(folder):
+        for chunk in chunks(path):
+            for run, line in runs(chunk.at, len(chunk.lines)):
+                index.take_packed(path.name, chunk, run)
+                record = (
+                    record_of(folder, chunk.lines[line], sizes) if line >= 0 else None
+                )
+                if record is not None:
+                    index.take(path.name, int(chunk.starts[line]), record)
+    contents.journals = list(index.journals)
     _tell_refined(contents)
     plan = contents.plan
     if plan.twins.get("of") == "boundary":
-        contents.twins[~at_boundary(plan.settings, plan.swept, words.tolist())] = -1
-    kinds = list({id(kind): kind for kind in traces.values()}.values())
+        words = index.words.tolist()
+        contents.twins[~at_boundary(plan.settings, plan.swept, words)] = -1
+    kinds = list({id(kind): kind for kind in index.traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
@@ -203,36 +202,111 @@ def _evidence(contents: Contents) -> dict[str, NDArray[Any]]:
     return out
 
 
-class _Found(NamedTuple):
-    """Of what a record of a journal is."""
+class _Index:
+    """Takes in records, the oldest first: of those of one case the last one counts.
 
-    case: int
-    twin: int
-    file: str
+    Parameters
+    ----------
+    contents : to be filled
+    """
+
+    def __init__(self, contents: Contents) -> None:
+        self.contents, self.plan = contents, contents.plan
+        self.numbers = Numbers(contents.plan.digests)
+        self.journals: dict[str, int] = {}
+        self.traces: dict[int, dict[str, Any]] = {}  # of a case
+        self.stages: dict[tuple[int, int], int] = {}  # later than the first, see `rows`
+        self.seen: dict[str, dict[str, Any]] = {}
+        width = "U16" if contents.plan.twins.get("of") == "boundary" else "U0"
+        self.words = np.full(contents.cases, "", dtype=width)
+
+    def take_packed(self, journal: str, chunk: Chunk, run: slice) -> None:
+        """Take in packed lines, which are of cases as planned, without traces."""
+        found = chunk.numbers[run]
+        cases = self.numbers.find_all(found["digest"], found["case"])
+        own = cases >= 0
+        if self.stages:
+            own &= [(case, 0) not in self.stages for case in cases.tolist()]
+        cases, found = cases[own], found[own]
+        if not len(cases):
+            return
+        number = self.journals.setdefault(journal, len(self.journals))
+        contents, starts = self.contents, chunk.starts[chunk.at[run]][own]
+        contents.place[cases] = np.column_stack([np.full(len(cases), number), starts])
+        contents.interval[cases] = found["row.sample_interval"]
+        contents.samples[cases] = 0
+        for case in self.traces.keys() & set(cases.tolist() if self.traces else ()):
+            del self.traces[case]
+        if self.words.itemsize:
+            outcome, regime = (words_in(found, f"row.{n}") for n in WORD)
+            self.words[cases] = np.where(outcome == "unstable", outcome, regime)
+
+    def take(self, journal: str, start: int, record: Record) -> None:
+        """Take in a record."""
+        name, twin, stage = place_of(record, self.plan)
+        case = self.numbers.find(name, record.get("case"))
+        if case < 0 or stage < self.stages.get((case, twin), 0):
+            return
+        if stage:
+            self.stages[case, twin] = stage
+        at = self.journals.setdefault(journal, len(self.journals)), start
+        if twin:
+            self.contents.twins[case, twin - 1] = at
+            return
+        contents = self.contents
+        contents.place[case], self.words[case] = at, word_of(record)
+        row = record.get("row") or {}
+        contents.interval[case] = row.get("sample_interval", np.nan)
+        self.traces.pop(case, None)
+        contents.samples[case] = 0
+        if record.get("traces"):
+            shapes = record["traces"]["shapes"]
+            contents.samples[case] = shapes["time"][0]
+            kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
+            self.traces[case] = self.seen.setdefault(str(kind), kind)  # one, shared
 
 
-def _counted(
-    contents: Contents, case_of: Mapping[str, int]
-) -> Iterator[tuple[_Found, int, Record]]:
-    """Yield of what, byte, record; of those of one case or twin the last one counts."""
-    stages: dict[tuple[int, int], int] = {}  # later ones than the first, see `rows`
-    for path, start, record in whole_records(contents.folder):
-        name, twin, stage = place_of(record, contents.plan)
-        case = case_of.get(name)
-        if case is not None and stage >= stages.get((case, twin), 0):
-            if stage:
-                stages[case, twin] = stage
-            yield _Found(case, twin, path.name), start, record
+def packed_of(
+    contents: Contents, cases: range
+) -> tuple[NDArray[np.int64], NDArray[Any], dict[int, Record]]:
+    """Return what is known of some cases: of packed lines as columns.
+
+    Returns
+    -------
+    at : (m,), those of the cases that have packed lines, by their place among these
+    numbers : (m,), see `many`
+    records : {case: its newest whole record}, of the others that have one
+    """
+    ats, parts, records = [], [], dict[int, Record]()
+    for path, mine, starts in _places(contents, cases):
+        own, numbers = read(lines_at(path, starts.tolist()))
+        ats.append(mine[own])
+        parts.append(numbers)
+        rest = np.setdiff1d(np.arange(len(mine)), own, assume_unique=True)
+        found = read_at(path, starts[rest].tolist())
+        both = zip(mine[rest].tolist(), found, strict=True)
+        records |= {cases.start + i: record for i, record in both}
+    if not ats:
+        return np.zeros(0, np.int64), np.zeros(0, NUMBERS), records
+    return np.concatenate(ats), np.concatenate(parts), records
+
+
+def _places(
+    contents: Contents, cases: range, twin: int = 0
+) -> Iterator[tuple[Path, NDArray[np.int64], NDArray[np.int64]]]:
+    """Yield (journal, which of the cases are there, bytes where their lines begin)."""
+    own = contents.twins[:, twin - 1] if twin else contents.place
+    place = own[cases.start : cases.stop]
+    for number in np.unique(place[:, 0][place[:, 0] >= 0]):
+        mine = np.flatnonzero(place[:, 0] == number)
+        path = contents.folder / "journal" / contents.journals[number]
+        yield path, mine, place[mine, 1]
 
 
 def records_of(contents: Contents, cases: range, twin: int = 0) -> dict[int, Record]:
     """Return {case: its newest whole record}, or its twin's, of those that have one."""
-    own = contents.twins[:, twin - 1] if twin else contents.place
-    place = own[cases.start : cases.stop]
     found: dict[int, Record] = {}
-    for number in np.unique(place[:, 0][place[:, 0] >= 0]):
-        mine = np.flatnonzero(place[:, 0] == number)
-        path = contents.folder / "journal" / contents.journals[number]
-        lines = read_at(path, [int(place[i, 1]) for i in mine])
+    for path, mine, starts in _places(contents, cases, twin):
+        lines = read_at(path, starts.tolist())
         found |= {cases.start + int(i): r for i, r in zip(mine, lines, strict=True)}
     return found

@@ -16,7 +16,7 @@ import math
 import os
 import stat
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
@@ -180,7 +180,7 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
 
 def next_run(folder: Path) -> int:
     """Return a run number that no journal of the campaign has."""
-    return 1 + max(map(run_of, _journals(folder)), default=0)
+    return 1 + max(map(run_of, journals(folder)), default=0)
 
 
 def claim_run(folder: Path) -> int:
@@ -214,7 +214,8 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-def _journals(folder: Path) -> list[Path]:
+def journals(folder: Path) -> list[Path]:
+    """Return the journals of a campaign's directory, the oldest run first."""
     return listed(folder / "journal", ".log")
 
 
@@ -230,14 +231,35 @@ def _whole_lines(journal: Path) -> Iterator[tuple[int, Record]]:
         with open_regular(journal) as file:
             start = 0
             for line in file:
-                record = opened(line)
-                if record is not None and LAYOUT in record:
-                    learn(record)
-                elif record is not None and _is_of_a_case(record):
+                record = _of_a_case(line)
+                if record is not None:
                     yield start, record
                 start += len(line)
     except OSError as failed:
         raise unreadable(journal, failed) from None
+
+
+def _of_a_case(line: bytes) -> Record | None:
+    """Return the record of a line, None of a torn one, or of one that is of no case."""
+    record = opened(line)
+    if record is not None and LAYOUT in record:
+        learn(record)
+    elif record is not None and _is_of_a_case(record):
+        return record
+    return None
+
+
+def record_of(folder: Path, line: bytes, sizes: dict[str, int]) -> Record | None:
+    """Return the record of a line, None also where its traces are not all there.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    line : of one of its journals
+    sizes : {trace file: bytes}, of those looked at before
+    """
+    record = _of_a_case(line)
+    return record if record and _has_traces(folder, record, sizes) else None
 
 
 def _is_of_a_case(record: Record) -> bool:
@@ -252,7 +274,7 @@ def read_journals(folder: Path) -> dict[str, list[Record]]:
     """Return {journal: its whole lines in the order written}, oldest run first."""
     return {
         path.stem: [record for _, record in _whole_lines(path)]
-        for path in _journals(folder)
+        for path in journals(folder)
     }
 
 
@@ -262,7 +284,7 @@ def whole_records(folder: Path) -> Iterator[tuple[Path, int, Record]]:
     A record whose traces are not all there is dropped too: the case runs again.
     """
     sizes: dict[str, int] = {}
-    for path in _journals(folder):
+    for path in journals(folder):
         for start, record in _whole_lines(path):
             if _has_traces(folder, record, sizes):
                 yield path, start, record
@@ -319,7 +341,7 @@ def _learn_layouts(path: Path) -> None:
         pass
 
 
-def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
+def read_at(path: Path, starts: Sequence[int]) -> list[Record]:
     """Return the records of a journal that begin at some bytes.
 
     Raises
@@ -328,18 +350,31 @@ def read_at(path: Path, starts: Iterable[int]) -> list[Record]:
         where they are no longer there
     """
     out: list[Record] = []
+    for start, line in zip(starts, lines_at(path, starts), strict=True):
+        if is_packed(line) and not is_known(line):
+            _learn_layouts(path)
+        record = opened(line)
+        if record is None:
+            msg = f"{path} has changed at byte {start} while it was read"
+            raise StoreError(msg)
+        out.append(record)
+    return out
+
+
+def lines_at(path: Path, starts: Iterable[int]) -> list[bytes]:
+    """Return the lines of a journal that begin at some bytes.
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be read
+    """
+    out: list[bytes] = []
     try:
         with open_regular(path) as file:
             for start in starts:
                 file.seek(start)
-                line = file.readline()
-                if is_packed(line) and not is_known(line):
-                    _learn_layouts(path)
-                record = opened(line)
-                if record is None:
-                    msg = f"{path} has changed at byte {start} while it was read"
-                    raise StoreError(msg)
-                out.append(record)
+                out.append(file.readline())
     except OSError as failed:
         raise unreadable(path, failed) from None
     return out

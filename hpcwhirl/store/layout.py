@@ -26,6 +26,7 @@ from hpcwhirl.scene.quantities import (
     variable_name,
 )
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.blades import blade_quantities
 from hpcwhirl.store.cells import define_cells
@@ -141,7 +142,8 @@ def define(
     _axis(file, "case", contents.cases)
     _define_table(file, file["case"], ROW | STATUS)
     for name, dotted in swept_extra(plan).items():
-        values = [stored(row.get(dotted, plan.base[dotted])) for row in plan.settings]
+        column = plan.table.column(dotted, plan.base[dotted])
+        values = [stored(value) for value in listed(column.values)]
         texts = [len(value) for value in values if isinstance(value, bytes)]
         kind = f"S{max(64, *texts)}" if texts else "f8"
         data = file.create_dataset(name, (contents.cases,), kind)

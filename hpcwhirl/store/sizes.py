@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import BLADES, ROW, TRACES
+from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.blades import DETAIL
+from hpcwhirl.store.blades import DETAIL, details_of
 from hpcwhirl.store.blocks import row_of
 from hpcwhirl.store.contents import Contents
 from hpcwhirl.store.layout import LIBVER, define
@@ -73,16 +74,16 @@ def bytes_of(
     """
     contents = Contents(Path(), plan, sizes=dict(sizes), shares=[ONE_RANK])
     contents.samples[:], contents.interval[:] = samples, intervals
-    details = {plan.base[DETAIL], *(row.get(DETAIL) for row in plan.settings)}
+    details = details_of(plan)
     if samples.any():
         wanted = [n for n in TRACES if "full" in details or n not in MORE]
         contents.kept = tuple(n for n in wanted if {*TRACES[n].axes} <= sizes.keys())
     widths = {
         n: int(np.prod([sizes[a] for a in TRACES[n].axes])) for n in contents.kept
     }
-    full = np.array(
-        [row.get(DETAIL, plan.base[DETAIL]) == "full" for row in plan.settings]
-    )
+    detail = plan.table.column(DETAIL, plan.base[DETAIL])
+    is_full = np.array([value == "full" for value in listed(detail.values)])
+    full = detail.of(np.arange(contents.cases), is_full)
     always = 1 + sum(width for name, width in widths.items() if name not in MORE)
     more = sum(width for name, width in widths.items() if name in MORE)
     return Bytes(

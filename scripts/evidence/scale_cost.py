@@ -2,7 +2,8 @@
 
     python scripts/evidence/scale_cost.py                      # 10^4, 10^5, 10^6 rows
     python scripts/evidence/scale_cost.py --cases 10000 --only gather status
-    options: --folder DIR (kept and used again), --write (the page), --profile COMMAND
+    options: --folder DIR (kept and used again), --write (the page), --load TEXT (what
+             else the machine did, for the page)
 
 Rows are made up: a grid of so many speeds and gaps is planned as any campaign, and its
 journals are written by the program's own writer, as two ranks would, in scattered
@@ -20,20 +21,24 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+import zlib
+from base64 import b64encode
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcwhirl.campaign.design import Design
-from hpcwhirl.store.journal import Record, journal_name, read_records, sealed
+from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.store.journal import Record, journal_name, read_records
+from hpcwhirl.store.lines import OWN, line_of, opened
 from hpcwhirl.store.manifest import write_manifest
+from hpcwhirl.store.many import HEAD, NUMBERS, read
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)
 SCENE = {"nodal_diameter": 1, "friction": 0.2, "duration": 2.5}
-TEMPLATES = {
+TEMPLATES: dict[str, dict[str, Any]] = {
     "scene": SCENE,
     "solver": {"preset": "draft"},
     "output": {"traces": "summary"},
@@ -44,12 +49,18 @@ RANKS = 2
 COMMANDS: dict[str, list[str]] = {
     "status": ["status", "DIR"],
     "gather": ["gather", "DIR"],
+    "map": ["map", "DIR"],
     "nothing to do": ["campaign", "DIR/sweep.toml", "--out", "DIR", "--report", "no"],
     "classify": ["classify", "DIR", "--set", "drift=0.11"],
-    "map": ["map", "DIR"],
     "cases": ["cases", "DIR", "--csv"],
     "cases --where": ["cases", "DIR", "--where", "speed > 499 and gap < 2e-4"],
 }
+
+AIMS = {
+    "status": "3 s", "gather": "60 s, 500 MB", "nothing to do": "5 s",
+    "classify": "20 s",
+}  # fmt: skip
+COMPUTED = len(TEMPLATES["sweep"]["speed"]) * len(TEMPLATES["sweep"]["gap"])
 
 
 class Cost(NamedTuple):
@@ -99,6 +110,7 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     if place.exists():
         return place
     part = folder / f"rows-{cases}.part"
+    shutil.rmtree(part, ignore_errors=True)
     (part / "journal").mkdir(parents=True)
     (part / "traces").mkdir()
     wide = round(cases**0.5 / 10) * 10
@@ -110,43 +122,71 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     (part / "sweep.toml").write_text(as_toml(document))
     design = Design.of(document)
     write_manifest(part, design.manifest())
-    files = [(part / "journal" / journal_name(1, r)).open("wb") for r in range(RANKS)]
-    for number, record in enumerate(records(design, known)):
-        files[number % RANKS].write(sealed(record))
-    for file in files:
-        file.close()
+    lines = lines_of(design, known)
+    for rank in range(RANKS):
+        body = b"".join([OWN.head, *lines[rank::RANKS]])
+        (part / "journal" / journal_name(1, rank)).write_bytes(body)
     part.rename(place)
     return place
 
 
-def records(design: Design, known: list[Record]) -> Iterator[Record]:
-    """Yield a record for each case of a design, in the order that they would end."""
-    cases = len(design.settings)
-    scattered = np.argsort((np.arange(cases) * GOLDEN) % 1.0)
-    now = 1.7e9
+def lines_of(design: Design, known: list[Record]) -> list[bytes]:
+    """Return a line for each case of a design, in the order that they would end.
+
+    Many at once; what the program's writer makes of some of them is the same.
+    """
     rows = sorted(known, key=lambda r: (r["row"]["speed"], -r["row"]["gap"]))
-    for case in scattered.tolist():
-        own = design.settings[case]
-        drive = own["speed"] / 520.0 - 0.1 * np.log10(own["gap"] / 1e-4)
-        like = rows[int(np.clip(drive, 0.0, 0.999) * len(rows))]
-        more = 1.0 + 1e-3 * ((case * GOLDEN) % 1.0)
-        row = {name: value * more if isinstance(value, float) else value
-               for name, value in like["row"].items() if name not in FIXED}  # fmt: skip
-        row = {n: row.get(n, like["row"][n]) for n in like["row"]}  # in their order
-        row |= {name: own[name] for name in ("speed", "gap")}
-        yield like | {
-            "case": case, "digest": design.digests[case], "ended": (now := now + 1e-3),
-            "row": row,
-        }  # fmt: skip
+    _, computed = read([line_of(record) for record in rows])
+    cases = np.argsort((np.arange(len(design.settings)) * GOLDEN) % 1.0)
+    own = {name: column_of(design, name)[cases] for name in ("speed", "gap")}
+    drive = own["speed"] / 520.0 - 0.1 * np.log10(own["gap"] / 1e-4)
+    found = computed[(np.clip(drive, 0.0, 0.999) * len(rows)).astype(int)]
+    more = 1.0 + 1e-3 * ((cases * GOLDEN) % 1.0)
+    for name in ROW.keys() - set(FIXED):
+        if NUMBERS[f"row.{name}"].kind == "f":
+            found[f"row.{name}"] *= more
+    found["case"], found["ended"] = cases, 1.7e9 + 1e-3 * np.arange(len(cases))
+    found["row.speed"], found["row.gap"] = own["speed"], own["gap"]
+    digests = np.frombuffer(b"".join(map(bytes.fromhex, design.digests)), "V32")
+    found["digest"] = digests[cases]
+    lines = [sealed_body(HEAD + b64encode(one.tobytes())) for one in found]
+    for line in lines[:: len(lines) // 100]:
+        if line_of(opened(line) or {}) != line:
+            raise SystemExit("these are not the lines that the program writes")
+    return lines
+
+
+def column_of(design: Design, name: str) -> np.ndarray:
+    """Return an input of all cases, (cases,)."""
+    column = design.settings.column(name, None)
+    return column.of(np.arange(len(design.settings)), np.array(column.values, float))
+
+
+def sealed_body(body: bytes) -> bytes:
+    """Return a line of a journal."""
+    return b"%08x " % zlib.crc32(body) + body + b"\n"
 
 
 FIXED = ("duration", "time_step", "sample_interval", "end_time", "window", "force",
          "pulse", "friction", "certificate", "last_contact", "load_end")  # fmt: skip
 
 
-def bytes_of(folder: Path) -> int:
-    """Return the bytes of a folder's files."""
-    return sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
+class Place(NamedTuple):
+    """What a directory holds: cases, files, bytes of its plan, a journal line's."""
+
+    cases: int
+    files: int
+    plan: int
+    line: float
+    costs: dict[str, Cost]
+
+
+def held_by(place: Path, cases: int, costs: dict[str, Cost]) -> Place:
+    """Return what a directory of so many cases holds, commands' costs with it."""
+    files = sum(path.is_file() for path in place.rglob("*"))
+    journal = sum(path.stat().st_size for path in (place / "journal").iterdir())
+    plan = (place / "campaign.json").stat().st_size
+    return Place(cases, files, plan, journal / cases, costs)
 
 
 def measured(place: Path, only: list[str]) -> dict[str, Cost]:
@@ -161,7 +201,43 @@ def measured(place: Path, only: list[str]) -> dict[str, Cost]:
             f"{place.name} {name}: {cost.seconds:.1f} s ({cost.processor:.1f} s of the "
             f"processor), {cost.megabytes:.0f} MB", flush=True,
         )  # fmt: skip
+        if to:
+            to.unlink()
     return out
+
+
+def page(found: list[Place], load: str) -> str:
+    """Return the page."""
+    names = [name for name in COMMANDS if all(name in one.costs for one in found)]
+    sizes = [f"10^{len(str(one.cases)) - 1}" for one in found]
+    head = "| command | " + " | ".join(f"{size} cases" for size in sizes) + " | aim |"
+    lines = [head, "|---" * (len(found) + 2) + "|"]
+    for name in names:
+        cells = [
+            f"{c.seconds:.1f} s ({c.processor:.1f}), {c.megabytes:.0f} MB"
+            for c in (one.costs[name] for one in found)
+        ]
+        command = " ".join(COMMANDS[name]).replace("DIR", "D")
+        lines.append(f"| `{command}` | {' | '.join(cells)} | {AIMS.get(name, '')} |")
+    held = [
+        f"{one.line:.0f} B a case in the journal, {one.plan / 1e3:.3g} kB of plan, "
+        f"{one.files} files" for one in found
+    ]  # fmt: skip
+    lines.append(f"| what there is | {' | '.join(held)} | 700 B |")
+    table = "\n".join(lines)
+    return f"""# What commands cost over many cases
+
+Made by `python scripts/evidence/scale_cost.py --write`. Each command by itself in a new
+process: seconds of the clock, in brackets those of the processor, and the largest
+resident set. {load}
+
+{table}
+
+Rows are made up: a grid of speeds and gaps is planned as any campaign, its journals are
+written by the program's own writer, as two ranks would, in scattered order, from
+{COMPUTED} rows that were computed, with the inputs of each case and numbers of as many
+digits. Aims are those of 10^6 summary rows.
+"""
 
 
 def main() -> None:
@@ -170,17 +246,25 @@ def main() -> None:
     parser.add_argument("--cases", type=int, nargs="+", default=SIZES)
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     parser.add_argument("--folder", type=Path)
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
     folder = args.folder or Path(tempfile.mkdtemp(prefix="scale-cost-"))
     folder.mkdir(parents=True, exist_ok=True)
+    found = []
     try:
         known = templates(folder)
         for cases in args.cases:
             place = made(folder, cases, known)
-            measured(place, args.only)
+            costs = measured(place, args.only)
+            found.append(held_by(place, cases, costs))
     finally:
         if not args.folder:
             shutil.rmtree(folder)
+    text = page(found, args.load)
+    print(text)
+    if args.write:
+        PAGE.write_text(text)
 
 
 if __name__ == "__main__":
