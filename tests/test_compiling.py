@@ -1,14 +1,18 @@
 """What is compiled, and when: no waiting for compilers, and nothing stale."""
 
+import gc
 import io
 import re
 
+import numpy as np
 import pytest
+from numba.core.errors import TypingError
 from rich.console import Console
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
 from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.schemes import NAMES
@@ -42,6 +46,47 @@ def test_a_part_is_no_function_of_python():
         cyclic.flush(passes.packed)
 
 
+@pytest.mark.parametrize("made", [part, inlined, rare])
+def test_a_part_is_compiled_once_for_all_values_of_a_literal(made):
+    @made
+    def times(x, n):
+        return x * n if n > 2 else x
+
+    @kernel
+    def both(x):
+        return times(x, 2) + times(x, 5)
+
+    assert both(0.1) == 0.1 + 0.1 * 5
+    assert len(times.signatures) == 1
+
+
+def test_a_kernel_is_the_same_function_for_python_and_for_compiled_code():
+    @kernel
+    def mean(values):
+        total = 0.0
+        for i in range(len(values)):
+            total += values[i] / 3.0
+        return total / len(values)
+
+    @kernel
+    def twice(values):
+        return mean(values), mean(values[1:])
+
+    values = np.random.default_rng(17).normal(size=101)
+    assert twice(values) == (mean(values), mean(values[1:]))
+    assert (len(mean.signatures), len(mean.twin.signatures)) == (1, 1)
+
+
+def test_a_compilation_that_fails_leaves_the_collector_on():
+    @kernel
+    def wrong(x):
+        return x.nothing_like_it
+
+    with pytest.raises(TypingError):
+        wrong(1.0)
+    assert gc.isenabled()
+
+
 def test_starts_are_told_with_what_they_compiled(monkeypatch):
     # a program in the place of ten steps: one function, and one for each new size
     monkeypatch.setattr(bench, "START", PRETEND)
@@ -62,6 +107,6 @@ def test_starts_are_told_with_what_they_compiled(monkeypatch):
 @pytest.mark.parametrize("scheme", NAMES)
 def test_a_start_with_a_full_cache_compiles_nothing(scheme):
     found = bench.start_of(scheme)
-    assert found["cold_compiled"] > 10
+    assert found["cold_compiled"] > 0
     assert found["new_size_compiled"] == 0
     assert found["warm_compiled"] == 0

@@ -84,10 +84,9 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     from hpcwhirl.measure import bench
 
     peak = bench.fma_peak(repeats)
-    rows = [asdict(timing) for timing in bench.time_schemes(scene, repeats)]
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
-        engines = engines_of(scene, Path(folder))
-        rows += [asdict(timing) for timing in bench.time_engines(engines, repeats)]
+        asked = bench.rows_of(scene, engines_of(scene, Path(folder)))
+        rows = [asdict(timing) for timing in bench.time_steps(asked, repeats)]
     facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
     for scheme in COUNTED:

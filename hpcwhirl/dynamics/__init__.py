@@ -11,9 +11,8 @@ denormals are slow. `kernels` is all compiled code.
 - `modal` marches complex amplitudes, one for the two phases of a double mode, in slots
   of nodal diameters, the ring's in the rotating frame, where nothing depends on the
   blades' place: one real transform of N points gives all gaps of both bodies, its
-  conjugate all modal forces. Sizes are literals of the compiled code, a kernel for each
-  N. It takes over where the rotor is cyclic, the ring is harmonics and N >= 3;
-  `general` does the rest. In a step each amplitude is read and written once: what
+  conjugate all modal forces. It takes over where the rotor is cyclic, the ring is
+  harmonics and N >= 3; `general` does the rest. In a step each amplitude is read and written once: what
   contact adds is known once all blades have been predicted, and waits as a spectrum for
   the next pass. Vectors are written out, so that sums and products are rounded as they
   stand, on every machine. The active blades stay the same in 98 of 100 steps: the

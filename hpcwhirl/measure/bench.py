@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,32 +68,40 @@ def restore(march: March, saved: Sequence[object]) -> None:
         array[...] = value
 
 
-def time_step(
-    scene: Scene, scheme: str, repeats: int, *, contact: bool, engine: str = OWN
-) -> Timing:
-    """Return what a step costs, from the same state and steps in every repeat.
+@dataclass(frozen=True)
+class Asked:
+    """What is to be timed: a case by a scheme, with blades that touch or `FAR` off."""
 
-    Parameters
-    ----------
-    scene : the case; its duration is replaced
-    scheme : integrator
-    repeats : timed runs
-    contact : whether blades touch; if not, the gap is `FAR`
-    engine : its name
+    scene: Scene
+    scheme: str
+    contact: bool
+    engine: str = OWN
+
+
+def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
+    """Return what a step of each costs, from the same state and steps in every repeat.
+
+    They take turns, and the processor's time counts: what else the machine does is
+    spread over all of them.
     """
-    march = settled(scene, scheme, contact=contact)
-    saved: list[object] = [array.copy() for array in march.state]
-    spent, share = [], 0.0
+    marches = [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
+    saved = [m.state._make(array.copy() for array in m.state) for m in marches]
+    spent: list[list[float]] = [[] for _ in marches]
     for _ in range(repeats):
-        restore(march, saved)
-        march.seconds = 0.0
-        before = march.counter[TOUCHED]
-        march.advance(STEPS)
-        share = float(march.counter[TOUCHED] - before) / STEPS
-        spent.append(1e6 * march.seconds / STEPS)
-    middle = statistics.median(spent)
-    spread = (max(spent) - min(spent)) / middle
-    return Timing(scheme, engine, share, middle, spread)
+        for march, state, times in zip(marches, saved, spent, strict=True):
+            restore(march, state)
+            start = time.process_time()
+            march.advance(STEPS)
+            times.append(1e6 * (time.process_time() - start) / STEPS)
+    every = zip(asked, marches, saved, spent, strict=True)
+    return [_timing(a, march, state, times) for a, march, state, times in every]
+
+
+def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timing:
+    share = float(march.counter[TOUCHED] - before.counter[TOUCHED]) / STEPS
+    middle = statistics.median(times)
+    spread = (max(times) - min(times)) / middle
+    return Timing(asked.scheme, asked.engine, share, middle, spread)
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
@@ -100,24 +109,22 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
     The tail's amplitudes have decayed to where their products would be denormal.
     """
-    alive = time_step(scene, DEFAULT, repeats, contact=False)
     faint = apply_settings(scene, {"force": FAINT})
-    tail = time_step(faint, DEFAULT, repeats, contact=False)
+    alive, tail = time_steps(
+        [Asked(own, DEFAULT, contact=False) for own in (scene, faint)], repeats
+    )
     return tail.microseconds_per_step / alive.microseconds_per_step
 
 
-def time_schemes(scene: Scene, repeats: int) -> Iterator[Timing]:
-    """Yield the cost of every scheme, in flight and in contact."""
-    for scheme in NAMES:
-        for contact in (False, True):
-            yield time_step(scene, scheme, repeats, contact=contact)
-
-
-def time_engines(engines: dict[str, Scene], repeats: int) -> Iterator[Timing]:
-    """Yield the cost of the default scheme on engines by name, as `time_schemes`."""
-    for name, scene in engines.items():
-        for contact in (False, True):
-            yield time_step(scene, DEFAULT, repeats, contact=contact, engine=name)
+def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
+    """Return every scheme, and the default one on engines by name; flight, contact."""
+    own = [(scene, scheme, OWN) for scheme in NAMES]
+    made = [(other, DEFAULT, name) for name, other in engines.items()]
+    return [
+        Asked(one, scheme, contact, engine)
+        for one, scheme, engine in own + made
+        for contact in (False, True)
+    ]
 
 
 def fma_peak(repeats: int) -> float:

@@ -157,7 +157,7 @@ def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
         return
     count = min(facts["cache_kernels"] for facts in ranks)
     got = f"{ranks[0]['cache']}, {count} compiled functions"
-    told = "" if count else ": the first start compiles for some 20 s"
+    told = "" if count else ": the first start compiles for some 10 s"
     yield Finding("numba cache", FINE, got + told)
 
 

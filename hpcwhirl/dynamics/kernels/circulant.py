@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare_kernel
 from hpcwhirl.dynamics.kernels.named import ConstantSpace, ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import pivot
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -194,7 +194,7 @@ def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
     return size
 
 
-@kernel
+@rare_kernel
 def solve_any(gaps, row, blades, wide, space):
     """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
     push, known, inverse, rows, where, fallback, near, lam, opened = space

@@ -1,19 +1,115 @@
 """How functions of the cyclic kernel are compiled: in Python, as a part, or inline.
 
-Numba makes of every function one that Python can call, too, and another for C: that is
-a sixth of the seconds of a first start. A part has neither.
+Numba makes of every function one that Python can call, another for C, and machine code
+of its own, optimised with all that it calls: at each level of the calls once more. A
+part has none of that: it is typed and lowered once, and optimised where it is linked.
+What numba itself inlines it copies and types anew at each place; LLVM inlines here.
 """
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from typing import Any, NoReturn
 
 from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 numba_njit: Any = njit  # its hints leave out the options that name entries
-kernel = numba_njit(error_model="numpy", cache=True, no_cfunc_wrapper=True)
-inlined = numba_njit(error_model="numpy", inline="always")
+ENTRY = "_ZN7cpython"  # the mangled name of what Python calls begins so
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Let objects lie that cannot be freed yet: compilers make them by the million."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
+    """Code that counts no references: one pass of optimisation is enough.
+
+    Numba's others are there to find the counts that cancel.
+    """
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+        for function in ll_module.functions:
+            if not function.is_declaration and self._is_rare(function.name):
+                function.add_function_attribute("optsize")  # no loop in two versions
+
+    def _is_rare(self, name: str) -> bool:
+        return name.startswith(ENTRY)
+
+    def _optimize_final_module(self) -> None:
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(self._final_module, builder)
+
+
+class PartLibrary(KernelLibrary):
+    """Code to be linked, as it was lowered: neither optimised nor made executable."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    @property
+    def codegen(self) -> Any:
+        """Return itself, for want of an environment to set."""
+        return self
+
+    def set_env(self, *_: Any) -> None:
+        """Set no environment: nothing here runs."""
+
+    def get_pointer_to_function(self, _: str) -> int:
+        """Return that of no function."""
+        self._ensure_finalized()
+        return 0
+
+
+class RareLibrary(PartLibrary):
+    """Code of a part that does not run every step."""
+
+    def _is_rare(self, _: str) -> bool:
+        return True
+
+
+class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
+    """Numba's compiler, to a library of its own kind."""
+
+    library: type[JITCodeLibrary] = KernelLibrary
+
+    def _compile_bytecode(self) -> Any:
+        state = self.state
+        name = state.func_id.func_qualname
+        state.library = self.library(state.targetctx.codegen(), name)
+        state.library.enable_object_caching()
+        return super()._compile_bytecode()
+
+
+class PartCompiler(KernelCompiler):
+    """Numba's compiler, to a `PartLibrary`."""
+
+    library = PartLibrary
+
+
+class RareCompiler(KernelCompiler):
+    """Numba's compiler, to a `RareLibrary`."""
+
+    library = RareLibrary
 
 
 class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
@@ -24,11 +120,65 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         msg = f"{self.py_func.__name__} is for compiled code alone"
         raise TypeError(msg)
 
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the template of a call, one for all values of a literal."""
+        return super().get_call_template([unliteral(arg) for arg in args], kws)
 
-def part(function: Any) -> Any:
-    """Compile a function for other compiled functions alone."""
+
+class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
+    """A function that Python calls; compiled code calls its twin, a part."""
+
+    twin: Any  # a `Part`
+
+    def compile(self, sig: Any) -> Any:
+        """Compile as numba does."""
+        with _no_collection():
+            return super().compile(sig)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the template of a call by compiled code."""
+        return self.twin.get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return what compiled code calls."""
+        return self.twin.get_overload(sig)
+
+
+COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+
+
+def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
+    """Compile a function for Python and for compiled functions: it makes no arrays.
+
+    twin : how for compiled ones, `part` if not given
+    """
     made = numba_njit(
-        error_model="numpy", cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
+        cache=True, forceinline=False, pipeline_class=KernelCompiler, **COMMON
+    )(function)
+    made.__class__ = Kernel
+    made.twin = (twin or part)(function)
+    return made
+
+
+def part(
+    function: Any, *, inline: bool = False, compiler: type[Compiler] = PartCompiler
+) -> Any:
+    """Compile a function for other compiled functions alone: it makes no arrays."""
+    made = numba_njit(
+        no_cpython_wrapper=True, forceinline=inline, pipeline_class=compiler, **COMMON
     )(function)
     made.__class__ = Part
     return made
+
+
+def rare(function: Any) -> Any:
+    """Compile a part that does not run every step: short code, soon compiled."""
+    return part(function, compiler=RareCompiler)
+
+
+def inlined(function: Any) -> Any:
+    """Compile a part that each of its callers has a copy of."""
+    return part(function, inline=True)
+
+
+rare_kernel = partial(kernel, twin=rare)

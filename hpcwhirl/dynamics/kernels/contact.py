@@ -15,8 +15,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.named import ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
@@ -109,7 +110,7 @@ def rigid_amplitude(wall, time):
     return wall.amplitude * math.exp(wall.growth * time) * ramp
 
 
-@part
+@rare
 def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
 
@@ -186,7 +187,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     return -1
 
 
-@kernel
+@njit(cache=True)
 def contact_space(blades, coordinates):
     """Return the work space of `complementarity`."""
     return ContactSpace(
@@ -224,7 +225,7 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
     counter[TOUCHED] += 1
 
 
-@part
+@rare
 def write_sample(
     counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
 ):

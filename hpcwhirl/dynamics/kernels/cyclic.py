@@ -30,7 +30,7 @@ from hpcwhirl.dynamics.kernels.circulant import (
     recall,
     solved,
 )
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
     AMPLITUDE,
     COMPLEMENTARITY,
@@ -228,7 +228,7 @@ def prepare(step, speed, wall, slot, sign, state, sample):
         write_wall(wall, time, speed, slot, sign, sample.wall)
 
 
-@part
+@rare
 def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
                        keep, judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""
@@ -246,7 +246,7 @@ def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state,
     )  # fmt: skip
 
 
-@part
+@rare
 def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
                 judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""

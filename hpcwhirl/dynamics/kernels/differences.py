@@ -5,7 +5,7 @@ A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -202,7 +202,7 @@ def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
 
 
-@part
+@rare
 def energy_of(s, c, place, increment, size, step):
     """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} at n + 1/2, J.
 
@@ -217,7 +217,7 @@ def energy_of(s, c, place, increment, size, step):
     return total
 
 
-@kernel
+@rare_kernel
 def energies_of(t_b, c_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from ended states, J.
 
@@ -230,7 +230,7 @@ def energies_of(t_b, c_b, t_c, c_c, now, step):
     return energy_of(t_b, c_b, m - m, (1 + now) * m, m, step), ring
 
 
-@kernel
+@rare_kernel
 def column_sums(sums_b, sums_c, _):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 

@@ -7,7 +7,7 @@ normal forces over what the ring's shape passes below the blades in a second.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -248,7 +248,7 @@ def settle_ring(s, t, c, lam, size, counter, ended, touched, sums):
             book_passing(sums, k, col, push, passing)
 
 
-@part
+@rare
 def energy_of(s, c, place, increment, size):
     """Return the energy of modes, J; place, increment : in s, of q and d."""
     total = 0.0
@@ -260,7 +260,7 @@ def energy_of(s, c, place, increment, size):
     return total
 
 
-@kernel
+@rare_kernel
 def energies_of(t_b, c_b, t_c, c_c, now, _):
     """Return the energies of rotor and ring from ended states at n, J.
 
@@ -272,7 +272,7 @@ def energies_of(t_b, c_b, t_c, c_c, now, _):
     return energy_of(t_b, c_b, m - m, (1 + now) * m, m), ring
 
 
-@kernel
+@rare_kernel
 def column_sums(sums_b, sums_c, step):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 

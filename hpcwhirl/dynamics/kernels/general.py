@@ -23,7 +23,7 @@ from hpcwhirl.dynamics.kernels.circulant import (
     recall,
     solved,
 )
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare
 from hpcwhirl.dynamics.kernels.contact import (
     AMPLITUDE,
     COMPLEMENTARITY,
@@ -152,7 +152,7 @@ def settle_general(c_b, c_c, state, copies):
     settle_ring(state.ring, t_c, c_c, lam[2 * width :], k, counter, end_c)
 
 
-@part
+@rare
 def sum_modes(rows, blade, q):
     """Return row `blade` of rows (N, m) flat, times q (m,)."""
     total = 0.0
@@ -161,7 +161,7 @@ def sum_modes(rows, blade, q):
     return total
 
 
-@part
+@rare
 def write_tips(rotor, q, whole, tips):
     """Set tips (N + 1, 2): x_o, y_o, and if `whole` each blade's; rotating frame."""
     blades = len(tips) - 1
@@ -173,7 +173,7 @@ def write_tips(rotor, q, whole, tips):
             tips[j, 1] = -sum_modes(rotor.tangential, j, q)
 
 
-@part
+@rare
 def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, judge,
                    tracks):  # fmt: skip
     """Write a sample of the state as it is with its step ended, from copies.

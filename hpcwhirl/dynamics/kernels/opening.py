@@ -12,7 +12,7 @@ from __future__ import annotations
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
-from hpcwhirl.dynamics.kernels.compiled import part
+from hpcwhirl.dynamics.kernels.compiled import rare
 from hpcwhirl.dynamics.kernels.contact import MISS
 from hpcwhirl.dynamics.kernels.passes import (
     RADIAL,
@@ -38,7 +38,7 @@ def note_miss(actual, solved, u, gap, ledger):
         ledger[MISS] = worst / (gap + reach + apart)
 
 
-@part
+@rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
     """Keep the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
 
@@ -54,7 +54,7 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
         ledger[MISS] = worst / (gap + reach + apart)
 
 
-@part
+@rare
 def add_ring(t, c, k, spectrum):
     """Add what the ring opens to the spectrum (2 k,) of the gaps, of an ended state."""
     size = len(t) // RING_STATE
@@ -64,7 +64,7 @@ def add_ring(t, c, k, spectrum):
         spectrum[k + m % k] += psi * t[size + m]
 
 
-@part
+@rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
     """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.

@@ -25,7 +25,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, rigid_amplitude
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -175,7 +175,7 @@ def copy_to(out, values):
         out[i] = values[i]
 
 
-@part
+@rare
 def sum_of(values, first, last):
     """Return the sum of values[first:last], in order."""
     total = 0.0
@@ -203,7 +203,7 @@ def write_wall(wall, time, speed, slot, sign, spectrum):
     spectrum[len(spectrum) // 2 + slot] -= sign * out * math.sin(angle)
 
 
-@part
+@rare
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
     """Add the loading's increments to the ring, its place turned by `angle`.
 
@@ -223,7 +223,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
             out[k + m % k] += item(c, RADIAL, m) * im
 
 
-@part
+@rare
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
     """Return the loading's work in the step that waits to be ended, J."""
     total, touched = 0.0, counter[LAST] == counter[STEP]

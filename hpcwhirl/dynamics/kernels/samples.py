@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
     ENDED,
     FRICTION,
@@ -52,7 +52,7 @@ def at_blade(spectrum, turns, j, width):
     return total
 
 
-@part
+@rare
 def read_tips(q, c, hub, turns, width, work, tips):
     """Set tips (N + 1, 2): radial and tangential of each blade, but not the centre."""
     size = hub.shape[1]
@@ -109,7 +109,7 @@ def read_centre(q, hub, tips):
         tips[-1, axis] = total
 
 
-@inlined
+@rare
 def sample_cyclic(mu, gap, row, rotor, c_c, turns, wave, state, energies, works, sample,
                   keep, judge, tracks):  # fmt: skip
     """Write a sample of the state as it is with its step ended, as `sample` has it.
@@ -165,7 +165,7 @@ def put_aside(state, aside):
         aside.counter[entry] = state.counter[entry]
 
 
-@part
+@rare
 def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, state,
                  space, tracks, sizes):  # fmt: skip
     """Write the samples of the traces that a jump has passed over, from copies of it.
