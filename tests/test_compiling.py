@@ -2,7 +2,10 @@
 
 import gc
 import io
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -88,7 +91,7 @@ def test_a_compilation_that_fails_leaves_the_collector_on():
 
 
 def test_starts_are_told_with_what_they_compiled(monkeypatch):
-    # a program in the place of ten steps: one function, and one for each new size
+    # a program in the place of a step: one function, and one for each new size
     monkeypatch.setattr(bench, "START", PRETEND)
     found = bench.start_of("modal")
     new = len(bench.STARTS["new_size"])
@@ -110,3 +113,27 @@ def test_a_start_with_a_full_cache_compiles_nothing(scheme):
     assert found["cold_compiled"] > 0
     assert found["new_size_compiled"] == 0
     assert found["warm_compiled"] == 0
+
+
+RUN = """
+import sys
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+settings = {"scheme": sys.argv[1], "duration": 2e-3, "traces": "full"}
+march = March(resolve(apply_settings(named_scene("table2"), settings)))
+march.warm() if sys.argv[2] == "warm" else march.run()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", NAMES)
+def test_one_rank_that_warms_leaves_the_others_nothing_to_compile(scheme, tmp_path):
+    counts = []
+    for what in ("warm", "run"):
+        subprocess.run(
+            [sys.executable, "-c", RUN, scheme, what], check=True,
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        )  # fmt: skip
+        counts.append(bench._compiled(tmp_path))
+    assert counts[0] == counts[1] > 0

@@ -74,7 +74,7 @@ class Server:
 
     def _warm(self, asked: Record) -> None:
         with contextlib.suppress(Exception):  # it will fail as a row
-            March(resolve(apply_settings(Scene(), asked["warm"]))).advance(1)
+            March(resolve(apply_settings(Scene(), asked["warm"]))).warm()
         self._send({"status": "warm"})
 
     def _answer(self, asked: Record) -> None:

@@ -88,7 +88,7 @@ class Evaluator:
         with breakable(self.desk.stopping.check):
             for case in cases:
                 try:
-                    March(self.design.resolved(case)).advance(1)
+                    March(self.design.resolved(case)).warm()
                 except Stop:
                     raise
                 except Exception:  # noqa: BLE001 - it will fail as a row

@@ -35,9 +35,9 @@ START = (
     "from hpcwhirl.scene import apply_settings, named_scene\n"
     "sizes = {n: int(v) for n, v in (word.split('=') for word in sys.argv[2:])}\n"
     "chosen = sizes | {'scheme': sys.argv[1]}\n"
-    "March(resolve(apply_settings(named_scene('table2'), chosen))).advance(10)\n"
+    "March(resolve(apply_settings(named_scene('table2'), chosen))).warm()\n"
 )
-# of a process that takes ten steps, one after the other with one cache: empty at first
+# of a process that takes a step, one after the other with one cache: empty at first
 STARTS: dict[str, tuple[str, ...]] = {
     "cold": (),
     "new_size": ("blades=13", "modes=52", "harmonics=7"),
@@ -134,7 +134,7 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Return what processes cost that take ten steps, the first with an empty cache.
+    """Return what processes cost that take a step, the first with an empty cache.
 
     Of each of `STARTS`: seconds, those of the processor, and what it left in the cache.
     """

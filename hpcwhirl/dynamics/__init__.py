@@ -14,9 +14,10 @@ denormals are slow. `kernels` is all compiled code.
   conjugate all modal forces. It takes over where the rotor is cyclic, the ring is
   harmonics and N >= 3; `general` does the rest. In a step each amplitude is read and
   written once: what contact adds is known once all blades have been predicted, and
-  waits as a spectrum for the next pass. Vectors are written out, so that sums and products are rounded as they
-  stand, on every machine. The active blades stay the same in 98 of 100 steps: the
-  inverse of their part of the Delassus matrix is kept until they change.
+  waits as a spectrum for the next pass. Vectors are written out, so that sums and
+  products are rounded as they stand, on every machine. The active blades stay the same
+  in 98 of 100 steps: the inverse of their part of the Delassus matrix is kept until
+  they change.
 - `general` marches the rotor's real modes one by one and the ring as `modal` does: in
   the rotating frame the ring is the same at every angle whatever the rotor, so that W
   is constant, though not circulant, and its inverse kept. Tips are a product of N m

@@ -2,7 +2,7 @@
 
     python scripts/evidence/first_start.py [SCHEME ...]
 
-Compiles what ten steps of the default engine need, with an empty cache, and prints the
+Compiles what a case of the default engine needs, with an empty cache, and prints the
 processor's seconds: imports, numba's passes, LLVM, and of each function its own.
 """
 
@@ -55,7 +55,7 @@ def profiled(scheme: str) -> None:
 
     imports = time.process_time()
     scene = apply_settings(named_scene("table2"), {"scheme": scheme})
-    March(resolve(scene)).advance(10)
+    March(resolve(scene)).warm()
     whole = time.process_time()
     count = len(spent.functions)
     print(
