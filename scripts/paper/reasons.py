@@ -10,6 +10,10 @@ from dataclasses import replace
 
 from paper.text import VERDICTS, Statement
 
+STILL = (
+    "nothing diverges on salvat2016: with contacts held closed its roots decay at "
+    "270 and 430 rad/s, those of four_motions grow (`scripts/identify/linear.py`)"
+)
 REASONS = {
     "2F, k = 1, read off spectra": (
         "250 Hz is read off a spectrum; the sections are fitted to the frequencies "
@@ -34,9 +38,41 @@ REASONS = {
         "sustained backward motion needs other damping (`steady_beside`, 280 rad/s) or "
         "more friction (salvat2016 at 0.2, 140 to 240 rad/s: the built-in campaign)"
     ),
+    "520 rad/s: k = 0 of 1F governs before 0.5 s": (
+        "contact feeds k = 1 until it is lost (at 0.24 s on four_motions)"
+    ),
+    "410 rad/s: all other k damp out (to a tenth of k = 1)": (
+        "the orbit, 1.28 gaps wide, strikes harder than that of salvat2016, 0.54 wide"
+    ),
+    "410 rad/s: k = 0 dominant in the transient (0.1 s)": (
+        "k = 1, fed by contact, has passed it by then"
+    ),
+    "420 rad/s: k = 1 of 1F dominant": (
+        "taken before the amplitude limit, at 41 gaps, where blades that rub together "
+        "are bent one way: k = 0"
+    ),
+    "k = 1 of 1F dominant in every regime's steady part": (
+        "on four_motions not where motion grew to the amplitude limit (see 420 rad/s), "
+        "on salvat2016 not in a damped motion's rest"
+    ),
+    **dict.fromkeys(
+        (
+            "three regimes: damped, sustained, divergent",
+            "divergent: forward and backward both occur",
+            "270 rad/s: divergent",
+            "270 rad/s: backward (static frame)",
+            "420 rad/s: divergent",
+            "420 rad/s: suspension mainly in the divergent part",
+        ),
+        STILL,
+    ),
     "410 rad/s: the casing moves by microns (up to 10)": (
         "what keeps it up here is mostly the transport of contacts over the deformed "
         "ring (`scripts/identify/why.md`), which wants a ring that deforms"
+    ),
+    "420 rad/s: about 4 times the amplitude of 270 (3 to 5)": (
+        "the ratio of growing motions is that of the moment it is taken at; on "
+        "four_motions both have reached the amplitude limit before 2.5 s"
     ),
     "9th super-harmonic at 420 rad/s": (
         "the ring's support places it, and was identified by motions; Eq. 13 at 270 "
