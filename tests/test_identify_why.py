@@ -1,12 +1,15 @@
 """How sure the motions are, and why: shares, profiles, lines and roots."""
 
+import tomllib
+
 import numpy as np
 import pytest
-from identify import named, sure, why
+from identify import full, named, sure, why
 from identify.full import DECIDING, Found
 from identify.guide import WORDS
 from identify.space import UNKNOWNS, default_engine, scattered
 
+from hpcwhirl.campaign.design import design_of
 from hpcwhirl.scene import apply_settings, engine_names, engine_shows, named_scene
 
 
@@ -71,6 +74,22 @@ def test_the_root_of_an_engine_with_four_motions_tells_its_words(speed, whirl, c
     assert np.abs(np.diff(root.imag)).max() < 15.0  # followed, no jump
     told = why._where(root)
     assert ("closed" in told) == (closed > 0)
+
+
+def test_an_engine_that_comes_twice_is_computed_once(monkeypatch, tmp_path):
+    asked = []
+
+    def compute(engines, stage, folder, ranks):
+        del stage, folder, ranks
+        asked.extend(engines)
+        design_of(tomllib.loads(full.document(engines, sure.FOUR)))  # accepted
+        return [full.Found(engine) for engine in engines]
+
+    monkeypatch.setattr(sure, "compute", compute)
+    tried = [engine for _, _, engine in sure.changed(default_engine(), [0.01])]
+    found = sure.Sure(tmp_path, 1, fast=False).found(tried)
+    assert [item.engine for item in found] == tried
+    assert len(asked) == len(tried) - len(UNKNOWNS) + 1
 
 
 def test_a_section_takes_the_place_of_what_it_was():

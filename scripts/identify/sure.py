@@ -23,6 +23,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from identify.full import DECIDING, Found, Stage, compute
 from identify.guide import WORDS
+from identify.kept import key_of
 from identify.report import SHORT, describe, table
 from identify.score import pick
 from identify.screen import motion
@@ -122,12 +123,16 @@ class Sure:
 
     def found(self, engines: Sequence[Engine]) -> list[Found]:
         """Return the four motions of each engine."""
-        if not self.fast:
-            return compute(engines, FOUR, self.out, self.workers)
-        return [
-            Found(e, [motion(e, "table 2", speed) for speed in DECIDING])
-            for e in engines
-        ]
+        own = {key_of(engine): engine for engine in engines}  # none twice: a campaign
+        if self.fast:
+            each = [
+                Found(e, [motion(e, "table 2", speed) for speed in DECIDING])
+                for e in own.values()
+            ]
+        else:
+            each = compute(list(own.values()), FOUR, self.out, self.workers)
+        found = dict(zip(own, each, strict=True))
+        return [found[key_of(engine)] for engine in engines]
 
     def section(
         self, name: str, draws: int, scatters: Sequence[float], changes: Sequence[float]
