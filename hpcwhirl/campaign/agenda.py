@@ -16,7 +16,8 @@ SORTED_ANEW = 20_000  # units at most: some 30 ms, in which rank 0 answers nobod
 EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned
 SHORTEST = 0.05  # s that a worker should be busy with one answer, at least
 A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an answer
-MOST = 32  # units of an answer: a message that needs no consent of its receiver
+MOST = 128  # units of an answer: a message that needs no consent of its receiver
+LEAST_A_RANK = 1e-4  # s of the same, whatever is fair: twice what an answer takes
 FAIR = 4  # an answer is at most this part of an even share of the units left
 GOLDEN = 0.6180339887498949
 Unit = tuple[int, ...]  # cases that are handed out together
@@ -91,6 +92,7 @@ class Agenda:
         self.turn[list(last)] = 0
         self.units, self.costs, self.ranks = units, costs, ranks
         self.hold = max(SHORTEST, A_RANK * ranks)
+        self.least = LEAST_A_RANK * ranks
         self.predicted = self._predict(np.arange(len(units)))
         self.unfinished = np.ones(len(units), dtype=bool)
         self.left = len(units)
@@ -116,7 +118,11 @@ class Agenda:
         most = min(MOST, max(len(self.queue) // (FAIR * self.ranks), 1))
         out: list[int] = []
         seconds = 0.0
-        while self.queue and len(out) < most and seconds < self.hold:
+        while (
+            self.queue
+            and len(out) < MOST
+            and (seconds < self.least or (len(out) < most and seconds < self.hold))
+        ):
             seconds += float(self.predicted[self.queue[-1]])
             out.append(self.queue.pop())
         return out

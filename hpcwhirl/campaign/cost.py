@@ -8,6 +8,7 @@ campaign ends, never a result.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
@@ -73,6 +74,11 @@ class Costs:
 
     def learn(self, cases: Sequence[int], seconds: float) -> None:
         """Take in that cases together took some seconds."""
+        if len(cases) == 1:  # nearly always, and rank 0 hears of all
+            alone = float(self.nominal[cases[0]])
+            if alone > 0.0 and math.isfinite(seconds):
+                self.factor[cases[0]] = seconds / alone
+            return
         chosen = np.asarray(cases, dtype=np.intp)
         expected = float(self.nominal[chosen].sum())
         if expected > 0.0 and np.isfinite(seconds):
