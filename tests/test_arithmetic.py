@@ -4,10 +4,11 @@ import inspect
 import itertools
 import json
 import pickle
+from unittest.mock import patch
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hpcwhirl.campaign.cost import costs_of, places_of, predicted
@@ -15,7 +16,7 @@ from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.errors import InputError, StoreError
-from hpcwhirl.scene import Scene, apply_settings, digest, flatten
+from hpcwhirl.scene import Scene, apply_settings, digest, flatten, many
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.files import full_name
 from hpcwhirl.scene.many import RULES
@@ -113,8 +114,10 @@ def outcome(make, *given):
 
 @settings(max_examples=150, deadline=None)
 @given(documents(VALUES))
+@example({"sweep": {"until": ["end", "decided"], "time_step": [1e-6, 1e-12]}})
 def test_a_wrong_value_anywhere_is_refused_in_the_same_words(document):
-    wanted, found = outcome(by_hand, document), outcome(design_of, document)
+    with patch.object(many, "BUILT", 0):  # columns alone have to find it
+        wanted, found = outcome(by_hand, document), outcome(design_of, document)
     if isinstance(wanted, str):
         assert found == wanted
     else:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hpcwhirl.campaign.stop import FILE
-from hpcwhirl.scene.inputs import end_time
+from hpcwhirl.scene.many import end_times
+from hpcwhirl.scene.table import listed
+from hpcwhirl.store.columns import Known, Told, told_by
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.refined import dropped_of, full_plan
@@ -19,6 +25,7 @@ from hpcwhirl.store.rows import counting, extending
 from hpcwhirl.store.running import notes
 from hpcwhirl.store.runs import why_stopped
 
+Floats = NDArray[np.float64]
 PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone
 LEAST_PATIENCE = 60.0  # s
 
@@ -100,7 +107,7 @@ class Worker:
         return max(self.ended - self.begun, 1e-9)
 
 
-def worker_of(lines: Sequence[Record], work: Mapping[str, float]) -> Worker | None:
+def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
     """Return what a journal tells of its rank; None where it tells no times.
 
     A core cannot compute more than the clock allows: the rank began no later than
@@ -109,21 +116,18 @@ def worker_of(lines: Sequence[Record], work: Mapping[str, float]) -> Worker | No
 
     Parameters
     ----------
-    lines : records of one journal
-    work : {digest: predicted steps} of the manifest's cases
+    ended, seconds, work : (lines,), s since 1970, NaN where it is not told; s; steps
     """
-    timed = sorted((r for r in lines if "ended" in r), key=lambda r: float(r["ended"]))
-    if not timed:
+    timed = np.flatnonzero(np.isfinite(ended))
+    if not len(timed):
         return None
-    begun, seconds = math.inf, 0.0
-    for record in timed:
-        seconds += seconds_of(record)
-        begun = min(begun, record["ended"] - seconds)
+    timed = timed[np.argsort(ended[timed], kind="stable")]
+    begun = ended[timed] - np.cumsum(seconds[timed])
     return Worker(
-        begun,
-        timed[-1]["ended"],
-        seconds,
-        sum(work.get(r["digest"], 0.0) for r in timed),
+        float(begun.min()),
+        float(ended[timed[-1]]),
+        float(seconds[timed].sum()),
+        float(work[timed].sum()),
         len(timed),
     )
 
@@ -140,15 +144,21 @@ def status_of(record: Record) -> str:
 
 
 def computing(
-    folder: Path, manifest: Manifest, records: Mapping[str, Record], now: float
+    folder: Path, digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
-    """Return what each rank computes; a case that has ended since is left out."""
-    numbers = {digest: case for case, digest in enumerate(manifest.digests)}
-    found = []
+    """Return what each rank computes; a case that has ended since is left out.
+
+    Parameters
+    ----------
+    folder, digests : of the campaign and its plan
+    ends : {digest: s since 1970, when it ended}
+    now : s since 1970
+    """
+    known, found = Known(digests), []
     for note in notes(folder):
         begun = note.since or 0.0
-        ended = {d for d in note.digests if _ended(records.get(d)) > begun}
-        cases = [numbers[d] for d in note.digests if d in numbers and d not in ended]
+        at_it = [d for d in note.digests if not ends.get(d, -math.inf) > begun]
+        cases = [case for d in at_it if (case := known.find(d, -1)) >= 0]
         if cases:
             seconds = None if note.since is None else now - note.since
             found.append(
@@ -159,20 +169,18 @@ def computing(
     return sorted(found, key=lambda one: -(one.seconds or 0.0))
 
 
-def _ended(record: Record | None) -> float:
-    """Return when a case ended, s since 1970; -inf where it has not."""
-    return float(record.get("ended", 0.0)) if record else -math.inf
+def predicted_work(manifest: Manifest) -> Floats:
+    """Return the steps of each case; one each where the step is not an input."""
+    table, base = manifest.table, manifest.base
+    cases = np.arange(len(table))
 
+    def get(name: str, default: float = 0.0) -> Any:
+        column = table.column(name, base.get(name, default))
+        return column.of(cases, np.array(listed(column.values), dtype=float))
 
-def predicted_work(manifest: Manifest) -> dict[str, float]:
-    """Return {digest: steps} of each case; one each where the step is not an input."""
-    work = {}
-    for digest, settings in zip(manifest.digests, manifest.settings, strict=True):
-        values: Mapping[str, Any] = manifest.base | settings
-        asked = (values.get(name, 0.0) for name in ("duration", "revolutions", "speed"))
-        work[digest] = end_time(*asked) / values.get("solver.time_step", 1.0)
-    unknown = any((manifest.base | s).get("solver.accuracy") for s in manifest.settings)
-    return dict.fromkeys(work, 1.0) if unknown else work
+    if get("solver.accuracy").any():
+        return np.ones(len(table))
+    return np.asarray(end_times(get) / get("solver.time_step", 1.0))
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
@@ -180,6 +188,93 @@ def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
     last = max((w.ended for w in workers), default=0.0)
     patience = max(LEAST_PATIENCE, PATIENCE * longest)
     return [w for w in workers if last - w.ended <= patience]
+
+
+class Seen:
+    """What journals tell of the cases of a plan.
+
+    Parameters
+    ----------
+    folder, manifest : of the campaign
+    work : (cases,), steps
+
+    Attributes
+    ----------
+    workers : of each journal that tells times
+    open : (cases,), whether something of a case is still to be computed
+    without : cases that gave no result, or failed where they were to go on
+    regimes, statuses : {word: cases} of those that have ended
+    ends : {digest: s since 1970} of what notes name, or more
+    spent, longest : s of all computations, and of the longest
+    """
+
+    def __init__(self, folder: Path, manifest: Manifest, work: Floats) -> None:
+        self.manifest, self.work = manifest, work
+        self.workers: list[Worker] = []
+        self.spent = self.longest = 0.0
+        if manifest.extended or manifest.twins:
+            self._from_records(folder)
+        else:
+            self._from_columns(folder)
+
+    def _from_columns(self, folder: Path) -> None:
+        """Where a case is one computation: lines as columns."""
+        count = len(self.work)
+        status, regime = (np.full(count, "", dtype=object) for _ in range(2))
+        last = np.full(count, -np.inf)
+        for told in self._journals(folder):
+            own = told.case >= 0
+            case, ok = told.case[own], told.status[own] == "ok"
+            unstable = told.outcome[own] == "unstable"
+            status[case] = np.where(unstable, "unstable", told.status[own])
+            regime[case] = np.where(ok, told.regime[own], "")
+            last[case] = np.nan_to_num(told.ended[own], nan=0.0)
+        self.open = status == ""
+        self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
+        self.without = int(((regime == "") & ~self.open).sum())
+        known = Known(self.manifest.digests)
+        named = {digest for note in notes(folder) for digest in note.digests}
+        cases = {name: known.find(name, -1) for name in named}
+        self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
+
+    def _journals(self, folder: Path) -> Iterator[Told]:
+        """Yield what each journal tells, and take in what it tells of its rank."""
+        each = told_by(folder, self.manifest.digests)
+        for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
+            told = Told(*map(np.concatenate, zip(*(p for _, p in parts), strict=True)))
+            self._take(told.case, told.ended, np.nan_to_num(told.seconds))
+            yield told
+
+    def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
+        """Take in what a journal tells of its rank."""
+        work = np.zeros(len(case))
+        work[case >= 0] = self.work[case[case >= 0]]
+        worker = worker_of(ended, seconds, work)
+        if worker is not None:
+            self.workers.append(worker)
+        self.spent += float(seconds.sum())
+        self.longest = max(self.longest, float(seconds.max(initial=0.0)))
+
+    def _from_records(self, folder: Path) -> None:
+        """Where cases go on or have twins: by their records."""
+        manifest, journals = self.manifest, read_journals(folder)
+        numbers = {name: case for case, name in enumerate(manifest.digests)}
+        for lines in journals.values():
+            case = np.array([numbers.get(r["digest"], -1) for r in lines], dtype=int)
+            ended = [float(r.get("ended", math.nan)) for r in lines]
+            self._take(case, np.array(ended), np.array(list(map(seconds_of, lines))))
+        records = newest(folder, itertools.chain.from_iterable(journals.values()))
+        counts = counting(records.values(), manifest)
+        own = [counts[name] for name in numbers if name in counts]
+        done = [record for record in own if record["status"] == "ok"]
+        going, stuck = extending(records.values(), manifest)
+        self.open = np.array([n not in records or n in going for n in numbers], bool)
+        self.without = len(own) - len(done) + len(stuck)
+        self._count(map(status_of, own), [r["row"]["regime"] for r in done])
+        self.ends = {n: float(r.get("ended", 0.0)) for n, r in records.items()}
+
+    def _count(self, statuses: Iterable[str], regimes: Iterable[str]) -> None:
+        self.statuses, self.regimes = dict(Counter(statuses)), dict(Counter(regimes))
 
 
 def progress_of(folder: Path, now: float | None = None) -> Progress:
@@ -196,46 +291,41 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         where it is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    manifest, journals = full_plan(folder), read_journals(folder)
-    lines = [record for journal in journals.values() for record in journal]
-    records = newest(folder, lines)
-    counts = counting(records.values(), manifest)
-    own = [counts[d] for d in manifest.digests if d in counts]
-    done = [r for r in own if r["status"] == "ok"]
+    manifest = full_plan(folder)
     work = predicted_work(manifest)
-    workers = [worker_of(journal, work) for journal in journals.values()]
-    known = [w for w in workers if w is not None]
-    at_work = active(known, max(map(seconds_of, lines), default=0.0))
-    going, stuck = extending(records.values(), manifest)
-    open_ = [d for d in manifest.digests if d not in records or d in going]
-    left_work = sum(work[d] for d in open_)
-    seconds, span = sum(w.seconds for w in at_work), sum(w.span for w in at_work)
-    pace = sum(w.work / w.span for w in at_work)
-    done_work = sum(w.work for w in known)
-    spent = sum(map(seconds_of, lines))
-    last = max((w.ended for w in known), default=None)
-    left = len(open_)
-    without = len(own) - len(done) + len(stuck)
-    at_it = computing(folder, manifest, records, now)
+    seen = Seen(folder, manifest, work)
+    workers = active(seen.workers, seen.longest)
+    left_work = float(work[seen.open].sum())
+    pace = sum(w.work / w.span for w in workers)
+    done_work = sum(w.work for w in seen.workers)
+    last = max((w.ended for w in seen.workers), default=None)
+    left, spent = int(seen.open.sum()), seen.spent
+    at_it = computing(folder, manifest.digests, seen.ends, now)
     return Progress(
-        cases=len(manifest.digests),
-        done=len(manifest.digests) - left - without,
-        failed=without,
+        cases=len(work),
+        done=len(work) - left - seen.without,
+        failed=seen.without,
         left=left,
-        ranks=len(at_work),
-        rate=3600 * sum(w.cases / w.span for w in at_work) if at_work else None,
+        ranks=len(workers),
+        rate=3600 * sum(w.cases / w.span for w in workers) if workers else None,
         eta=left_work / pace if pace else (0.0 if not left else None),
-        kernel_share=seconds / span if at_work else None,
+        kernel_share=_kernel_share(workers),
         stopped=stopped(folder, left, at_it),
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
         idle_for=now - last if last else None,
-        regimes=dict(Counter(r["row"]["regime"] for r in done)),
-        statuses=dict(Counter(map(status_of, own))),
+        regimes=seen.regimes,
+        statuses=seen.statuses,
         running=at_it,
         grows=bool(manifest.refine) and left > 0,
         dropped=dropped_of(manifest),
     )
+
+
+def _kernel_share(workers: Sequence[Worker]) -> float | None:
+    """Return the share of ranks' time that they computed; None of no ranks."""
+    span = sum(w.span for w in workers)
+    return sum(w.seconds for w in workers) / span if workers else None
 
 
 def stopped(folder: Path, left: int, running: Sequence[Computing]) -> str:

@@ -109,7 +109,7 @@ def desk_of(
     checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
     with (
-        Journal(folder, work.run, rank) as journal,
+        Journal(folder, work.run, rank, work.plan) as journal,
         Running(folder, work.run, rank) as running,
         closing(child),
     ):

@@ -40,6 +40,7 @@ class Work:
     mine : all cases that this run is asked for, those of its shard
     run : its number
     extended : s, to what undecided cases go on, see `stages`
+    plan : identity of the cases, by which their numbers are known
     begun : {case: what is to do of it} of those that are begun, see `stages`
     """
 
@@ -48,6 +49,7 @@ class Work:
     mine: Sequence[int]
     run: int
     extended: tuple[float, ...] = ()
+    plan: str = ""
     begun: Mapping[int, Todo] = field(default_factory=dict)
 
 
@@ -84,7 +86,8 @@ def _found(
     units = Singles(np.concatenate([cases, np.array(sorted(alone), dtype=np.int64)]))
     last = range(len(cases), len(units))
     run = claim_run(folder)
-    work = Work(units, alone, mine, run, stages.extended, begun)
+    plan = design.digests.identity
+    work = Work(units, alone, mine, run, stages.extended, plan, begun)
     return work, Agenda(units, costs, ranks, last)
 
 

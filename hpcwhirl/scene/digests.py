@@ -23,7 +23,7 @@ from hpcwhirl.scene.files import (
 )
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.table import Table
+from hpcwhirl.scene.table import Cases, Column, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
 AT_ONCE = 1 << 16  # cases whose texts are in memory together
@@ -150,30 +150,35 @@ class CaseDigests(Sequence[str]):
         return json.dumps([rest, self.reads, self.physics], sort_keys=True)
 
     def _chunks(self) -> Iterator[list[bytes]]:
-        """Yield the digests of all cases, some at once.
+        """Yield the digests of all cases, some at once."""
+        for first in range(0, len(self), AT_ONCE):
+            yield self._of(np.arange(first, min(first + AT_ONCE, len(self))))
+
+    def _of(self, cases: Cases) -> list[bytes]:
+        """Return the digests of some cases.
 
         What stands before the first input that cases set is hashed once.
         """
-        (head, between), columns = self._text, []
-        for name, text in zip(sorted(self.table.names), between, strict=True):
+        head, parts, found = self._text[0], [], []
+        for column, texts in self._parts:
+            parts.append(map(texts.__getitem__, column.codes(cases).tolist()))
+        for own in zip(*parts, strict=True):
+            one = head.copy()
+            one.update(b"".join(own))
+            found.append(one.digest())
+        return found
+
+    @cached_property
+    def _parts(self) -> list[tuple[Column, list[bytes]]]:
+        """What cases set, as the text of each of its values and what follows it."""
+        found = []
+        for name, text in zip(sorted(self.table.names), self._text[1], strict=True):
             column = self.table.column(name, self.shared[name])
-            texts = [(fragment(name, v) + text).encode() for v in column.values]
-            columns.append((column, texts))
+            texts = [(fragment(name, v) + text).encode() for v in listed(column.values)]
+            found.append((column, texts))
         column = self.table.column(FILE, self.shared[FILE])
         ends = [f"{json.dumps(self.reads[str(v)])}]".encode() for v in column.values]
-        columns.append((column, ends))
-        for first in range(0, len(self), AT_ONCE):
-            cases = np.arange(first, min(first + AT_ONCE, len(self)))
-            parts = [
-                map(texts.__getitem__, column.codes(cases).tolist())
-                for column, texts in columns
-            ]
-            found = []
-            for own in zip(*parts, strict=True):
-                one = head.copy()
-                one.update(b"".join(own))
-                found.append(one.digest())
-            yield found
+        return [*found, (column, ends)]
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
@@ -186,6 +191,25 @@ class CaseDigests(Sequence[str]):
         text = json.dumps([self.physics, values, ""], sort_keys=True)
         start, *between = text.removesuffix('""]').split(json.dumps(mark))
         return hashlib.sha256(start.encode()), between
+
+    @cached_property
+    def identity(self) -> str:
+        """What tells this order of these cases from any other."""
+        told = [self._told(), self.table.plain()]
+        return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:32]
+
+    def find_all(self, words: NDArray[np.void], hints: Cases) -> Cases:
+        """Return the cases of digests as bytes, (n,), see `find`."""
+        found = np.where((hints >= 0) & (hints < len(self)), hints, -1)
+        for start in range(0, len(words), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            own = b"".join(self._of(np.maximum(found[part], 0)))
+            both = (np.frombuffer(known, "<u8").reshape(-1, 4)
+                    for known in (own, words[part].tobytes()))  # fmt: skip
+            wrong = np.not_equal(*both).any(axis=1) | (found[part] < 0)
+            for place in start + np.flatnonzero(wrong):
+                found[place] = self.find(bytes(words[place]).hex())
+        return found
 
     def find(self, name: str, hint: int = -1) -> int:
         """Return the case of a digest, -1 where it is of none.

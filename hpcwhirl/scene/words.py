@@ -81,9 +81,12 @@ ENUMS = {
 }
 
 
+OPEN = {"regime": "undecided", "stop": "end"}
+
+
 def is_open(row: Mapping[str, Any]) -> bool:
     """Return whether a longer run may tell what a row of `undecided` does not."""
-    return row.get("regime") == "undecided" and row.get("stop") == "end"
+    return all(row.get(name) == word for name, word in OPEN.items())
 
 
 # In this order: a later one may use an earlier one. A centre that does not move has no

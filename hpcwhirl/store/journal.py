@@ -32,11 +32,13 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.lines import (
     LAYOUT,
     OWN,
+    PLAN,
     is_known,
     is_packed,
     learn,
     line_of,
     opened,
+    sealed,
 )
 from hpcwhirl.store.listing import listed, run_of, unreadable
 from hpcwhirl.store.packing import packed, unpacked
@@ -61,9 +63,10 @@ class Journal:
     folder : the campaign's directory
     run : number of this run, so that no file is ever written by two runs
     rank : rank of this process
+    plan : identity of the plan that the numbers of cases are of; "": not known
     """
 
-    def __init__(self, folder: Path, run: int, rank: int) -> None:
+    def __init__(self, folder: Path, run: int, rank: int, plan: str = "") -> None:
         name = journal_name(run, rank).removesuffix(".log")
         try:
             for part in ("journal", "traces"):
@@ -79,7 +82,8 @@ class Journal:
             raise unwritable(msg, failed) from None
         self._lines, self._blocks = lines, blocks
         self.folder, self._name = folder, f"{name}.bin"
-        self._told = False  # the layout of packed lines, in this file
+        self._plan = plan
+        self._told = False  # plan, and layout of packed lines, in this file
         self._kept = -math.inf  # s, when the last group was
         self._begin_group()
 
@@ -137,7 +141,8 @@ class Journal:
         if not group:
             return
         if not self._told and any(map(is_packed, group)):
-            group = [OWN.head, *group]
+            head = [sealed({PLAN: self._plan})] if self._plan else []
+            group = [*head, OWN.head, *group]
             self._told = True
         try:
             if data:

@@ -15,9 +15,12 @@ import json
 import struct
 import zlib
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW
 from hpcwhirl.scene.quantity import Quantity
@@ -29,6 +32,8 @@ Field = tuple[str, str, str, Sequence[str]]  # table, name, kind, words
 MARK = b"~"
 AT = len("00000000 ")  # where the rest of a line begins
 LAYOUT = "layout"  # key of a line that tells one
+PLAN = "plan"  # key of a line that tells whose numbers the cases of a journal have
+DTYPES = {"f8": "<f8", "i8": "<i8", "word": "u1", "hex": "V32", "text": "S24"}
 CODES = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "24s"}
 USUAL = {"status": "ok", "message": ""}  # of a packed record; not stored
 
@@ -57,6 +62,50 @@ class Layout:
         self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
         tables = dict.fromkeys(table for table, *_ in self.fields)
         self.tables = {t: [n for u, n, _, _ in self.fields if u == t] for t in tables}
+
+    @cached_property
+    def places(self) -> dict[str, tuple[int, str]]:
+        """Where the bytes of each number begin, and their type, by `table.name`."""
+        names = [f"{table}.{name}".strip(".") for table, name, _, _ in self.fields]
+        kinds = [DTYPES[kind] for _, _, kind, _ in self.fields]
+        ends = np.cumsum([0, *(np.dtype(kind).itemsize for kind in kinds)]).tolist()
+        return dict(zip(names, zip(ends[:-1], kinds, strict=True), strict=True))
+
+    def fields_of(
+        self, text: NDArray[np.uint8], names: Iterable[str]
+    ) -> dict[str, NDArray[Any]]:
+        """Return some fields of many records, {name: (records,)}, see `places`.
+
+        Of the text no more is decoded than has to be.
+
+        Parameters
+        ----------
+        text : (records, width), base64 of the numbers
+        names : of fields
+
+        Raises
+        ------
+        ValueError
+            where it is no base64
+        """
+        out = {}
+        for name in names:
+            begin, kind = self.places[name]
+            size = np.dtype(kind).itemsize
+            first, last = begin // 3, -(-(begin + size) // 3)
+            own = b64decode(text[:, 4 * first : 4 * last].tobytes(), validate=True)
+            rows = np.frombuffer(own, np.uint8).reshape(len(text), -1)
+            part = rows[:, begin - 3 * first :][:, :size]
+            out[name] = np.frombuffer(part.tobytes(), kind)
+        return out
+
+    def words(
+        self, table: str, name: str, found: dict[str, NDArray[Any]]
+    ) -> NDArray[np.object_]:
+        """Return a field of words of many records, (records,), see `fields_of`."""
+        known = next(w for t, n, _, w in self.fields if (t, n) == (table, name))
+        own = np.array(known, dtype=object)
+        return np.asarray(own[found[f"{table}.{name}"]])
 
     @cached_property
     def own(self) -> dict[str, set[str]]:
@@ -197,6 +246,11 @@ def learn(record: Record) -> None:
     except (KeyError, TypeError, ValueError):
         return
     _known.setdefault(layout.name, layout)
+
+
+def layout_of(line: bytes) -> Layout | None:
+    """Return the layout of a packed line; None of another, or where none is known."""
+    return _known.get(line[AT + 1 : AT + 9]) if is_packed(line) else None
 
 
 def is_known(line: bytes) -> bool:

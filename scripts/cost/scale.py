@@ -28,11 +28,11 @@ from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
 from hpcwhirl.campaign.cost import Costs, costs_of, places_of
-from hpcwhirl.campaign.design import Design, Scenes, design_of, load_design
+from hpcwhirl.campaign.design import Design, design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.scene import Scene, apply_settings, digest, input_names
+from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.gather import gather
 from hpcwhirl.store.journal import Journal, read_records, read_traces
 from hpcwhirl.store.manifest import read_manifest
@@ -132,8 +132,7 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
     plan = read_manifest(place)
     known = input_names()
     base = apply_settings(Scene(), {n: v for n, v in plan.base.items() if n in known})
-    rows = tuple(plan.settings)
-    return place, Design(base, Scenes(base, rows), rows, tuple(plan.swept))
+    return place, Design(base, plan.table, tuple(plan.swept))
 
 
 def case_times(place: Path, design: Design) -> tuple[Floats, Floats]:
@@ -292,9 +291,9 @@ def setting_up() -> None:
         {"sweep": {"speed": {"start": 100.0, "stop": 500.0, "num": 5000}}}
     )
     costs_of(design)
-    digests = [digest(scene) for scene in design.scenes]
-    spent = (time.perf_counter() - start) / len(digests)
-    sent = len(pickle.dumps(design)) / len(digests)
+    count = len(list(design.digests))
+    spent = (time.perf_counter() - start) / count
+    sent = len(pickle.dumps(design)) / count
     print(
         f"  before the first case, rank 0 takes {1e6 * spent:.0f} us and sends "
         f"{sent:.0f} B for each: {1e6 * spent:.0f} s and {sent:.0f} MB for 1e6 cases"
