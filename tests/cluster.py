@@ -1,10 +1,11 @@
 """What the tests of every real scheduler share: a campaign, and what becomes of it."""
 
 import os
+import subprocess
 import time
 
 import pytest
-from launch import launch, root_variables
+from launch import ENVIRONMENT, launch, root_variables
 
 LIMIT = 600  # s, of any job, on a busy machine where kernels are compiled first
 CASES = 40
@@ -31,6 +32,23 @@ def in_one_process(place):
     done = launch("campaign", place / "campaign.toml", "--out", place / "out")
     assert done.returncode == 0, done.err
     return root_variables(place / "out")
+
+
+def asking(*front, **more):
+    """Return a function: words of a scheduler's command -> what it prints.
+
+    front : words before them; more : {variable: value} of the environment
+    """
+
+    def ask(*words, cwd=None):
+        call = [str(word) for word in (*front, *words)]
+        pipes = {"capture_output": True, "text": True, "timeout": 60}
+        own = ENVIRONMENT | more
+        done = subprocess.run(call, env=own, cwd=cwd, check=False, **pipes)
+        assert done.returncode == 0, (call, done.stderr)
+        return done.stdout.strip()
+
+    return ask
 
 
 def put_tools(place, **tools):

@@ -4,6 +4,7 @@ import json
 import subprocess
 
 import pytest
+from cluster import in_one_process
 from hypothesis import settings
 
 from hpcwhirl.cli import main
@@ -54,6 +55,36 @@ def facts(capsys):
         return json.loads(capsys.readouterr().out, parse_constant=refuse)
 
     return ask
+
+
+@pytest.fixture
+def steps_of(monkeypatch):
+    """Return a function that returns a list, which gets the steps of every slice."""
+
+    def count():
+        made, advance = [], marching.March.advance
+
+        def counted(march, steps):
+            before = march.steps
+            advance(march, steps)
+            made.append(march.steps - before)
+
+        monkeypatch.setattr(marching.March, "advance", counted)
+        return made
+
+    return count
+
+
+@pytest.fixture(scope="session")
+def alone(tmp_path_factory):
+    """Return the root variables of the schedulers' campaign, computed without one."""
+    return in_one_process(tmp_path_factory.mktemp("alone"))
+
+
+@pytest.fixture(scope="session")
+def kernels(tmp_path_factory):
+    """Return where compiled kernels are kept, for one job to compile them for all."""
+    return tmp_path_factory.mktemp("numba")
 
 
 @pytest.fixture

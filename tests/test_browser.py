@@ -17,8 +17,8 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.report.page.build import write_page
-from hpcwhirl.report.palette import word_of
 from hpcwhirl.scene import digest
+from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.excerpt import Excerpt
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]

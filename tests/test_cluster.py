@@ -15,7 +15,7 @@ from cluster import (
     CAMPAIGN,
     CASES,
     MARKS,
-    in_one_process,
+    asking,
     log,
     put_tools,
     wait_until,
@@ -45,29 +45,10 @@ def slurm(tmp_path_factory):
     script = ROOT / "scripts/cluster/slurm.sh"
     up = ["bash", script, "up", place, "4", str(os.getpid())]
     subprocess.run(up, check=True, timeout=60)
-    environment = ENVIRONMENT | {"SLURM_CONF": str(place / "slurm.conf")}
+    environment = {"SLURM_CONF": str(place / "slurm.conf")}
 
-    def ask(*words, cwd=None):
-        call = [str(word) for word in words]
-        pipes = {"capture_output": True, "text": True, "timeout": 60}
-        done = subprocess.run(call, env=environment, cwd=cwd, check=False, **pipes)
-        assert done.returncode == 0, (call, done.stderr)
-        return done.stdout.strip()
-
-    yield ask
+    yield asking(**environment)
     subprocess.run(["bash", script, "down", place], check=True, timeout=120)
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    """Return the root variables of the campaign in one process, without Slurm."""
-    return in_one_process(tmp_path_factory.mktemp("alone"))
-
-
-@pytest.fixture(scope="module")
-def kernels(tmp_path_factory):
-    """Return where compiled kernels are kept, for one job to compile them for all."""
-    return tmp_path_factory.mktemp("numba")
 
 
 @pytest.fixture

@@ -30,19 +30,6 @@ def assert_same(one, other):
         assert trace.tobytes() == other.traces[name].tobytes()
 
 
-def made_of(monkeypatch):
-    """Return a list that gets the steps of every slice from now on."""
-    made, advance = [], March.advance
-
-    def counted(march, steps):
-        before = march.steps
-        advance(march, steps)
-        made.append(march.steps - before)
-
-    monkeypatch.setattr(March, "advance", counted)
-    return made
-
-
 # Settings of cases that are undecided at first, and when they are decided. Of 1 ms the
 # pulse is in the window, and evidence is as dense as the run is short; of `ring` a
 # certificate is looked for at 0.4 s and not before.
@@ -78,9 +65,9 @@ def test_a_case_decided_late_is_one_that_was_asked_for_that_long(name):
     assert last or found.row["regime"] != "undecided"
 
 
-def test_steps_are_not_marched_twice(monkeypatch):
+def test_steps_are_not_marched_twice(monkeypatch, steps_of):
     for settings in ({}, {"scheme": "exact"}):
-        made = made_of(monkeypatch)
+        made = steps_of()
         row = simulate(scene(**LASTING, **settings)).row
         assert row["duration"] == 0.8
         # from the last row of evidence on: no more than a row, three times
@@ -109,7 +96,7 @@ def test_a_longer_march_passes_the_last_row_but_not_the_end(scheme):
         assert a.tobytes() == b.tobytes()
 
 
-def test_a_run_that_is_marched_otherwise_begins_anew(monkeypatch):
+def test_a_run_that_is_marched_otherwise_begins_anew(steps_of):
     """A longer run looks for a certificate where a shorter one had no time for it."""
     drawn = {"speed": 400.0, "gap": 2e-4, "longest": 2.0, "time_step": 4e-6}
     begun = resolve(scene(**drawn)).plan.settling / 0.7 / 1.3
@@ -120,7 +107,7 @@ def test_a_run_that_is_marched_otherwise_begins_anew(monkeypatch):
     )
     assert short["regime"] == "undecided"
     assert 0.0 < long["certificate"] < begun
-    made = made_of(monkeypatch)
+    made = steps_of()
     assert simulate(given).row == long
     assert sum(made) >= short["steps"] + round(long["certificate"] / 4e-6)
 

@@ -15,7 +15,7 @@ from cluster import (
     CAMPAIGN,
     CASES,
     MARKS,
-    in_one_process,
+    asking,
     log,
     put_tools,
     wait_until,
@@ -37,27 +37,8 @@ def engine(tmp_path_factory):
         ["bash", SCRIPT, "up", place, "4", str(os.getpid())], check=True, timeout=90
     )
 
-    def ask(*words, cwd=None):
-        call = ["bash", SCRIPT, "in", place, *map(str, words)]
-        pipes = {"capture_output": True, "text": True, "timeout": 60}
-        done = subprocess.run(call, env=ENVIRONMENT, cwd=cwd, check=False, **pipes)
-        assert done.returncode == 0, (call, done.stderr)
-        return done.stdout.strip()
-
-    yield ask
+    yield asking("bash", SCRIPT, "in", place)
     subprocess.run(["bash", SCRIPT, "down", place], check=True, timeout=120)
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    """Return the root variables of the campaign in one process, without a scheduler."""
-    return in_one_process(tmp_path_factory.mktemp("alone"))
-
-
-@pytest.fixture(scope="module")
-def kernels(tmp_path_factory):
-    """Return where compiled kernels are kept, for one job to compile them for all."""
-    return tmp_path_factory.mktemp("numba")
 
 
 @pytest.fixture

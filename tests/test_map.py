@@ -15,7 +15,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.report import maps, palette, sheet
 from hpcwhirl.report.cells import NO_CELL
 from hpcwhirl.report.picture import RPM, Wish, picture_of
-from hpcwhirl.scene.words import SHOWN
+from hpcwhirl.scene.words import SHOWN, word_of
 
 MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 RANDOM = np.random.default_rng(3)
@@ -81,7 +81,7 @@ def in_file(folder):
     """Return {word: cases} of a file."""
     data = open_results(folder)
     columns = (words(data[n]) for n in ("status", "outcome", "regime"))
-    return Counter(map(palette.word_of, *columns))
+    return Counter(map(word_of, *columns))
 
 
 def in_artists(figure):

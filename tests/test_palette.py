@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcwhirl.report import palette
-from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS
+from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS, word_of
+from hpcwhirl.store.shown import words_of
 
 # Machado, Oliveira, Fernandes, IEEE TVCG 15 (2009), severity 1, on linear RGB
 BLIND = {
@@ -73,7 +73,7 @@ def test_every_word_of_a_file_has_one_look():
     triples = list(
         itertools.product(*(ENUMS[n] for n in ("status", "outcome", "regime")))
     )
-    one = [palette.word_of(*t) for t in triples]
+    one = [word_of(*t) for t in triples]
     assert set(one) == set(SHOWN)
-    assert list(palette.words_of(*map(np.array, zip(*triples, strict=True)))) == one
+    assert list(words_of(*map(np.array, zip(*triples, strict=True)))) == one
     assert set(WHIRLS) == set(ENUMS["whirl"])

@@ -620,6 +620,14 @@ def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):
     assert f"{17 * 9 * 2} at most" in capsys.readouterr().out
 
 
+def test_a_refined_directory_is_not_extended_for_the_same_reason(refined, capsys):
+    before = sorted(path.stat().st_mtime_ns for path in refined.rglob("*"))
+    assert main(["campaign", str(refined), "--extend", "undecided", "--to", "9"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{refined}: --extend and [refine]" in line
+    assert before == sorted(path.stat().st_mtime_ns for path in refined.rglob("*"))
+
+
 SHORT = """
 scene = {duration = 0.02}
 output = {interval = 1e-3}

@@ -119,19 +119,6 @@ def test_a_damaged_state_is_never_taken(tmp_path):
     assert stored_states(tmp_path) == set()
 
 
-def steps_of(monkeypatch):
-    """Return a list that gets the steps of every slice from now on."""
-    made, advance = [], March.advance
-
-    def counted(march, steps):
-        before = march.steps
-        advance(march, steps)
-        made.append(march.steps - before)
-
-    monkeypatch.setattr(March, "advance", counted)
-    return made
-
-
 def stopped_again_and_again(case, folder, told, limit=1e9):
     """Return the result of a case that is stopped after every second slice."""
     for attempt in range(1000):
@@ -151,10 +138,10 @@ def stopped_again_and_again(case, folder, told, limit=1e9):
 
 
 @pytest.mark.usefixtures("first_slices")
-def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
+def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of):
     case = resolve(scene(duration=0.05, interval=1e-4))
     whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
-    made, told = steps_of(monkeypatch), []
+    made, told = steps_of(), []
     result, attempts = stopped_again_and_again(case, tmp_path, told)
     assert attempts > 3
     assert told == []
@@ -164,14 +151,14 @@ def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, monkeypatch):
         assert result.traces[name].tobytes() == trace.tobytes()
 
 
-def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, monkeypatch):
+def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, steps_of):
     case, told = resolve(scene()), []
     march = March(case)
     march.advance(700)
     Checkpoints(tmp_path, 1e9, told.append).save("d", march)
     path = tmp_path / "states/d.state"
     path.write_bytes(path.read_bytes()[:-1])
-    made = steps_of(monkeypatch)
+    made = steps_of()
     checkpoints = Checkpoints(tmp_path, 1e9, told.append)
     compute(case, "d", checkpoints, 1e9, lambda: None)
     (line,) = told
@@ -192,13 +179,13 @@ def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypa
     assert np.diff([0.0, *saved]).min() >= 0.02
 
 
-def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, monkeypatch):
+def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, steps_of):
     case = resolve(scene(duration=0.2, interval=1e-3))
     checkpoints = Checkpoints(tmp_path, 1e9, print)
     with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
         compute(case, "d", checkpoints, 0.01, lambda: None)
     assert stored_states(tmp_path) == {"d"}
-    made = steps_of(monkeypatch)
+    made = steps_of()
     result = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
     assert 0 < sum(made) < 100_000 == result.row["steps"]
     assert result.performance["seconds"] > 0.01

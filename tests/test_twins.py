@@ -22,6 +22,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, digest
 from hpcwhirl.store.journal import read_records
 from hpcwhirl.store.neighbours import at_boundary
+from hpcwhirl.store.rows import regime_of
 from hpcwhirl.store.shares import interval, shares
 
 # at 250 rad/s hardly anything changes, at 330 a word is that of a coin
@@ -141,8 +142,8 @@ def test_the_interval_is_that_of_a_library_and_holds_the_share(pair):
 
 
 def test_a_case_without_twins_has_no_share():
-    own = np.array(["damped", "", "damped"])
-    twins = np.array([["", ""], ["damped", "damped"], ["damped", ""]])
+    own = np.array(["damped", "failed", "damped"])
+    twins = np.array([["missing"] * 2, ["damped"] * 2, ["damped", "failed"]])
     found = shares(own, twins)
     assert found["twin_count"].tolist() == [0, 2, 1]
     assert np.isnan(found["word_share"][:2]).all()
@@ -278,6 +279,16 @@ def test_a_neighbour_differs_in_one_number_by_one_level():
     words[4] = "t"  # a = 2, b = 0.1, x
     found = at_boundary(rows, ["a", "b", "word"], words)
     assert np.flatnonzero(found).tolist() == [0, 4, 6, 8]
+    words[4] = ""  # it failed: nobody knows whether a boundary is beside it
+    assert not at_boundary(rows, ["a", "b", "word"], words).any()
+
+
+def test_only_what_has_a_regime_is_a_neighbour_of_another():
+    row = {"outcome": "completed", "regime": "damped"}
+    lost = {"outcome": "unstable", "regime": "none"}
+    assert regime_of({"status": "ok", "row": row}) == "damped"
+    assert regime_of({"status": "ok", "row": lost}) == ""
+    assert regime_of({"status": "timeout"}) == ""
 
 
 def test_twins_go_on_with_their_case(tmp_path):

@@ -27,6 +27,10 @@ from hpcwhirl.store.manifest import (
 )
 
 MOST_TRIED = 32  # models built to find a case that can be integrated
+FIXED = (
+    "--extend and [refine]: which cases there are follows from words of one duration; "
+    'until = "decided" in [solver] goes on at once'
+)
 
 
 def prepare(design: Design, folder: Path, extend: float | None = None) -> None:
@@ -83,8 +87,7 @@ def extended(
 def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
     """Return the times, s, that undecided cases of a directory go on to."""
     if extend is not None and design.grows:
-        msg = "--extend and [refine]: which cases there are follows from words of one "
-        raise InputError(msg + 'duration; until = "decided" in [scene] goes on at once')
+        raise InputError(FIXED)
     times = read_manifest(folder).extended if (folder / NAME).exists() else []
     return times if extend is None else extended(design, times, extend, folder)
 
@@ -112,9 +115,11 @@ def planned(folder: Path) -> Design:
     Raises
     ------
     InputError
-        where its cases were measured by a function that no file tells
+        where its cases were measured by a function that no file tells, or it is refined
     """
     plan = read_manifest(folder)
+    if plan.refine:
+        raise InputError(f"{folder}: {FIXED}")
     if MEASURE in plan.base:
         msg = f"{folder}: its cases are measured by a function of one's own, which "
         raise InputError(msg + "stands in no file: extend campaigns without")

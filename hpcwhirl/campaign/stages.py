@@ -27,7 +27,7 @@ from hpcwhirl.scene.files import is_whole
 from hpcwhirl.scene.words import is_open
 from hpcwhirl.store.journal import Record, scan
 from hpcwhirl.store.neighbours import at_boundary
-from hpcwhirl.store.rows import word_of
+from hpcwhirl.store.rows import regime_of
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.twins import Twins
@@ -41,7 +41,7 @@ class Ended(NamedTuple):
 
     Attributes
     ----------
-    status, word : of its record; the regime, or another outcome's word
+    status, word : of its record; the regime, "" for none
     is_open : whether a longer run may tell what it does not
     of, twin, longest : which it was, see `Job.facts`
     outcome, regime, whirl : of its row, if it has one
@@ -282,7 +282,7 @@ def ended_of(record: Record) -> Ended:
         str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
     )
     return Ended(
-        status, word_of(record), status == "ok" and still, of, twin, longest, outcome,
+        status, regime_of(record), status == "ok" and still, of, twin, longest, outcome,
         regime, whirl, case_in(record),
     )  # fmt: skip
 

@@ -84,11 +84,11 @@ def run(args: argparse.Namespace) -> int:
 def source_of(data: xarray.Dataset) -> Source:
     """Return the columns of a file, and `case` and `word`, for conditions."""
     from hpcwhirl.errors import InputError, nearest
-    from hpcwhirl.report.palette import words_of
     from hpcwhirl.scene.words import ENUMS, SHOWN
     from hpcwhirl.store.query import Source
     from hpcwhirl.store.reader import words
     from hpcwhirl.store.select import variable_of
+    from hpcwhirl.store.shown import words_of
 
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
 

@@ -22,6 +22,7 @@ from hpcwhirl.measure.trials import (
 )
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.schemes import DEFAULT
+from hpcwhirl.scene.words import word_of
 
 NUDGE = 1e-7  # of the force, from one twin of a case to the next
 CONFIDENCE = 0.95
@@ -104,14 +105,14 @@ def run_once(scene: Scene, twin: int) -> Sample:
 
 def _sample(result: Result, seconds: float) -> Sample:
     row = result.row
-    regime = row["outcome"] if row["outcome"] == "unstable" else row["regime"]
+    regime = word_of("ok", str(row["outcome"]), str(row["regime"]))
     numbers = {n: float(row[n]) for n in NUMBERS if n in row}
     numbers["window"] = float(row["window"])
     numbers["ledger_error"] = abs(float(row["ledger_error"]))
     tips = result.traces["tips"]
     if len(tips):
         numbers["tip_peak"] = float(np.hypot(tips[..., 0], tips[..., 1]).max())
-    return Sample((str(regime), str(row["whirl"])), numbers, seconds)
+    return Sample((regime, str(row["whirl"])), numbers, seconds)
 
 
 def _warm(scene: Scene) -> None:

@@ -15,7 +15,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
 from hpcwhirl.report.labels import axis_of, value_of
-from hpcwhirl.report.palette import SEQUENTIAL, word_of
+from hpcwhirl.report.palette import SEQUENTIAL
 from hpcwhirl.report.ranges import (
     centre_top,
     highest_order,
@@ -23,7 +23,7 @@ from hpcwhirl.report.ranges import (
     rotating_top,
     wave_limits,
 )
-from hpcwhirl.scene.words import SHOWN
+from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.cases import Cases
 
 Floats = NDArray[np.float64]

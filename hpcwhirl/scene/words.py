@@ -84,6 +84,17 @@ ENUMS = {
 OPEN = {"regime": "undecided", "stop": "end"}
 
 
+def word_of(status: str, outcome: str, regime: str) -> str:
+    """Return the word of `SHOWN` that a case goes by, wherever it is shown or counted.
+
+    Its regime; where it has none, whether it is `unstable`, `failed` for whatever
+    reason, or `missing`.
+    """
+    if status != "ok":
+        return status if status == "missing" else "failed"
+    return "unstable" if outcome == "unstable" or regime == "none" else regime
+
+
 def is_open(row: Mapping[str, Any]) -> bool:
     """Return whether a longer run may tell what a row of `undecided` does not."""
     return all(row.get(name) == word for name, word in OPEN.items())

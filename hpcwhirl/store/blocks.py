@@ -23,7 +23,8 @@ from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.many import columns
 from hpcwhirl.store.measured import measured_of, measured_row
 from hpcwhirl.store.schema import dtype, encode, missing
-from hpcwhirl.store.shares import GROUP, TWIN_ROW, shares, shown
+from hpcwhirl.store.shares import GROUP, TWIN_ROW, shares
+from hpcwhirl.store.shown import words_of
 
 MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
 MOST_CASES = 1024
@@ -139,7 +140,7 @@ def _twins(contents: Contents, cases: range, own: Block) -> Block:
         f"{GROUP}/{n}": np.stack([part[n] for part in parts], axis=1) for n in TWIN_ROW
     }
     mine, theirs = (
-        shown(*(_words(block[n], n) for n in ("status", "outcome", "regime")))
+        words_of(*(_words(block[n], n) for n in ("status", "outcome", "regime")))
         for block in (own, {n: out[f"{GROUP}/{n}"] for n in TWIN_ROW})
     )
     return out | shares(mine, theirs)

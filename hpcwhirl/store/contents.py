@@ -23,7 +23,7 @@ from hpcwhirl.store.many import NUMBERS, Chunk, Numbers, chunks, read, runs, wor
 from hpcwhirl.store.measured import bytes_measured, measured_of
 from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.refined import columns_of, full_plan
-from hpcwhirl.store.rows import place_of, word_of
+from hpcwhirl.store.rows import place_of, regime_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
@@ -239,7 +239,8 @@ class _Index:
             del self.traces[case]
         if self.words.itemsize:
             outcome, regime = (words_in(found, f"row.{n}") for n in WORD)
-            self.words[cases] = np.where(outcome == "unstable", outcome, regime)
+            lost = (outcome == "unstable") | (regime == "none")
+            self.words[cases] = np.where(lost, "", regime)
 
     def take(self, journal: str, start: int, record: Record) -> None:
         """Take in a record."""
@@ -254,7 +255,7 @@ class _Index:
             self.contents.twins[case, twin - 1] = at
             return
         contents = self.contents
-        contents.place[case], self.words[case] = at, word_of(record)
+        contents.place[case], self.words[case] = at, regime_of(record)
         row = record.get("row") or {}
         contents.interval[case] = row.get("sample_interval", np.nan)
         self.traces.pop(case, None)

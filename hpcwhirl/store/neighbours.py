@@ -31,17 +31,19 @@ def at_boundary(
     """Return which cases have a neighbour of another word, (cases,).
 
     A neighbour differs in one number alone, which stands next among the values that
-    this input has in cases that are alike in all others.
+    this input has in cases that are alike in all others. A case without a word tells
+    nothing of its neighbours.
 
     Parameters
     ----------
     settings : the swept inputs' values of each case
     swept : names of the swept inputs
-    words : of each case
+    words : of each case, "" for none
     """
     table = Table.of(settings)
     found = np.zeros(len(table), dtype=bool)
-    word = np.unique(np.asarray(words), return_inverse=True)[1]
+    word = np.asarray(words)
+    known = word != ""
     columns = {name: table.column(name, None) for name in table.names}
     numbers = {n: distinct(column.values) for n, column in columns.items()}
     cases = np.arange(len(table))
@@ -51,5 +53,6 @@ def at_boundary(
         order = np.lexsort((columns[name].of(cases, np.array(values, float)), line))
         one, next_ = order[:-1], order[1:]
         apart = (line[one] == line[next_]) & (word[one] != word[next_])
+        apart &= known[one] & known[next_]
         found[one[apart]] = found[next_[apart]] = True
     return found

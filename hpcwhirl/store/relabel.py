@@ -19,7 +19,8 @@ from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.layout import write_words
 from hpcwhirl.store.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.reader import check_file, words_in
-from hpcwhirl.store.shares import GROUP, shares, shown
+from hpcwhirl.store.shares import GROUP, shares
+from hpcwhirl.store.shown import words_of
 
 WORDS = ("outcome", "regime", "whirl")
 Word = tuple[str, str, str]  # of one case
@@ -69,7 +70,7 @@ def relabel(
 def _share_anew(file: h5py.File) -> None:
     """Write the shares of words that twins give by now."""
     own, theirs = (
-        shown(*(words_in(group, n) for n in ("status", "outcome", "regime")))
+        words_of(*(words_in(group, n) for n in ("status", "outcome", "regime")))
         for group in (file, file[GROUP])
     )
     for variable, values in shares(own, theirs).items():

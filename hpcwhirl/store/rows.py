@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcwhirl.scene.words import is_open
+from hpcwhirl.scene.words import REGIMES, is_open, word_of
 from hpcwhirl.store.journal import Record
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.neighbours import at_boundary
@@ -38,13 +38,12 @@ def place_of(record: Record, plan: Manifest) -> Place:
     return Place(of, twin, 1 + plan.extended.index(time))
 
 
-def word_of(record: Record) -> str:
-    """Return the word that a record gives: its regime, `unstable`, or a status."""
-    row, status = record.get("row") or {}, str(record["status"])
-    if status != "ok":
-        return status
-    outcome = str(row.get("outcome"))
-    return outcome if outcome == "unstable" else str(row.get("regime"))
+def regime_of(record: Record) -> str:
+    """Return the regime that a record gives, "" for none: neighbours go by it."""
+    row, none = record.get("row") or {}, "none"
+    words = (str(row.get(name, none)) for name in ("outcome", "regime"))
+    word = word_of(str(record["status"]), *words)
+    return word if word in REGIMES else ""
 
 
 def counting(records: Iterable[Record], plan: Manifest) -> dict[str, Record]:
@@ -90,7 +89,7 @@ def _without_twins(records: Collection[Record], plan: Manifest) -> set[str]:
     known = [counts.get(name) for name in plan.digests]
     edge = np.array([r is not None and r["status"] == "ok" for r in known], dtype=bool)
     if plan.twins.get("of") == "boundary":
-        words = [word_of(record) if record else "" for record in known]
+        words = [regime_of(record) if record else "" for record in known]
         every = all(record is not None for record in known)
         edge &= at_boundary(plan.settings, plan.swept, words) & every
     there: dict[str, set[int]] = {}

@@ -17,6 +17,7 @@ TWIN = "twin"  # dimension, and with an s the group of the twins' own rows
 GROUP = f"{TWIN}s"
 COUNT = "twin_count"
 SURE = "word_share_sure"  # root attribute
+WITHOUT = ("failed", "missing")  # words of what gave no result
 ENDS = ("", "_low", "_high")
 TOLD = {"": "", "_low": ", lower end (Wilson, 95 %)", "_high": ", upper end (Wilson)"}
 # of each twin: what words are given by, and what it was
@@ -57,22 +58,17 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
 
     Parameters
     ----------
-    own : (cases,), the word of each case, "" for none
-    twins : (cases, twins), the words of its twins, "" for none
+    own : (cases,), the word of each case, see `words_of`
+    twins : (cases, twins), the words of its twins
     """
-    total = (twins != "").sum(axis=1)
-    counted = {"word_share": ((twins == own[:, None]) & (twins != "")).sum(axis=1)}
+    given = ~np.isin(twins, WITHOUT)
+    total = given.sum(axis=1)
+    counted = {"word_share": ((twins == own[:, None]) & given).sum(axis=1)}
     counted |= {f"share_{word}": (twins == word).sum(axis=1) for word in REGIMES}
     out: dict[str, NDArray[Any]] = {COUNT: total}
     for name, counts in counted.items():
-        of = total * (own != "") if name == "word_share" else total
+        of = total * ~np.isin(own, WITHOUT) if name == "word_share" else total
         pairs = zip(counts.tolist(), of.tolist(), strict=True)
         found = np.array([interval(*pair) for pair in pairs]).reshape(-1, 3)
         out |= {name + end: found[:, i] for i, end in enumerate(ENDS)}
     return out
-
-
-def shown(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word of each case or twin: its regime, or `unstable`; "" for none."""
-    word = np.where(outcome == "unstable", outcome, regime)
-    return np.where(status == "ok", word, "").astype("U16")
