@@ -127,7 +127,8 @@ def refined_campaign(folder, document, field, seed=1):
 
     Parameters
     ----------
-    field : (settings of a case) -> its regime, None for a case that failed
+    field : (settings of a case) -> its regime, None for a case that failed; where it
+        has twins, their settings have `twin` beside, its number
     """
     random, design = np.random.default_rng(seed), design_of(document)
     folder.mkdir(parents=True, exist_ok=True)
@@ -137,9 +138,14 @@ def refined_campaign(folder, document, field, seed=1):
         wanted = Wanted(design, {})
         waiting = wanted.begin()
         while waiting:
-            case = waiting.pop(int(random.integers(len(waiting))))
-            word = field(design.settings_of(case))
+            number = waiting.pop(int(random.integers(len(waiting))))
+            case, twin = design.split(number)
+            own = {"twin": twin} if twin else {}
+            word = field(design.settings_of(case) | own)
             record = {"digest": design.digest(case), "performance": WHERE}
+            if twin:
+                job = design.twin(number)
+                record |= {"digest": job.digest} | job.facts
             made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
             scene = design.scene(case)
             made |= {n: getattr(scene, n) for n in ("speed", "gap", "friction")}
@@ -148,8 +154,8 @@ def refined_campaign(folder, document, field, seed=1):
             if word is None:
                 told = {"status": "failed", "message": "made up"}
             journal.append(record | told, {})
-            head = ("ok" if word else "failed", "", False, "", 0, 0.0)
+            head = ("ok" if word else "failed", "", False, "", twin, 0.0)
             end = Ended(*head, *(("completed", word) if word else ()))
-            waiting += wanted.after(case, end)
+            waiting += wanted.after(number, end)
     gather(folder, facts_of(design))
     return folder

@@ -186,14 +186,29 @@ class Brute:
         found = sum(self.corners_differ(part) for part in parts)
         return found > MOST * self.lattice.parts(above, self.levels)
 
+    def twinned(self, of):
+        """All cases that have twins: with a word, at mixed cells that are not split."""
+        cases, out = self.cases(), set()
+        both = self.points(), self.confirmed()
+        for cell in self.cells - self.split:
+            known = [self.inside(cell, points) for points in both]
+            if not any(self.differ(f, points) for f, points in enumerate(known)):
+                continue
+            ends = of == "boundary" and self.lattice.at_end(cell)
+            if self.blocked(cell) or ends:
+                of_cell = (0, 1) if self.blocked(cell) else (int(self.confirm),)
+                out |= {(f, p) for f in of_cell for p in self.lattice.corners(cell)}
+        chosen = cases if of == "all" else out & cases
+        return {case for case in chosen if self.word(*case) is not None}
+
     def cases(self):
         first = {(0, point) for point in self.points()}
         return first | {(1, point) for point in self.confirmed()}
 
 
-def arrived(lattice, word, levels, confirm, seed, budget=None):
+def arrived(lattice, word, levels, confirm, seed, **options):
     """Return the growth of words that come in at random, each of a wanted case."""
-    growth = Growth(lattice, 1, levels, confirm=confirm, budget=budget)
+    growth = Growth(lattice, 1, levels, confirm=confirm, **options)
     chance, waiting = random.Random(seed), list(growth.wanted)
     while waiting:
         address = waiting.pop(chance.randrange(len(waiting)))
@@ -240,6 +255,28 @@ def test_confirmed_cases_are_a_fixed_point_too(lattice, fields):
     assert {fidelity for fidelity, _ in expected} == {0, 1}
     for seed in range(3):
         assert cases_of(arrived(lattice, word, 2, True, seed)) == expected
+
+
+TWINNED = [
+    (noise, None, 2), (holes, None, 1), (circle, half_plane, 2), (noise, shifted, 1)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fields", TWINNED)
+@pytest.mark.parametrize("of", ["all", "boundary", "speckle"])
+def test_which_cases_have_twins_is_a_fixed_point_too(fields, of):
+    *fields, levels = fields
+    confirm = fields[1] is not None
+    for lattice in (LATTICES[1], LATTICES[2]):
+        word = worded(lattice, *fields)
+        brute = Brute(lattice, word, levels, confirm)
+        expected = brute.twinned(of)
+        for seed in range(3):
+            found = arrived(lattice, word, levels, confirm, seed, twins=of)
+            assert cases_of(found) == brute.cases()  # twins ask for no case
+            twinned = [(a.fidelity, a.point) for a in found.twinned]
+            assert len(set(twinned)) == len(twinned)
+            assert set(twinned) == expected
 
 
 def test_a_value_is_the_same_however_deep_the_lattice():
@@ -297,7 +334,7 @@ def test_a_budget_leaves_out_the_last_of_a_generation(field):
         expected = generations(lattice, word, total)
         assert len(expected) == total
         for seed in range(3):
-            found = arrived(lattice, word, 0, False, seed, Budget(total))
+            found = arrived(lattice, word, 0, False, seed, budget=Budget(total))
             assert set(found.wanted) == expected
             assert bool(found.dropped) == (total < all_of_it)
 
@@ -576,8 +613,9 @@ def test_what_has_no_cells_is_refused():
         design_of(DOCUMENT | {"cases": [{"speed": 1.0, "gap": 1e-4}]})
     with pytest.raises(InputError, match=r"not with \[refine\]"):
         design_of(DOCUMENT | {"sample": sample})
-    with pytest.raises(InputError, match=r"\[twins\] and \[refine\]"):
-        design_of(DOCUMENT | {"twins": {"count": 2, "of": "all"}})
+    budget = with_refine(budget={"cases": 99})
+    with pytest.raises(InputError, match=r"\[twins\] and \[refine\] budget"):
+        design_of(budget | {"twins": {"count": 2, "of": "all"}})
 
 
 def test_whole_numbers_are_refined_to_whole_numbers_alone():

@@ -161,6 +161,11 @@ class Design:
         return CaseDigests(flatten(self.base), self.settings, reads, PHYSICS_VERSION)
 
     @property
+    def beside(self) -> str:
+        """What else there is than cases, and nobody counts before words are there."""
+        return ""
+
+    @property
     def grows(self) -> bool:
         """Whether further cases follow from words."""
         return False

@@ -28,7 +28,7 @@ from hpcwhirl.store.current import is_current
 from hpcwhirl.store.gather import RESULTS, gather
 from hpcwhirl.store.journal import scan
 from hpcwhirl.store.owner import BrokenOffError
-from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.reader import count_failed_twins, count_statuses
 from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.running import forget_crashes, notes
 
@@ -92,12 +92,14 @@ def conclude(
         return replace(_stopped(cases, error), lasting=True)
     # of the file: what was published is what is told
     count: dict[str, int] = {}
+    astray = 0  # cases of which a twin failed
     if comm.rank == 0:
         count = count_statuses(results)
+        astray = count_failed_twins(results) if design.grows else 0
         cases = sum(count.values())
         _tell_budget(design, folder)
         _forget_the_dead(folder)
-    failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
+    failed, missing = cases - count.get("ok", 0) + astray, count.get("missing", 0)
     if more:
         failed = max(failed, sum(status != "ok" for status in ended))
     return Ending(

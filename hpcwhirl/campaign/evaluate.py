@@ -24,6 +24,7 @@ from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
@@ -109,13 +110,14 @@ class Evaluator:
 
     def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:
         """Compute a unit and return how each of its cases ended."""
-        cases = (unit,) if self.design.grows else self.units[unit]
 
         def between() -> None:
             self._writing(self.desk.journal.keep_due)
             between_slices()
 
-        return [self._case(case, between) for case in cases]
+        if isinstance(self.design, RefinedDesign):
+            return [self._grown(self.design, unit, between)]
+        return [self._case(case, between) for case in self.units[unit]]
 
     def keep_due(self) -> None:
         """Keep what has been computed, while this rank waits."""
@@ -127,6 +129,17 @@ class Evaluator:
         with suppress(Stop):
             self._writing(self.desk.journal.keep)
         return not self.lost
+
+    def _grown(
+        self, design: RefinedDesign, number: int, between: Callable[[], None]
+    ) -> Ended:
+        """Compute a case of a refined campaign, or a twin, by its number."""
+        case, twin = design.split(number)
+        if not twin:
+            return self._case(case, between)
+        job = design.twin(number)
+        self.desk.running.begin([job.digest])
+        return self._compute(job, between)
 
     def _case(self, case: int, between: Callable[[], None]) -> Ended:
         """Compute what is left of a case: itself, then its twins.
@@ -205,7 +218,7 @@ class Evaluator:
         if status != "timeout":  # which may go on from its state
             self._drop(job.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
-        name = told(job) if job.facts else self.design.name(job.case)
+        name = told(job, self.design.name(job.case))
         self._tell(f"{name} {status} on {where}: {message}")
         return ended_of(record)
 
@@ -263,7 +276,7 @@ class Evaluator:
             raise Stop from None
 
 
-def told(job: Job) -> str:
-    """Return what a computation is called in messages."""
+def told(job: Job, case: str) -> str:
+    """Return what a computation is called in messages, by the name of its case."""
     twin = job.facts.get("twin")
-    return f"twin {twin} of case {job.case}" if twin else f"case {job.case}"
+    return f"twin {twin} of {case}" if twin else case

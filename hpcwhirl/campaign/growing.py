@@ -23,23 +23,45 @@ class Wanted:
     ----------
     design : of the campaign
     ended : {digest: word of a case that has ended, None without one}
+    twins : (digest of its case, number) of those that have ended
     """
 
-    def __init__(self, design: RefinedDesign, ended: Mapping[str, str | None]) -> None:
-        self.design, self.ended = design, ended
-        self.growth = design.family.growth()
+    def __init__(
+        self,
+        design: RefinedDesign,
+        ended: Mapping[str, str | None],
+        twins: Collection[tuple[str, int]] = (),
+    ) -> None:
+        self.design, self.ended, self.twins = design, ended, twins
+        self.growth = design.family.growth(design.kin.of if design.kin else "")
+        self._told = 0  # of how many cases twins have been handed out
 
     def begin(self) -> list[int]:
-        """Return all cases that are wanted and have not ended."""
-        return self._left(self.growth.feed(self._word, list(self.growth.wanted)))
+        """Return all cases and twins that are wanted and have not ended."""
+        left = self.growth.feed(self._word, list(self.growth.wanted))
+        return [*self._left(left), *self._fresh_twins()]
 
     def after(self, case: int, end: Ended) -> list[int]:
         """Return what is wanted beside, now that a case has ended."""
+        if self.design.split(case)[1]:
+            return []
         word = None
         if end.status == "ok":
             word = self.design.refinement.word_of(end._asdict())
         fresh = self.growth.learn(self.design.family.address(case), word)
-        return self._left(self.growth.feed(self._word, fresh))
+        left = self.growth.feed(self._word, fresh)
+        return [*self._left(left), *self._fresh_twins()]
+
+    def _fresh_twins(self) -> list[int]:
+        """Return the twins that have become wanted and have not ended."""
+        fresh = self.growth.twinned[self._told :]
+        self._told += len(fresh)
+        out: list[int] = []
+        for case in map(self.design.family.number, fresh):
+            name = self.design.digest(case)
+            numbers = enumerate(self.design.twins_of(case), 1)
+            out += [n for twin, n in numbers if (name, twin) not in self.twins]
+        return out
 
     def _word(self, address: Address) -> str | None:
         return self.ended[self.design.digest(self.design.family.number(address))]
@@ -69,7 +91,8 @@ class Nominal:
         self._known = {case: case for case in range(len(costs.nominal))}
 
     def index(self, case: int) -> int:
-        """Return the number of a case among the costs."""
+        """Return the number of a case among the costs; a twin has its case's."""
+        case = self.design.split(case)[0]
         if case not in self._known:
             address = self.design.family.address(case)
             near = self._near(address)
@@ -129,7 +152,7 @@ class GrowingAgenda(Agenda):
         self.dropped = False
         units = [(nominal.index(case),) for case in cases]
         super().__init__(units, nominal.costs, ranks, last)
-        self.turn[[len(self.design.settings) <= case for case in cases]] = FOLLOWING
+        self.turn[self._leading(cases)] = FOLLOWING
         self.turn[list(last)] = 0
         self.queue = array("q", self._ordered(np.arange(len(units))))
 
@@ -165,6 +188,11 @@ class GrowingAgenda(Agenda):
         for end in ends:
             self._add(self.after(unit, end))
 
+    def _leading(self, cases: Sequence[int]) -> np.ndarray:
+        """Return which of these are cases beyond the coarse level, and no twins."""
+        coarse, span = len(self.design.settings), self.design.family.span
+        return np.array([coarse <= case < span for case in cases], dtype=bool)
+
     def _add(self, cases: Sequence[int]) -> None:
         first, count = len(self.units), len(cases)
         if not count:
@@ -178,7 +206,8 @@ class GrowingAgenda(Agenda):
         expected = grown * self.costs.nominal[indices]
         self.predicted = np.append(self.predicted, expected)
         self.unfinished = np.append(self.unfinished, np.ones(count, dtype=bool))
-        self.turn = np.append(self.turn, np.full(count, FOLLOWING, dtype=np.int8))
+        self.turn = np.append(self.turn, np.ones(count, dtype=np.int8))
+        self.turn[first:][self._leading(cases)] = FOLLOWING
         self.left += count
         if not self.dropped:
             self.queue += array("q", self._ordered(new))

@@ -80,10 +80,8 @@ def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> 
     if listed:
         msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
         raise InputError(msg)
-    if design.twins:
-        msg = "[twins] and [refine]: twins are of the cases that a file tells; draw "
-        raise InputError(msg + "them in a campaign of the points that matter")
     over = _over(table, grid)
+    _check_twins(design, table, {name: grid[name] for name in over})
     scales = _scales(table, over, grid)
     depths = _depths(table, over, grid, scales)
     confirm = _preset("confirm", table["confirm"]) if "confirm" in table else ""
@@ -101,6 +99,22 @@ def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> 
     )  # fmt: skip
     budget = _budget(table.get("budget"), design, rule)
     return of_rule(design, replace(rule, budget=budget))
+
+
+def _check_twins(design: Design, table: Mapping[str, Any], over: Listed) -> None:
+    """Refuse twins beside a budget, and those that refining may lead to their case.
+
+    over : {refined input: its values}
+    """
+    if design.twins is None:
+        return
+    if "budget" in table:
+        msg = "[twins] and [refine] budget: it counts no twins, whose number follows "
+        raise InputError(msg + "from words: say one of both")
+    for name in over.keys() & design.twins.spread.keys():
+        if min(over[name]) < 0 < max(over[name]):
+            msg = f"[twins] spread {name}: refining may lead to 0, and a relative "
+            raise InputError(msg + "change of 0 is none: spread another input")
 
 
 def _over(table: Mapping[str, Any], grid: Listed) -> tuple[str, ...]:

@@ -8,8 +8,10 @@ from functools import cached_property
 from typing import Any
 
 from hpcwhirl.campaign.design import Design, Settings
+from hpcwhirl.campaign.stages import Job
+from hpcwhirl.campaign.twins import Twins
 from hpcwhirl.refinement.rule import Family, Rule
-from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene import Scene, apply_settings, digest
 from hpcwhirl.scene.digests import Digests
 from hpcwhirl.scene.files import FILE
 from hpcwhirl.scene.quantities import WHOLE
@@ -22,15 +24,22 @@ class RefinedDesign(Design):
     """A design whose further cases follow from words.
 
     `scenes`, `settings` and `digests` are those of the coarse level; a case beyond it
-    has the number of its address, see `Family.number`.
+    has the number of its address, see `Family.number`. So have twins: their number,
+    times the span of all those, is added to that of their case.
+
+    Attributes
+    ----------
+    rule : of the cases beyond the coarse level
+    kin : twins, each handed out by itself when words ask for it
     """
 
     rule: Rule | None = None
+    kin: Twins | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what the scenes are made from instead of the scenes."""
-        sent = self.base, self.settings, self.swept, self.contents, self.rule
-        return _sent, sent
+        own = self.rule, self.kin
+        return _sent, (self.base, self.settings, self.swept, self.contents, own)
 
     @property
     def refinement(self) -> Rule:
@@ -68,6 +77,36 @@ class RefinedDesign(Design):
         preset = [rule.confirm] if address.fidelity else []
         return f"case {', '.join([*told, *preset])}"
 
+    @property
+    def beside(self) -> str:
+        """What else there is than cases, and nobody counts before words are there."""
+        if self.kin is None:
+            return ""
+        where = {"boundary": " at a boundary", "speckle": " in speckle"}
+        of = f"of each case{where.get(self.kin.of, '')}"
+        return f", and {self.kin.count} twins {of}, not counted here"
+
+    def split(self, number: int) -> tuple[int, int]:
+        """Return the case and the twin, 0 for the case itself, of a number."""
+        twin, case = divmod(number, self.family.span)
+        return case, twin
+
+    def twins_of(self, case: int) -> range:
+        """Return the numbers of a case's twins."""
+        count = self.kin.count if self.kin else 0
+        return range(case, case + (1 + count) * self.family.span, self.family.span)[1:]
+
+    def twin(self, number: int) -> Job:
+        """Return the computation of a twin by its number."""
+        case, twin = self.split(number)
+        if self.kin is None:
+            raise TypeError
+        scene = self.scene(case)
+        content = self.contents[scene.engine.file]
+        scene = self.kin.scene(scene, content, twin)
+        facts = {"of": self.digest(case), "twin": twin}
+        return Job(case, scene, digest(scene, content), facts=facts)
+
     def settings_of(self, case: int) -> Settings:
         """Return what a case sets."""
         if case < len(self.settings):
@@ -88,14 +127,15 @@ class RefinedDesign(Design):
 
     def manifest(self) -> Manifest:
         """Return the manifest of the campaign's directory: coarse cases, and rule."""
-        return replace(super().manifest(), refine=self.refinement.plain())
+        kin = self.kin.as_plan() if self.kin else {}
+        return replace(super().manifest(), refine=self.refinement.plain(), twins=kin)
 
 
 def of_rule(coarse: Design, rule: Rule) -> RefinedDesign:
     """Return the design that refines a coarse one by a rule."""
     return RefinedDesign(
         coarse.base, coarse.settings, coarse.swept, coarse.rules,
-        coarse.contents, coarse.measure, rule=rule,
+        coarse.contents, coarse.measure, rule=rule, kin=coarse.twins,
     )  # fmt: skip
 
 
@@ -104,9 +144,10 @@ def _sent(
     settings: Table,
     swept: tuple[str, ...],
     contents: dict[str, str],
-    rule: Rule,
+    own: tuple[Rule, Twins | None],
 ) -> RefinedDesign:
-    return RefinedDesign(base, settings, swept, contents=contents, rule=rule)
+    rule, kin = own
+    return RefinedDesign(base, settings, swept, contents=contents, rule=rule, kin=kin)
 
 
 def mean_seconds(design: RefinedDesign) -> tuple[float, float]:

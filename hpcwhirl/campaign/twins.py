@@ -17,7 +17,7 @@ from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene.files import by_full_name, is_number, is_whole, undotted
 from hpcwhirl.scene.table import Table, listed
 
-OF = ("all", "boundary")
+OF = ("all", "boundary", "speckle")
 KEYS = ("count", "of", "spread", "sure")
 DEFAULTS: dict[str, Any] = {
     "count": 16,
@@ -40,7 +40,9 @@ class Twins:
     Attributes
     ----------
     count : twins of a case
-    of : of which cases: all, or those with a neighbour in the grid of another regime
+    of : of which cases: all, or those with a neighbour in the grid of another regime;
+        of a refined campaign those at corners of its mixed cells, or of those in
+        speckle alone
     spread : {dotted input: largest relative change}
     sure : share of twins from which their word counts as that of the case
     """
@@ -101,6 +103,8 @@ def twins_of(document: Mapping[str, Any], base: Scene) -> Twins | None:
             raise unknown("key in [twins]", key, KEYS)
     values = {**DEFAULTS, **given}
     count, of, sure = _checked(values["count"], values["of"], values["sure"])
+    if of == "speckle" and "refine" not in document:
+        _refuse("of", "all or boundary (speckle is known of [refine] alone)", of)
     return Twins(count, of, _spread(values["spread"], base), sure)
 
 
@@ -108,8 +112,6 @@ def _checked(count: Any, of: Any, sure: Any) -> tuple[int, str, float]:
     """Return three keys of the table, as they are allowed."""
     if not is_whole(count) or not 2 <= count <= MOST:
         _refuse("count", f"a whole number, 2 to {MOST}", count)
-    if of == "speckle":
-        _refuse("of", "all or boundary (speckle is not known here)", of)
     if of not in OF:
         raise unknown("[twins] of", str(of), OF)
     if not is_number(sure) or not 0.0 < sure <= 1.0:

@@ -101,7 +101,8 @@ def _found_refined(
     _tidy(folder, ended)
     nominal = Nominal(design, costs_of(design))
     words = {d: word_of(end._asdict()) for d, end in ended.items()}
-    wanted = Wanted(design, words)
+    twins = {(end.of, end.twin) for end in ended.values() if end.twin}
+    wanted = Wanted(design, words, twins)
     left = wanted.begin()
     for address in wanted.growth.wanted:
         case = design.family.number(address)
@@ -109,12 +110,21 @@ def _found_refined(
         if end is not None and end.status == "ok":
             nominal.costs.learn([nominal.index(case)], seconds)
     count = crashes(folder)
-    alone = frozenset(i for i in left if count[design.digest(i)] >= CRASHES)
-    units: list[Unit] = [(case,) for case in left]
-    last = [i for i, case in enumerate(left) if case in alone]
-    mine = range(len(wanted.growth.wanted))
+    asked = left if count else []  # each twin's digest takes a moment
+    names = ((design.split(i)[0], _digest(design, i)) for i in asked)
+    alone = frozenset(case for case, name in names if count[name] >= CRASHES)
+    units: list[Unit] = [design.split(i)[:1] for i in left]
+    last = [i for i, (case,) in enumerate(units) if case in alone]
+    each = design.kin.count if design.kin else 0
+    mine = range(len(wanted.growth.wanted) + each * len(wanted.growth.twinned))
     work = Work(units, alone, mine, claim_run(folder))
     return work, GrowingAgenda(left, nominal, wanted.after, ranks, last)
+
+
+def _digest(design: RefinedDesign, number: int) -> str:
+    """Return the digest of a case or of a twin by its number."""
+    case, twin = design.split(number)
+    return design.twin(number).digest if twin else design.digest(case)
 
 
 def _tidy(folder: Path, ended: Mapping[str, Ended]) -> None:

@@ -71,6 +71,7 @@ def _lines(found: Forecast, design: Design, ranks: int) -> list[str]:
         told.append(
             f"that is the coarse level; words may ask for some {more} more ({least} to "
             f"{most}, guessed from few words), with all of them {design.most} at most"
+            f"{design.beside}"
         )
     told.append(f"{found.steps:.4g} steps, {_step(found):.2f} us each ({_how(found)})")
     low, high = (seconds / 3600 for seconds in found.range)

@@ -56,11 +56,13 @@ class Growth:
     panels : how many there are
     levels : after which mixed cells are speckle, see `Tree`
     confirm : whether there is a second fidelity
-    budget : None: no limit
+    budget : None: no limit; twins are not counted
+    twins : of which cases, see `Tree`
 
     Attributes
     ----------
     wanted : in the order in which they became wanted, the coarse ones first
+    twinned : cases of which twins are wanted, in the order in which they became so
     dropped : cases that the budget has left out; they might have asked for more
     """
 
@@ -72,10 +74,14 @@ class Growth:
         *,
         confirm: bool = False,
         budget: Budget | None = None,
+        twins: str = "",
     ) -> None:
         self.lattice, self.budget = lattice, budget
-        self.trees = [Tree(lattice, levels, confirm=confirm) for _ in range(panels)]
+        self.trees = [
+            Tree(lattice, levels, confirm=confirm, twins=twins) for _ in range(panels)
+        ]
         self.wanted: list[Address] = []
+        self.twinned: list[Address] = []
         self.dropped = 0
         self._open: set[Address] = set()  # of this generation
         self._next: list[Address] = []
@@ -84,9 +90,13 @@ class Growth:
         self._admit(sorted(fresh))
 
     def _take(self, panel: int) -> list[Address]:
-        level = self.lattice.level
-        fresh = self.trees[panel].take()
-        return [Address(fid, level(point), panel, point) for fid, point in fresh]
+        level, tree = self.lattice.level, self.trees[panel]
+        fresh, twinned = (
+            [Address(fid, level(point), panel, point) for fid, point in wishes]
+            for wishes in (tree.take(), tree.take_twins())
+        )
+        self.twinned += twinned
+        return fresh
 
     def _admit(self, new: list[Address]) -> list[Address]:
         self.wanted += new

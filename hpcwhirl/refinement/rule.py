@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import prod
 from typing import Any
 
 from hpcwhirl.errors import InputError, StoreError, shown
@@ -151,6 +152,12 @@ class Family:
         return own | self.panels[address.panel] | preset
 
     @property
+    def span(self) -> int:
+        """All numbers of cases are below it."""
+        fidelities = 2 if self.rule.confirm else 1
+        return len(self.rows) + fidelities * len(self.panels) * prod(self._lengths)
+
+    @property
     def most(self) -> int:
         """Cases there are if every cell is split: the upper bound."""
         points = 1
@@ -161,8 +168,11 @@ class Family:
             count = min(count, int(self.rule.budget[0] // min(self.rule.budget[1:])))
         return count
 
-    def growth(self) -> Growth:
-        """Return what is wanted before anything has a word: the coarse cases."""
+    def growth(self, twins: str = "") -> Growth:
+        """Return what is wanted before anything has a word: the coarse cases.
+
+        twins : of which cases, "" for none
+        """
         total, *each = self.rule.budget or (0.0, 1.0, 1.0)
         return Growth(
             self.lattice,
@@ -170,6 +180,7 @@ class Family:
             self.rule.speckle,
             confirm=bool(self.rule.confirm),
             budget=Budget(total, (each[0], each[1])) if self.rule.budget else None,
+            twins=twins,
         )
 
 

@@ -25,6 +25,7 @@ class Node:
     at_corners : words at its corners, by the first fidelity
     open : corners that have not ended
     split, opened : whether it has parts; whether its corners are confirmed
+    followed : whether cases at its corners have twins
     demanded : whether a finer neighbour asks for its parts
     changed : whether a point has another word by the other fidelity
     """
@@ -36,6 +37,7 @@ class Node:
     at_corners: set[str] = field(default_factory=set)
     split: bool = False
     opened: bool = False
+    followed: bool = False
     demanded: bool = False
     changed: bool = False
 
@@ -65,8 +67,12 @@ class Tree:
       those of every cell around a point whose word it changes, but of cells that are to
       be split, as their corners differ by the first.
 
+    - Cases have twins that have a word and are at corners of mixed cells in speckle,
+      or, if those of boundaries are wanted, of mixed cells at their end as well: there
+      by the second fidelity where there is one.
+
     A case that has ended without a word counts for nothing: no cell is split or
-    confirmed because of it.
+    confirmed because of it, and it has no twins.
 
     Parameters
     ----------
@@ -74,17 +80,27 @@ class Tree:
     levels : after which a cell that is still mixed in most of its parts is speckle; 0:
         never
     confirm : whether there is a second fidelity
+    twins : of which cases: "all", "boundary", "speckle", "" for none
 
     Attributes
     ----------
     cells : all of them, split ones included
     fresh : cases that have become wanted, taken away by `take`
+    twinned : cases of which twins have become wanted, taken away by `take_twins`
     """
 
     def __init__(
-        self, lattice: Lattice, levels: int = 0, *, confirm: bool = False
+        self,
+        lattice: Lattice,
+        levels: int = 0,
+        *,
+        confirm: bool = False,
+        twins: str = "",
     ) -> None:
         self.lattice, self.levels, self.confirm = lattice, levels, confirm
+        self.twins = twins
+        self.twinned: list[Wish] = []
+        self._followed: tuple[set[Point], set[Point]] = (set(), set())
         self.cells: dict[Cell, Node] = {}
         self.words: tuple[dict[Point, str | None], dict[Point, str | None]] = ({}, {})
         self.wanted: tuple[set[Point], set[Point]] = (set(), set())
@@ -102,6 +118,11 @@ class Tree:
         fresh, self.fresh = self.fresh, []
         return fresh
 
+    def take_twins(self) -> list[Wish]:
+        """Return of which cases twins have become wanted since the last call."""
+        twinned, self.twinned = self.twinned, []
+        return twinned
+
     def learn(self, fidelity: int, point: Point, word: str | None) -> None:
         """Take in that a wanted case has ended, with a word or without."""
         words = self.words[fidelity]
@@ -110,6 +131,10 @@ class Tree:
         words[point] = word
         other = self.words[1 - fidelity].get(point)
         changed = None not in {word, other} and word != other
+        if word is not None and (
+            self.twins == "all" or point in self._followed[fidelity]
+        ):
+            self.twinned.append((fidelity, point))
         for cell in self._around(point):
             self._note(cell, fidelity, point, changed=changed)
         self._settle()
@@ -156,6 +181,8 @@ class Tree:
 
     def _visit(self, cell: Cell) -> None:
         node, last = self.cells[cell], self.lattice.at_end(cell)
+        if self.twins in ("boundary", "speckle") and node.mixed and not node.followed:
+            self._follow(cell)
         split = not last and not node.split and (node.mixed or node.demanded)
         opened = (node.changed and (last or node.uneven is False)) or (
             last and node.mixed
@@ -168,6 +195,21 @@ class Tree:
             self._want(CONFIRM, node.corners)
         if split:
             self._split(cell)
+
+    def _follow(self, cell: Cell) -> None:
+        """Want twins at the corners of a mixed cell that is not split any more."""
+        allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
+        if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
+            fidelities = [CONFIRM if self.confirm else FIRST]
+        elif allowed is not False:
+            return
+        node = self.cells[cell]
+        node.followed = True
+        for fidelity in fidelities:
+            for point in {*node.corners} - self._followed[fidelity]:
+                self._followed[fidelity].add(point)
+                if self.words[fidelity].get(point) is not None:
+                    self.twinned.append((fidelity, point))
 
     def _split(self, cell: Cell) -> None:
         node = self.cells[cell]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -138,7 +139,7 @@ def _runs(wanted: Mask, x: Floats, y: Floats) -> list[Floats]:
 
 def _hatch(axes: Any, polygons: list[Floats], word: str) -> None:
     """Hatch the polygons of a word."""
-    _hatched(axes, polygons, (HATCHES[word], HATCHED), f"hatch {word}")
+    hatch_polygons(axes, polygons, (HATCHES[word], HATCHED), f"hatch {word}")
 
 
 def hatch_grid(axes: Any, part: Part, chosen: Mask, look: tuple[str, str]) -> None:
@@ -147,18 +148,18 @@ def hatch_grid(axes: Any, part: Part, chosen: Mask, look: tuple[str, str]) -> No
     rows = part.rows[chosen]
     wanted[part.y.index[rows], part.x.index[rows]] = True
     polygons = _runs(wanted, part.x.edges(), part.y.edges())
-    _hatched(axes, polygons, look, "hatch chosen")
+    hatch_polygons(axes, polygons, look, "hatch chosen")
 
 
 def hatch_cells(axes: Any, part: Part, chosen: Mask, look: tuple[str, str]) -> None:
     """Hatch the nearest cells of chosen scattered cases."""
     polygons = voronoi(part, (axes.get_xlim(), axes.get_ylim()))
     mine = [polygons[i] for i in np.flatnonzero(chosen)]
-    _hatched(axes, mine, look, "hatch chosen")
+    hatch_polygons(axes, mine, look, "hatch chosen")
 
 
-def _hatched(
-    axes: Any, polygons: list[Floats], look: tuple[str, str], name: str
+def hatch_polygons(
+    axes: Any, polygons: Sequence[Floats], look: tuple[str, str], name: str
 ) -> None:
     """Hatch polygons as one patch: many of them cost little more than one."""
     from matplotlib.patches import PathPatch

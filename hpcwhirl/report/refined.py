@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.axes import Axis, scale_of
-from hpcwhirl.report.cells import Part, draw_polygons
+from hpcwhirl.report.cells import Mask, Part, draw_polygons, hatch_polygons
 from hpcwhirl.report.picture import Picture
 from hpcwhirl.store.cells import Refined
 
@@ -48,9 +48,7 @@ def draw_refined(axes: Any, part: Part, picture: Picture) -> Any:
     refined = picture.refined
     if refined is None:
         return None
-    own = np.full(1 + max(picture.case.max(), refined.cells.corner.max()), -1)
-    own[picture.case[part.rows]] = part.rows
-    rows, boxes, number = _boxes(part, refined, own)
+    rows, boxes, number = _boxes(part, picture, refined)
     tiles = replace(part, rows=rows, whirl=picture.whirl[rows])
     drawn = draw_polygons(axes, tiles, list(_corners(boxes)))
     _mark(axes, refined, boxes, number)
@@ -59,11 +57,20 @@ def draw_refined(axes: Any, part: Part, picture: Picture) -> Any:
     return drawn
 
 
+def hatch_refined(
+    axes: Any, part: Part, picture: Picture, chosen: Mask, look: tuple[str, str]
+) -> None:
+    """Hatch the parts of cells whose nearest case is a chosen one of the map."""
+    if picture.refined is not None:
+        rows, boxes, _ = _boxes(part, picture, picture.refined)
+        hatch_polygons(axes, list(_corners(boxes[chosen[rows]])), look, "hatch chosen")
+
+
 def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
     return (float(ends.min()), float(ends.max())) if axis.name else (-0.5, 0.5)
 
 
-def _boxes(part: Part, refined: Refined, own: Ints) -> tuple[Ints, Floats, Ints]:
+def _boxes(part: Part, picture: Picture, refined: Refined) -> tuple[Ints, Floats, Ints]:
     """Return what is nearest to each corner of each cell within it.
 
     Returns
@@ -72,6 +79,8 @@ def _boxes(part: Part, refined: Refined, own: Ints) -> tuple[Ints, Floats, Ints]
     boxes : (k, 4), left, right, bottom, top
     number : (k,), of the cell
     """
+    own = np.full(1 + max(picture.case.max(), refined.cells.corner.max()), -1)
+    own[picture.case[part.rows]] = part.rows
     found = own[refined.cells.corner]
     count, rows, boxes, number = len(refined.over), [], [], []
     for i in range(1 << count):

@@ -133,7 +133,7 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     unsure = None if sheet.points else unsure_of(data, picture.case)
     if unsure is not None and unsure.any():
         for axes, part in zip(blocks[0].ravel(), sheet.parts(layers[0]), strict=False):
-            mark_unsure(axes, part, unsure, scattered=picture.scattered)
+            mark_unsure(axes, part, unsure, picture)
         more = [unsure_key(unsure, float(data.attrs[SURE]))]
     _decorate(grid, sheet)
     if wish.critical:

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.report.cells import Part, hatch_cells, hatch_grid
+from hpcwhirl.report.cells import Mask, Part, hatch_cells, hatch_grid
+from hpcwhirl.report.picture import Picture
+from hpcwhirl.report.refined import hatch_refined
 from hpcwhirl.store.shares import SURE
 
 if TYPE_CHECKING:
     import xarray
 
 HATCH, INK = "\\\\\\\\", "#3A3A3A"
-Mask = NDArray[np.bool_]
 
 
 def unsure_of(data: xarray.Dataset, case: NDArray[np.intp]) -> Mask | None:
@@ -31,19 +32,23 @@ def unsure_of(data: xarray.Dataset, case: NDArray[np.intp]) -> Mask | None:
     return np.asarray(share < float(data.attrs[SURE]))
 
 
-def mark_unsure(axes: Any, part: Part, unsure: Mask, *, scattered: bool) -> None:
+def mark_unsure(axes: Any, part: Part, unsure: Mask, picture: Picture) -> None:
     """Hatch the unsure cells of a panel.
 
     Parameters
     ----------
     axes, part : where, and its cases
     unsure : (n,), of all cases of the map
-    scattered : whether the cells are those nearest to each case
+    picture : the map
     """
-    own = unsure[part.rows]
-    if own.any():
-        draw = hatch_cells if scattered else hatch_grid
-        draw(axes, part, own, (HATCH, INK))
+    own, look = unsure[part.rows], (HATCH, INK)
+    if not own.any():
+        return
+    if picture.refined is not None:
+        hatch_refined(axes, part, picture, unsure, look)
+        return
+    draw = hatch_cells if picture.scattered else hatch_grid
+    draw(axes, part, own, look)
 
 
 def unsure_key(unsure: Mask, sure: float) -> Any:

@@ -21,8 +21,7 @@ from hpcwhirl.store.journal import Record, journals, lines_at, read_at, record_o
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.many import NUMBERS, Chunk, Numbers, chunks, read, runs, words_in
 from hpcwhirl.store.measured import bytes_measured, measured_of
-from hpcwhirl.store.neighbours import at_boundary
-from hpcwhirl.store.refined import columns_of, full_plan
+from hpcwhirl.store.refined import columns_of, full_plan, with_twins
 from hpcwhirl.store.rows import place_of, regime_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
@@ -159,10 +158,8 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
                     index.take(path.name, int(chunk.starts[line]), record)
     contents.journals = list(index.journals)
     _tell_refined(contents)
-    plan = contents.plan
-    if plan.twins.get("of") == "boundary":
-        words = index.words.tolist()
-        contents.twins[~at_boundary(plan.settings, plan.swept, words)] = -1
+    if contents.plan.twins:
+        contents.twins[~with_twins(contents.plan, index.words.tolist())] = -1
     kinds = list({id(kind): kind for kind in index.traces.values()}.values())
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)

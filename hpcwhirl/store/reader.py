@@ -14,6 +14,7 @@ from hpcwhirl.errors import MissingFileError, StoreError, shown
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import DAMAGE, reading
 from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.shares import GROUP as TWINS
 
 if TYPE_CHECKING:
     import xarray
@@ -68,6 +69,15 @@ def count_statuses(path: Path) -> dict[str, int]:
     with reading(path), h5py.File(path, "r") as file:
         found = Counter(words_in(file, "status").tolist())
         return {name: found[name] for name in ENUMS["status"] if found[name]}
+
+
+def count_failed_twins(path: Path) -> int:
+    """Return how many cases that gave a result have a twin that gave none."""
+    with reading(path), h5py.File(path, "r") as file:
+        if TWINS not in file:
+            return 0
+        bad = np.isin(words_in(file[TWINS], "status"), ("failed", "timeout", "crashed"))
+        return int((bad.any(axis=1) & (words_in(file, "status") == "ok")).sum())
 
 
 def open_results(path: Path | str) -> xarray.Dataset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.journal import Record, scan
 from hpcwhirl.store.manifest import Manifest, digests_of, read_manifest
+from hpcwhirl.store.neighbours import at_boundary
 from hpcwhirl.store.schema import dtype
 
 PLACE = "place_"  # before the name of an input: the variable of a case's place along it
@@ -75,7 +76,7 @@ def grown_plan(plan: Manifest, words: Mapping[str, str | None]) -> RefinedPlan:
     words : {digest: word of a case that has ended, None without one}
     """
     family, digest = family_of(plan), _digests(plan)
-    growth = family.growth()
+    growth = family.growth(str(plan.twins.get("of", "")))
     growth.feed(lambda address: words[digest(address)], list(growth.wanted))
     return _extended(plan, family, growth.ordered(), digest, growth)
 
@@ -107,6 +108,20 @@ def _extended(
     return RefinedPlan(
         **whole, addresses=[*family.coarse, *more], family=family, growth=growth
     )
+
+
+def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
+    """Return which cases of a plan have twins, (cases,).
+
+    words : the regime of each case, "" for none
+    """
+    found = np.ones(len(plan.digests), dtype=bool)
+    if isinstance(plan, RefinedPlan) and plan.growth is not None:
+        twinned = set(plan.growth.twinned)
+        return np.array([address in twinned for address in plan.addresses], dtype=bool)
+    if plan.twins.get("of") == "boundary":
+        found = at_boundary(plan.settings, plan.swept, words)
+    return found
 
 
 def dropped_of(plan: Manifest) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from hpcwhirl.scene.words import REGIMES, is_open, word_of
 from hpcwhirl.store.journal import Record
 from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.neighbours import at_boundary
+from hpcwhirl.store.refined import with_twins
 
 
 class Place(NamedTuple):
@@ -88,10 +88,9 @@ def _without_twins(records: Collection[Record], plan: Manifest) -> set[str]:
     counts = counting(records, plan)
     known = [counts.get(name) for name in plan.digests]
     edge = np.array([r is not None and r["status"] == "ok" for r in known], dtype=bool)
-    if plan.twins.get("of") == "boundary":
-        words = [regime_of(record) if record else "" for record in known]
-        every = all(record is not None for record in known)
-        edge &= at_boundary(plan.settings, plan.swept, words) & every
+    words = [regime_of(record) if record else "" for record in known]
+    every = plan.twins.get("of") == "all" or None not in known
+    edge &= with_twins(plan, words) & every
     there: dict[str, set[int]] = {}
     for record in records:
         there.setdefault(str(record.get("of")), set()).add(record.get("twin", 0))

@@ -1,0 +1,164 @@
+"""Twins of a refined campaign: of which cases follows from words, and nothing else."""
+
+import random
+from collections import Counter
+
+import h5py
+import numpy as np
+import pytest
+from launch import records, root_variables
+from made_up import refined_campaign
+
+import hpcwhirl
+from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.progress import progress_of
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.report.maps import drawing_of
+from hpcwhirl.report.picture import Wish
+
+COUNT = 3
+DOCUMENT = {
+    "output": {"traces": "summary"},
+    "sweep": {"speed": {"start": 100, "stop": 500, "num": 3}, "gap": [1e-4, 4e-4]},
+    "refine": {"over": ["speed", "gap"], "levels": 4, "scale": {"gap": "log"}},
+    "twins": {"count": COUNT, "of": "speckle"},
+}
+
+
+def coin(settings):
+    """Damped, but sustained or divergent by chance at high speeds; of twins too."""
+    if settings["speed"] < 290:
+        return "damped"
+    return random.Random(repr(sorted(settings.items()))).choice(
+        ["sustained", "divergent"]
+    )
+
+
+def variables(folder):
+    with h5py.File(folder / "results.h5") as file:
+        twins = {f"twins/{n}": d[()].tobytes() for n, d in file["twins"].items()}
+    return root_variables(folder) | twins
+
+
+@pytest.fixture(scope="module")
+def speckled(tmp_path_factory):
+    return refined_campaign(tmp_path_factory.mktemp("s") / "out", DOCUMENT, coin)
+
+
+def test_cases_in_speckle_have_shares_and_no_others(speckled):
+    data = hpcwhirl.open_results(speckled)
+    cells = data["cell_corner"].to_numpy()[hpcwhirl.words(data.cell_state) == "speckle"]
+    has = data.twin_count.values == COUNT
+    assert set(np.flatnonzero(has)) == set(cells.ravel()) - {-1}
+    assert 0 < has.sum() < len(has)
+    assert np.isnan(data.word_share.values[~has]).all()
+    assert (data.speed.values[has] >= 250).all()
+    with h5py.File(speckled / "results.h5") as file:
+        theirs = file["twins/regime"][:]
+    own = hpcwhirl.words(data.regime)
+    parts = [data[f"share_{word}"].values[has] for word in ("sustained", "divergent")]
+    assert np.allclose(sum(parts), 1.0)
+    assert (theirs[~has] == 0).all()
+    for word, share in zip(("sustained", "divergent"), parts, strict=True):
+        mine = own[has] == word
+        assert np.array_equal(data.word_share.values[has][mine], share[mine])
+
+
+def test_the_order_of_arrival_changes_no_bit(speckled, tmp_path):
+    again = refined_campaign(tmp_path / "again", DOCUMENT, coin, seed=7)
+    assert variables(again) == variables(speckled)
+
+
+def test_the_map_hatches_the_unsure_by_the_cells_of_the_campaign(speckled):
+    drawing = drawing_of(speckled / "results.h5", Wish())
+    (axes,) = [axes for axes in drawing.figure.axes if axes.patches or axes.artists][:1]
+    names = Counter(artist.get_gid() for artist in axes.get_children())
+    assert names["hatch chosen"] == 1
+    (hatch,) = [a for a in axes.get_children() if a.get_gid() == "hatch chosen"]
+    corners = hatch.get_path().vertices
+    assert corners[:, 0].min() > 200  # only where it is speckle
+
+
+def test_status_waits_for_twins_and_failed_ones_are_told(tmp_path):
+    def failing(settings):
+        return None if settings.get("twin") == 2 else coin(settings)
+
+    folder = refined_campaign(tmp_path / "out", DOCUMENT, failing)
+    found = progress_of(folder)
+    assert (found.left, found.failed) == (0, 0)
+    design = design_of(DOCUMENT)
+    ending = run_campaign(design, folder)
+    data = hpcwhirl.open_results(folder)
+    twinned = int((data.twin_count.values == COUNT - 1).sum())
+    assert ending.complete
+    assert ending.failed == twinned > 0
+
+
+def test_twins_are_asked_for_later_and_taken_back(speckled, tmp_path):
+    plain = {name: table for name, table in DOCUMENT.items() if name != "twins"}
+    folder = refined_campaign(tmp_path / "out", plain, coin)
+    before = root_variables(folder)
+    prepare(design_of(DOCUMENT), folder)
+    assert progress_of(folder).left > 0
+    refined_campaign(folder, DOCUMENT, coin)
+    assert variables(folder) == variables(speckled)
+    refined_campaign(folder, plain, coin)
+    assert root_variables(folder) == before
+
+
+SHORT = {
+    "scene": {"duration": 0.03},
+    "solver": {"time_step": 8e-6},
+    "output": {"traces": "summary"},
+    "sweep": {"speed": [200.0, 330.0, 460.0], "gap": [1e-4, 4e-4]},
+    "refine": {"over": ["speed", "gap"], "levels": 2, "words": "both"},
+    "twins": {"count": 2, "of": "boundary", "spread": {"force": 0.1}},
+}
+
+
+class Death(BaseException):
+    """What no code catches."""
+
+
+def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
+    design = design_of(SHORT)
+    for name in ("whole", "killed"):
+        prepare(design, tmp_path / name)
+    assert run_campaign(design, tmp_path / "whole").complete
+    total = len(records(tmp_path / "whole"))
+    twins = sum("twin" in record for record in records(tmp_path / "whole"))
+    assert 2 * 2 <= twins < total
+    advance, deaths, often = March.advance, 0, Policy(save_every=1e-9)
+    while True:
+        left = [40]
+
+        def counted(march, steps, left=left):
+            left[0] -= 1
+            if left[0] < 0:
+                raise Death
+            advance(march, steps)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(March, "advance", counted)
+            try:
+                run_campaign(design, tmp_path / "killed", policy=often)
+                break
+            except Death:
+                deaths += 1
+                assert deaths < 300
+    assert deaths > 3
+    assert variables(tmp_path / "killed") == variables(tmp_path / "whole")
+    assert len(records(tmp_path / "killed")) == total  # none is computed twice
+
+
+def test_a_dry_run_does_not_count_twins(tmp_path, capsys):
+    import tomli_w
+
+    file = tmp_path / "c.toml"
+    file.write_text(tomli_w.dumps(SHORT))
+    assert main(["campaign", str(file), "--out", str(tmp_path / "o"), "--dry-run"]) == 0
+    assert "and 2 twins of each case at a boundary" in capsys.readouterr().out
