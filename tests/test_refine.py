@@ -3,22 +3,20 @@
 import functools
 import random
 import shutil
-import time
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 import tomli_w
-from launch import LIMIT, kill, launch, records, root_variables, start
+from launch import root_variables
 from made_up import refined_campaign
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.campaign.design import design_of, load_design
+from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import Cases as Cases_
@@ -664,60 +662,3 @@ def test_a_refined_directory_is_not_extended_for_the_same_reason(refined, capsys
     (line,) = capsys.readouterr().err.splitlines()
     assert f"{refined}: --extend and [refine]" in line
     assert before == sorted(path.stat().st_mtime_ns for path in refined.rglob("*"))
-
-
-SHORT = """
-scene = {duration = 0.02}
-output = {interval = 1e-3}
-[sweep]
-speed = {start = 40, stop = 520, num = 9}
-gap = [8e-5, 1.6e-4, 4e-4]
-[refine]
-over = ["speed", "gap"]
-levels = 2
-scale = {gap = "log"}
-words = "both"
-first = "draft"
-"""
-
-
-def killed(words, ranks, count):
-    """Start a campaign and kill it once it has so many rows, or let it end."""
-    process = start(words, ranks)
-    end = time.monotonic() + LIMIT
-    while len(records(words[4])) < count and process.poll() is None:
-        assert time.monotonic() < end
-        time.sleep(0.005)
-    kill(process)
-
-
-def survives(place, kills):
-    """Kill campaigns of 2 and 3 ranks: their bits are those of one, undisturbed."""
-    (place / "c.toml").write_text(SHORT)
-    design = load_design(place / "c.toml", {})
-    prepare(design, place / "alone")
-    assert run_campaign(design, place / "alone").complete
-    expected, cases = root_variables(place / "alone"), len(records(place / "alone"))
-    assert cases > 60
-    chance = random.Random(7)
-    for ranks in (2, 3):
-        out = place / f"of-{ranks}"
-        words = ["campaign", place / "c.toml", "--report=no", "--out", out]
-        for count in sorted(chance.sample(range(1, cases), kills)):
-            killed(words, ranks, count)
-        done = launch(*words, "--retry", "crashed", ranks=ranks)
-        assert done.returncode == 0, done.err
-        assert root_variables(out) == expected
-        assert len({r["digest"] for r in records(out)}) == cases  # none too many
-
-
-@pytest.mark.mpi
-def test_any_number_of_ranks_and_a_kill_give_the_same_bits(tmp_path):
-    survives(tmp_path, kills=1)
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.timeout(3000)
-def test_twenty_kills_of_a_refined_campaign_cost_no_bit(tmp_path):
-    survives(tmp_path, kills=10)

@@ -23,7 +23,8 @@ give no result, the first five of a rank are printed at once.
 
 A case is computed with all that is of it in one unit: itself, for longer where the
 campaign was extended and it is undecided (`stages`), then its twins (`twins`). Twins of
-boundaries alone are a second round, when all words are there.
+boundaries alone are a second round, when all words are there; of a refined campaign
+each twin is a unit that goes out when words ask for it.
 
 A campaign ends early, resumable and within seconds, at INT, TERM or USR1, before its
 time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept

@@ -65,7 +65,6 @@ SPEEDS, GAPS = (40.0, 520.0), (0.8e-4, 4e-4)
 SPECKLE = 2  # levels, as [refine] has them where nothing is said
 UNLIKE = 0.3
 DRAFT, STANDARD = "draft", "standard"
-CASES, SECONDS, ALIKE = 1 / 4, 1 / 8, 0.98  # goals
 # seconds of the kernel by the processor's clock: others on the machine count less
 TIMED = (
     "import sys, time; time.perf_counter = time.process_time; "
@@ -75,8 +74,9 @@ HEAD = (
     "| way | cases | core-seconds | alike | outside speckle | inside | tongues missed |"
 )
 GOALS = (
-    "| refined | of dense draft's cases | of dense standard's core-seconds, confirmed "
-    "| alike outside speckle, confirmed | tongues missed |"
+    "| grid | refined from | corners of cells whose corners differ, of dense draft's "
+    "points | refined draft, of dense draft's cases | confirmed, of dense standard's "
+    "core-seconds | alike outside speckle, confirmed | tongues missed |"
 )
 WENT = (
     "Where cases went: the coarse level; corners of mixed cells at their end; of mixed "
@@ -85,6 +85,7 @@ WENT = (
 )
 Names = NDArray[np.str_]
 Floats = NDArray[np.float64]
+Size = tuple[int, int, int]  # coarse values of speed and gap, levels
 
 
 @dataclass
@@ -109,7 +110,7 @@ class Found:
     profile: dict[str, int] = field(default_factory=dict)
 
 
-def sides(size: tuple[int, int, int]) -> tuple[Side, Side]:
+def sides(size: Size) -> tuple[Side, Side]:
     """Return speed and gap with the coarse values and all levels."""
     across, up, levels = size
     speeds = tuple(float(v) for v in np.linspace(*SPEEDS, across))
@@ -169,7 +170,7 @@ def grid_of(data: Any, both: tuple[Side, Side]) -> Dense:
     return Dense(names, seconds)
 
 
-def lattice_of(size: tuple[int, int, int]) -> Lattice:
+def lattice_of(size: Size) -> Lattice:
     """Return a lattice whose places are those of the grid: values matter not here."""
     across, up, levels = size
     return Lattice(tuple(
@@ -179,7 +180,7 @@ def lattice_of(size: tuple[int, int, int]) -> Lattice:
 
 
 def looked_up(
-    name: str, size: tuple[int, int, int], known: dict[str, Dense], *, confirm: bool
+    name: str, size: Size, known: dict[str, Dense], *, confirm: bool
 ) -> tuple[Found, Growth]:
     """Return what a refined campaign finds, by the words of the dense ones."""
     growth = Growth(lattice_of(size), 1, SPECKLE, confirm=confirm)
@@ -383,21 +384,36 @@ def compared(
     return [told]
 
 
-def goals(found: Measured) -> list[str]:
-    """Return how far the goals are met, a row for each coarse level."""
-    standard, draft, *rest = found.ways
-    refined = [w for w in rest if w.name.startswith("refined")]
-    speckle = speckled(standard.words)
-    lines = [GOALS, "|---" * GOALS.count(" |") + "|"]
-    for first, second in zip(refined[::2], refined[1::2], strict=True):
-        same = second.words == standard.words
-        count, lost = missed(standard.words, second.words)
-        lines.append(
-            f"| {first.name.partition(', ')[2]} | {first.cases / draft.cases:.3f} | "
-            f"{second.seconds / standard.seconds:.3f} | {same[~speckle].mean():.2%} | "
-            f"{lost} of {count} |"
-        )
+def coarsened(known: dict[str, Dense], step: int) -> dict[str, Dense]:
+    """Return every so many-th point of grids along both inputs."""
+    part = slice(None, None, step), slice(None, None, step)
+    return {n: Dense(d.words[part], d.seconds[part]) for n, d in known.items()}
+
+
+def goals(found: Measured, sizes: list[Size]) -> list[str]:
+    """Return how far the goals are met, for each coarse level and coarser grids."""
+    lines = [GOALS, "|---" * (GOALS.count(" |")) + "|"]
+    for across, up, levels in sizes:
+        for left in range(levels, 0, -1):
+            known = coarsened(found.known, 1 << (levels - left))
+            lines.append(_goal((across, up, left), known))
     return lines
+
+
+def _goal(size: Size, known: dict[str, Dense]) -> str:
+    draft, standard = known[DRAFT], known[STANDARD]
+    first = looked_up("", size, known, confirm=False)[0]
+    second = looked_up("", size, known, confirm=True)[0]
+    speckle, same = speckled(standard.words), second.words == standard.words
+    count, lost = missed(standard.words, second.words)
+    shape = " x ".join(map(str, standard.words.shape))
+    edge = near_boundary(draft.words).mean()
+    return (
+        f"| {shape} | {size[0]} x {size[1]}, {size[2]} levels | {edge:.3f} | "
+        f"{first.cases / standard.words.size:.3f} | "
+        f"{second.seconds / standard.seconds.sum():.3f} | "
+        f"{same[~speckle].mean():.2%} | {lost} of {count} |"
+    )
 
 
 def profiles(found: Measured) -> list[str]:
@@ -411,24 +427,18 @@ def profiles(found: Measured) -> list[str]:
     return lines
 
 
-def section(found: Measured) -> str:
-    """Return what the page tells of an engine."""
+def section(found: Measured, sizes: list[Size]) -> str:
+    """Return what the page tells of an engine, by sizes of the coarse level."""
     reference = found.known[STANDARD].words
-    draft = found.known[DRAFT].words
     shares = ", ".join(f"{word} {(reference == word).mean():.1%}"
                        for word in np.unique(reference))  # fmt: skip
-    edge, lost = near_boundary(draft).mean(), speckled(reference).mean()
-    facts = (
-        f"Reference: {shares}; {lost:.1%} of its points are speckle. Of the points of "
-        f"dense draft, {edge:.1%} are corners of cells whose corners differ: what any "
-        "rule has to compute that is to find all boundaries to the finest cell."
-    )
+    facts = f"Reference: {shares}; {speckled(reference).mean():.1%} speckle."
     rows = [row(way, reference) for way in found.ways]
     parts = [
         f"## {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
         facts,
         "\n".join([HEAD, "|---" * HEAD.count(" |") + "|", *rows]),
-        "\n".join(goals(found)),
+        "\n".join(goals(found, sizes)),
         WENT,
         "\n".join(profiles(found)),
         *found.computed,
@@ -447,7 +457,8 @@ def page(found: list[Measured], args: argparse.Namespace) -> str:
         "standard's core-seconds, 98 % alike outside speckle, no tongue missed."
     )
     title = "# What refinement saves, and what it loses"
-    return "\n\n".join([title, told, *map(section, found)]) + "\n"
+    parts = [section(one, SIZES[args.coarser]) for one in found]
+    return "\n\n".join([title, told, *parts]) + "\n"
 
 
 def main() -> int:
