@@ -1,10 +1,10 @@
 """What refinement saves and what it loses, against a dense grid in `standard`.
 
-    python scripts/evidence/refine.py [DIR] [--coarser K] [--duration S] [--ranks N]
-                                      [--engine NAME]... [--compute NAME]... [--write]
+    python scripts/evidence/refine.py [DIR] [--engine NAME[:K]]... [--duration S]
+                                      [--ranks N] [--compute NAME]... [--write]
 
 Both engines of `preset_map.py` over (speed, gap), the gap by its logarithm. The
-reference is a grid of 241 x 81 cases in `standard`; with --coarser 2, 4, 8 it has 129 x
+reference is a grid of 241 x 81 cases in `standard`; with K = 2, 4, 8 it has 129 x
 33, 65 x 17, 33 x 9. Campaigns are resumable, and a finer one goes on from a coarser.
 
 The cases of a refined campaign are among those of the dense ones in `draft` and
@@ -61,6 +61,7 @@ SIZES = {
     4: [(9, 3, 3), (17, 5, 2)],
     8: [(9, 3, 2), (17, 5, 1)],
 }
+ENGINES = ("default", "rubbing")
 SPEEDS, GAPS = (40.0, 520.0), (0.8e-4, 4e-4)
 SPECKLE = 2  # levels, as [refine] has them where nothing is said
 UNLIKE = 0.3
@@ -320,36 +321,38 @@ def row(way: Found, reference: Names) -> str:
 class Measured:
     """All ways of an engine, and what was computed beside.
 
+    sizes : of the coarse level, with levels
     ways : refined ones after both dense ones, in the order of `SIZES`
     computed : lines about the refined campaign that was computed
     """
 
     engine: str
+    sizes: list[Size]
     known: dict[str, Dense]
     ways: list[Found]
     computed: list[str] = field(default_factory=list)
 
 
 def measured(
-    engine: str, args: argparse.Namespace, folder: Path, ranks: int
+    engine: str, sizes: list[Size], args: argparse.Namespace, folder: Path
 ) -> Measured:
     """Run the dense campaigns of an engine and look all others up."""
-    first = sides(SIZES[args.coarser][0])
+    first = sides(sizes[0])
     known, ways = {}, []
     for preset in (STANDARD, DRAFT):
         document = designed(engine, args.duration, first, preset)
-        data = computed(document, folder / f"{engine}-dense-{preset}", ranks)
+        data = computed(document, folder / f"{engine}-dense-{preset}", args.ranks)
         known[preset] = grid_of(data, first)
         seconds = known[preset].seconds
         ways.append(Found(f"dense {preset}", seconds.size, float(seconds.sum()),
                           known[preset].words))  # fmt: skip
-    for size in SIZES[args.coarser]:
+    for size in sizes:
         told = f"from {size[0]} x {size[1]}, {size[2]} levels"
         for name, confirm in (("refined draft", False), ("refined, confirmed", True)):
             found = looked_up(f"{name}, {told}", size, known, confirm=confirm)[0]
             ways.append(found)
     other = peer(known[DRAFT], ways[2].cases)
-    out = Measured(engine, known, [*ways, other] if other else ways)
+    out = Measured(engine, sizes, known, [*ways, other] if other else ways)
     if engine in args.compute:
         out.computed = compared(engine, args, folder, out)
     return out
@@ -359,7 +362,7 @@ def compared(
     engine: str, args: argparse.Namespace, folder: Path, known: Measured
 ) -> list[str]:
     """Compute the refined campaign; return how it compares, and its busy fraction."""
-    size = SIZES[args.coarser][0]
+    size = known.sizes[0]
     _, growth = looked_up("", size, known.known, confirm=True)
     place, both = folder / f"{engine}-refined", sides(size)
     place.with_suffix(".toml").write_text(
@@ -390,10 +393,10 @@ def coarsened(known: dict[str, Dense], step: int) -> dict[str, Dense]:
     return {n: Dense(d.words[part], d.seconds[part]) for n, d in known.items()}
 
 
-def goals(found: Measured, sizes: list[Size]) -> list[str]:
+def goals(found: Measured) -> list[str]:
     """Return how far the goals are met, for each coarse level and coarser grids."""
     lines = [GOALS, "|---" * (GOALS.count(" |")) + "|"]
-    for across, up, levels in sizes:
+    for across, up, levels in found.sizes:
         for left in range(levels, 0, -1):
             known = coarsened(found.known, 1 << (levels - left))
             lines.append(_goal((across, up, left), known))
@@ -427,8 +430,8 @@ def profiles(found: Measured) -> list[str]:
     return lines
 
 
-def section(found: Measured, sizes: list[Size]) -> str:
-    """Return what the page tells of an engine, by sizes of the coarse level."""
+def section(found: Measured) -> str:
+    """Return what the page tells of an engine."""
     reference = found.known[STANDARD].words
     shares = ", ".join(f"{word} {(reference == word).mean():.1%}"
                        for word in np.unique(reference))  # fmt: skip
@@ -438,7 +441,7 @@ def section(found: Measured, sizes: list[Size]) -> str:
         f"## {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
         facts,
         "\n".join([HEAD, "|---" * HEAD.count(" |") + "|", *rows]),
-        "\n".join(goals(found, sizes)),
+        "\n".join(goals(found)),
         WENT,
         "\n".join(profiles(found)),
         *found.computed,
@@ -448,36 +451,44 @@ def section(found: Measured, sizes: list[Size]) -> str:
 
 def page(found: list[Measured], args: argparse.Namespace) -> str:
     """Return the page, as Markdown."""
+    asked = "".join(f" --engine {name}:{k}" for name, k in args.engine)
+    asked += "".join(f" --compute {name}" for name in args.compute)
     told = (
-        "Written by `python scripts/evidence/refine.py --write`: both engines of the "
-        "presets' map over speed (40 to 520 rad/s) and gap (0.08 to 0.4 mm, by its "
+        f"Written by `python scripts/evidence/refine.py{asked} --write`: engines of "
+        "the presets' map over speed (40 to 520 rad/s) and gap (0.08 to 0.4 mm, by its "
         f"logarithm), {args.duration:g} s; see its docstring for what speckle and "
         "tongues are. Core-seconds are the kernel's, by the processor's clock. Goals: "
         "refined 1/4 of dense draft's cases at most, confirmed 1/8 of dense "
         "standard's core-seconds, 98 % alike outside speckle, no tongue missed."
     )
     title = "# What refinement saves, and what it loses"
-    parts = [section(one, SIZES[args.coarser]) for one in found]
-    return "\n\n".join([title, told, *parts]) + "\n"
+    return "\n\n".join([title, told, *map(section, found)]) + "\n"
+
+
+def _engine(text: str) -> tuple[str, int]:
+    """Return an engine and how much coarser its grid is."""
+    name, _, coarser = text.partition(":")
+    if name not in ENGINES or int(coarser or 1) not in SIZES:
+        msg = f"{' or '.join(ENGINES)}, and one of {', '.join(map(str, SIZES))}"
+        raise argparse.ArgumentTypeError(msg)
+    return name, int(coarser or 1)
 
 
 def main() -> int:
     """Run everything, print, write it if wanted."""
     parser = argparse.ArgumentParser(description=__doc__)
-    engines = ("default", "rubbing")
     parser.add_argument("folder", type=Path, nargs="?")
-    parser.add_argument("--coarser", type=int, choices=SIZES, default=1)
     parser.add_argument("--duration", type=float, default=2.5)
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--engine", action="append", choices=engines)
-    parser.add_argument("--compute", action="append", choices=engines, default=[])
+    parser.add_argument("--engine", action="append", type=_engine, metavar="NAME[:K]")
+    parser.add_argument("--compute", action="append", choices=ENGINES, default=[])
     parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
+    args.engine = args.engine or [(name, 1) for name in ENGINES]
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-refine-") as scratch:
         folder = args.folder or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        found = [measured(engine, args, folder, args.ranks)
-                 for engine in args.engine or engines]  # fmt: skip
+        found = [measured(name, SIZES[k], args, folder) for name, k in args.engine]
     text = page(found, args)
     print(text)
     if args.write:
