@@ -1,15 +1,17 @@
 """Files: journals and traces while a campaign runs, `results.h5` when it is done.
 
-What a campaign's directory holds; `format` in `campaign.json` holds for all of it, and
-another one is refused:
+What a campaign's directory holds; `format` in `campaign.json` holds for all of it but
+`results.h5`, which has one of its own, and an unknown one is refused:
 
 campaign.json
-    the plan: inputs, swept inputs, digest of every case, `format`. Begins with the
-    SHA-256 of the rest: an edited one is refused. Replaced whole.
+    the plan: inputs, axes of what is swept (those of format 4: every case and its
+    digest), `format`. Begins with the SHA-256 of the rest: an edited one is refused.
+    Replaced whole.
 journal/RUN-RANK.log
-    a line per finished case: CRC-32 of the rest in hexadecimal, a space, a JSON object;
-    appended and synced. One of a case that went on, or of a twin, has a digest of its
-    own and names that of the case it is `of`.
+    a sealed line per finished case (`lines`): CRC-32 of the rest in hexadecimal, a
+    space, then packed numbers or JSON; appended and synced in groups, at most a second
+    apart. One of a case that went on, or of a twin, has a digest of its own and names
+    that of the case it is `of`.
 traces/RUN-RANK.bin
     raw little-endian float64, one block a case, synced before its line, which names
     file, offset, bytes, CRC-32 and shapes.
@@ -32,7 +34,7 @@ results.h5
     gathered under `results.h5.*.part`, a name of its own each time, synced and renamed.
 
 No file is written by two runs. A line without its newline or with another checksum is
-dropped, so is a line whose block is not all there: a torn tail costs one case. The
+dropped, so is a line whose block is not all there: a torn tail costs its group at most. The
 newest whole line of a case counts. The CRC is for accidents: a torn write, a flipped
 bit, a copy cut short. It is no signature: who may write in the directory can add rows
 that were never computed, and they are gathered; rights of the file system keep others

@@ -25,9 +25,10 @@ from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
 from hpcwhirl.scene.table import Table, is_table, listed
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.schema import FORMAT
 
 NAME = "campaign.json"
+FORMAT = 5  # since plans are axes and lines of journals packed
+OLDER = 4  # every case listed, lines of JSON: read, too
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
 MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
 SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
@@ -141,9 +142,11 @@ def _parsed(path: Path, text: bytes) -> Manifest:
     except (ValueError, RecursionError):
         msg = f"{path} is damaged: not valid JSON"
         raise StoreError(msg) from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
+    if not isinstance(data, dict) or data.get("format") not in (OLDER, FORMAT):
         found = data.get("format") if isinstance(data, dict) else None
-        msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}"
+        msg = (
+            f"{path} has format {found!r:.40}, this program reads {OLDER} and {FORMAT}"
+        )
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
