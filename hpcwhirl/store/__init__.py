@@ -34,11 +34,11 @@ results.h5
     gathered under `results.h5.*.part`, a name of its own each time, synced and renamed.
 
 No file is written by two runs. A line without its newline or with another checksum is
-dropped, so is a line whose block is not all there: a torn tail costs its group at
-most. The newest whole line of a case counts. The CRC is for accidents: a torn write, a flipped
-bit, a copy cut short. It is no signature: who may write in the directory can add rows
-that were never computed, and they are gathered; rights of the file system keep others
-out, nothing else does.
+dropped, so is a line whose block is not all there: a torn tail costs its group at most.
+The newest whole line of a case counts. The CRC is for accidents: a torn write, a
+flipped bit, a copy cut short. It is no signature: who may write in the directory can
+add rows that were never computed, and they are gathered; rights of the file system keep
+others out, nothing else does.
 
 `results.h5` is netCDF-4 (HDF5), CF-1.11 (from 1.9 CF knows integers of 64 bits), as
 `compliance-checker` finds it (`pytest tests/test_cf.py`): dimension `case`, units and
