@@ -114,7 +114,7 @@ def attempt(shared: dict[str, Specimen], chance: random.Random, place: Path) -> 
     wrong = completed(calls, mode, place) or differs(out, specimen.truth, place)
     return Verdict(
         mode.name,
-        wrong or left_over(out, kills * (mode.ranks or 1)),
+        wrong or left_over(out, kills * (mode.ranks or 1), shared=mode.shards > 1),
         weight=max(kills, 1),
     )
 
@@ -137,13 +137,15 @@ def completed(calls: list[list[str]], mode: Mode, place: Path) -> str:
     return f"not complete after {tried} runs: {ended.last if ended else ''}"
 
 
-def left_over(out: Path, struck: int) -> str:
+def left_over(out: Path, struck: int, *, shared: bool) -> str:
     """Return what a complete campaign should not have in its directory.
 
     The state of an undecided case may stay, one for each of the processes struck: a
-    longer run may go on from it.
+    longer run may go on from it. So may, where shards share a directory, files half
+    written: another may be writing them, until they are old.
     """
     parts = sorted(p.name for p in out.rglob("*.part*"))
+    parts = parts[struck:] if shared else parts
     going = scan(out, lambda record: is_open(record.get("row", {})))
     kept = sorted((out / "states").glob("*.state"), key=lambda p: not going.get(p.stem))
     open_ones = sum(bool(going.get(p.stem)) for p in kept)
