@@ -83,7 +83,7 @@ def records(folder):
               for body in bodies if body.startswith('{"layout"')}  # fmt: skip
     packed = [unpacked(body.split(maxsplit=2), tables) for body in bodies
               if body[0] == "~"]  # fmt: skip
-    return packed + [record for record in plain if "layout" not in record]
+    return packed + [record for record in plain if "digest" in record]
 
 
 def unpacked(words, tables):

@@ -169,7 +169,7 @@ class _Reading:
         text = text if kept.all() else text[kept]
         try:
             return self._of_fields(layout, layout.fields_of(text[:, NAME:], FIELDS))
-        except (ValueError, IndexError):  # sealed by something else than this
+        except (ValueError, IndexError, KeyError, StopIteration):  # of another program
             return None
 
     def _of_fields(self, layout: Layout, found: dict[str, NDArray[Any]]) -> Told:

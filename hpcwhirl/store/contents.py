@@ -223,7 +223,8 @@ class _Index:
         cases = self.numbers.find_all(found["digest"], found["case"])
         own = cases >= 0
         if self.stages:
-            own &= [(case, 0) not in self.stages for case in cases.tolist()]
+            known = ((case, 0) in self.stages for case in cases.tolist())
+            own &= ~np.fromiter(known, bool, len(cases))
         cases, found = cases[own], found[own]
         if not len(cases):
             return

@@ -89,8 +89,7 @@ class Journal:
         self._begin_group()
 
     def _begin_group(self) -> None:
-        self._group: list[bytes] = []
-        self._data: list[bytes] = []
+        self._group: list[tuple[bytes, bytes]] = []  # line and traces of each case
         self._waiting = 0  # bytes of both
         self._end = self._blocks.seek(0, os.SEEK_END)
 
@@ -102,20 +101,16 @@ class Journal:
         MissingFileError
             where a group cannot be written; what was there before is still whole
         """
+        data = b""
         if traces:
-            record = record | {"traces": self._block(traces)}
+            head, data = packed(traces)
+            block = {"file": self._name, "offset": self._end} | head
+            record = record | {"traces": block}
         line = line_of(record)
-        self._group.append(line)
-        self._waiting += len(line)
-        self.keep_due()
-
-    def _block(self, traces: dict[str, NDArray[np.float64]]) -> Record:
-        head, data = packed(traces)
-        block = {"file": self._name, "offset": self._end} | head
-        self._data.append(data)
+        self._group.append((line, data))
         self._end += len(data)
-        self._waiting += len(data)
-        return block
+        self._waiting += len(line) + len(data)
+        self.keep_due()
 
     def keep_due(self) -> None:
         """Keep the cases that wait where it is time to; as cheap as a look elsewhere.
@@ -130,28 +125,46 @@ class Journal:
             self.keep()
 
     def keep(self) -> None:
-        """Keep all cases that wait: traces first, then the lines that name them.
+        """Keep all cases that wait.
 
         Raises
         ------
         MissingFileError
-            where they cannot be written; what was there before is still whole, and
-            those that waited are lost
+            where they cannot be written; what was there before is still whole, and so
+            are those that waited, up to the first one that there is no room for
         """
-        group, data = self._group, self._data
+        group = self._group
         if not group:
             return
-        if not self._told and any(map(is_packed, group)):
-            head = [sealed({PLAN: self._plan})] if self._plan else []
-            group = [*head, OWN.head, *group]
-            self._told = True
         try:
-            if data:
-                _write(self._blocks, data)
-            _write(self._lines, [b"".join(group)])
+            self._keep(group)
+        except MissingFileError:
+            with suppress(MissingFileError):
+                for case in group:
+                    self._keep([case])
+            raise
         finally:
             self._kept = time.monotonic()
             self._begin_group()
+
+    def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
+        """Keep cases: traces first, then the lines that name them, or nothing."""
+        lines = [line for line, _ in group]
+        tells = not self._told and any(map(is_packed, lines))
+        if tells:
+            plan = [sealed({PLAN: self._plan})] if self._plan else []
+            lines = [*plan, OWN.head, *lines]
+        offset = self._blocks.seek(0, os.SEEK_END)
+        data = [block for _, block in group if block]
+        try:
+            if data:
+                _write(self._blocks, data)
+            _write(self._lines, [b"".join(lines)])
+        except MissingFileError:
+            with suppress(OSError):
+                self._blocks.truncate(offset)
+            raise
+        self._told = self._told or tells
 
     def __enter__(self) -> Self:
         """Return itself."""

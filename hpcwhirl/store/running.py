@@ -59,7 +59,8 @@ class Running:
         The note is not synced: it is to outlive the process, not the machine.
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
-        with suppress(OSError):  # a full disk stops the campaign at the next result
+        # A full disk, told as a short file, stops the campaign at the next result.
+        with suppress(OSError):
             if len(line) > len(self._memory):
                 self._memory = self._mapped(-(-len(line) // PAGE) * PAGE)
             self._memory[: len(line)] = line
@@ -71,7 +72,7 @@ class Running:
         os.pwrite(self._file.fileno(), bytes(size), 0)  # full disks tell it here alone
         try:
             return mmap(self._file.fileno(), size)
-        except OSError:
+        except (OSError, ValueError):  # ValueError: the file is shorter than that
             return bytearray(size)
 
     def __enter__(self) -> Self:
