@@ -288,3 +288,24 @@ def test_a_table_of_listed_cases_is_the_list():
     column = table.column("b", 7)
     values = np.array(column.values)[column.codes(np.arange(6))]
     assert values.tolist() == [7, 7, 7, 7, 1, 1]
+
+
+BLOCKS = {"cases": [{"speed": 10}, {"speed": 20}, {"gap": 3e-4}]}
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"gap": 1e-4}, {"gap": 2e-4}),
+        ({"speed": 100.0}, {"speed": 200.0}),
+        ({"friction": 0.0}, {"friction": -0.0}),
+    ],
+)
+def test_plans_of_other_cases_are_others(one, other):
+    """A block of cases that does not set an input has the base's value of it."""
+    first, second = (
+        design_of({"scene": base, **BLOCKS}).digests for base in (one, other)
+    )
+    assert list(first) != list(second)
+    assert first != second
+    assert first.identity != second.identity

@@ -156,8 +156,9 @@ def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
     (log,) = (out / "journal").iterdir()
     whole, everything = log.read_bytes(), list(read_records(out).items())
     assert len(everything) == 2
-    layout, *ends = (i + 1 for i, byte in enumerate(whole) if byte == ord("\n"))
-    assert b"layout" in whole[:layout]
+    plan, layout, *ends = (i + 1 for i, byte in enumerate(whole) if byte == ord("\n"))
+    assert b"plan" in whole[:plan]
+    assert b"layout" in whole[plan:layout]
     for size in reversed(range(len(whole) + 1)):
         os.truncate(log, size)
         count = sum(end <= size for end in ends)
