@@ -2,6 +2,7 @@
 
 import itertools
 
+import numpy as np
 import pytest
 
 from hpcwhirl.campaign import forecast as forecasts
@@ -11,6 +12,9 @@ from hpcwhirl.campaign.foreseen import followers
 from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.stages import Stages
+from hpcwhirl.case.limits import step_counts
+from hpcwhirl.scene.many import end_times
 from hpcwhirl.store.journal import read_records
 
 SHORT = {
@@ -37,6 +41,38 @@ def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     assert told.results == pytest.approx(found, rel=0.03, abs=4096)  # a page of HDF5's
     assert told.traces == size(tmp_path, "traces")
     assert told.journal == pytest.approx(size(tmp_path, "journal"), rel=0.1)
+
+
+def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path):
+    sweep = {"traces": ["summary", "orbit", "full"], "blades": [12, 22]}
+    design = design_of({**SHORT, "sweep": sweep, "output": {"interval": 5e-5}})
+    told = forecast(design, tmp_path).disk
+    prepare(design, tmp_path)
+    assert run_campaign(design, tmp_path).failed == 0
+    assert told.results == pytest.approx(size(tmp_path, "results.h5"), rel=0.03)
+
+
+def test_samples_and_spans_are_those_of_each_scene():
+    """Arithmetic on columns against the cases one by one."""
+    sweep = {
+        "time_step": [1e-6, 2e-6], "interval": [1e-5, 3.3e-5, 1.0],
+        "revolutions": [0.0, 0.1, 0.3], "until": ["end", "decided"],
+    }  # fmt: skip
+    design = design_of(SHORT | {"scene": {"duration": 2e-3}, "sweep": sweep}
+                       | {"solver": {"longest": 0.4}})  # fmt: skip
+    for extended in ((), (0.03, 0.5)):
+        stages, get = Stages(design, extended), design.columns.values
+        longest = forecasts._longest(stages)
+        end = end_times(design.columns.all(np.arange(len(design.settings))))
+        found = forecasts._sampling(
+            end, get("solver.time_step"), get("output.interval")
+        )
+        for case, scene in enumerate(design.scenes):
+            total, stride = step_counts(scene)
+            assert found[0][case] == total // stride
+            assert found[1][case] == stride * scene.solver.time_step
+            last = (stages.times(case) or scene.end_times)[-1]
+            assert longest[case] == last / scene.end_time
 
 
 def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):

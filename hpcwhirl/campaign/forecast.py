@@ -14,27 +14,29 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.cost import Costs, costs_of
+from hpcwhirl.campaign.cost import Costs, costs_of, time_steps
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.ends import ends_of
 from hpcwhirl.campaign.foreseen import followers
+from hpcwhirl.campaign.policy import MOST_ON_PAGE
 from hpcwhirl.campaign.refined import RefinedDesign, mean_seconds
 from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.stages import Ended, Stages, Todo
 from hpcwhirl.campaign.work import share
-from hpcwhirl.case.limits import step_counts
-from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Shard
 from hpcwhirl.refinement.growth import Address
-from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene import apply_settings
+from hpcwhirl.scene.many import end_times
+from hpcwhirl.store.blades import DETAIL
 from hpcwhirl.store.contents import sizes_of
 from hpcwhirl.store.process import begun
 from hpcwhirl.store.runs import read_runs
@@ -53,7 +55,8 @@ LOADED = 1.0
 GATHERED, A_ROW, A_BYTE = 0.5, 6e-5, 3e-9
 DRAWN, A_CELL = 2.5, 5e-6
 PAGE, A_RECORD = 0.8, 3e-3
-ON_PAGE = 2000  # cases of a page that is written without being asked for
+KEEPING = ("orbit", "full")  # details with traces
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -131,32 +134,32 @@ def forecast(
     since = _age()
     costs, stages = costs_of(design), Stages(design, extended)
     mine = share(costs.steps, shard)
-    ends = ends_of(folder, stages)
+    no_words = stages.is_plain and not design.grows
+    ends = ends_of(folder, stages, asked=() if no_words else None)
     costs.learn_all(ends.seconds)
     own = mine if isinstance(mine, range) else frozenset(mine)
     todo = {c: stage for c, stage in ends.left(stages).items() if c in own}
-    left, spans = list(todo), _all_spans(stages, todo)
+    left, longest = list(todo), _longest(stages)
+    spans = _all_spans(stages, todo, longest)
     before = {"start": since, "plan": _age() - since}
     finished = int(np.isfinite(costs.factor).sum())
-    full = float(costs.predict(left) @ spans[:, 0])
-    budget = REHEARSED * full * design.most / max(len(design.settings), 1)
+    budget = float(costs.predict(left) @ spans[:, 0]) * REHEARSED
+    budget *= design.most / max(len(design.settings), 1)
     budget = 0.0 if finished else min(max(budget, LEAST), MOST)
-    tried = Rehearsal()
-    if left:
-        tried = rehearse(design, folder, drawn(left), budget, stopping)
+    asked = design, folder, drawn(left), budget, stopping
+    tried = rehearse(*asked) if left else Rehearsal()
     probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
     most = float(costs.predict(left) @ spans[:, 1])
     learned, error = _with_ends(costs, tried)
     each = learned.predict(left)
     seconds = float(each @ spans[:, 0])
-    steps = np.array([costs.steps[case] for case in left])
     overhead = _overhead(folder, costs) if finished else tried.overhead
-    kernels = LOADED * _pace(since) if tried.compiled else tried.warm
-    before |= {"kernels": kernels, "models": tried.first}
+    before["kernels"] = LOADED * _pace(since) if tried.compiled else tried.warm
+    before["models"] = tried.first
     found = Forecast(
         cases=len(mine),
         left=len(left),
-        steps=float(steps @ spans[:, 0]),
+        steps=float(np.asarray(costs.steps)[left] @ spans[:, 0]),
         seconds=seconds,
         most=most,
         range=_range(seconds, most, error, tried),
@@ -169,7 +172,7 @@ def forecast(
         finished=finished,
         longest=float((each * spans[:, 0]).max(initial=0.0)),
         compiled=tried.compiled,
-        disk=_disk(design, stages),
+        disk=_disk(design, longest),
     )
     if isinstance(design, RefinedDesign):
         found = _grown(found, design, ends.told, tried)
@@ -192,7 +195,7 @@ def _pace(since: float) -> float:
 
 def _after(rows: int, traces: int, since: float) -> dict[str, float]:
     """Return the seconds of what follows the last case."""
-    page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= ON_PAGE else 0.0
+    page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
         "map": DRAWN + A_CELL * rows,
@@ -217,7 +220,7 @@ def _with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
     return own, _error(own.factor[np.isfinite(own.factor)])
 
 
-def _error(shares: NDArray[np.float64]) -> float:
+def _error(shares: Floats) -> float:
     """Return the standard error of a mean, over it; of one value, all of it."""
     if len(shares) < 2 or not shares.any():
         return 1.0
@@ -275,48 +278,60 @@ def _grown(
     )
 
 
-def _all_spans(stages: Stages, todo: Mapping[int, Todo]) -> NDArray[np.float64]:
+def _longest(stages: Stages) -> Floats:
+    """Return how long each case is marched at most, over its time, (cases,)."""
+    columns, out = stages.design.columns, np.ones(len(stages))
+    for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
+        longest = np.maximum(last, max(stages.extended, default=0.0))
+        out[cases] = longest / end_times(columns.all(cases))
+    return out
+
+
+def _all_spans(stages: Stages, todo: Mapping[int, Todo], longest: Floats) -> Floats:
     """Return `_spans` of all that is to do, (left, 2)."""
-    design = stages.design
-    decided = "solver.until" in design.swept or design.base.solver.until == "decided"
-    if not (stages.extended or design.twins or decided):
-        return np.ones((len(todo), 2))
-    return np.array([_spans(stages, *item) for item in todo.items()]).reshape(-1, 2)
+    whole, own = stages.whole(), longest[list(todo)]
+    count = len(whole) + _beside(stages)
+    found = np.column_stack([np.full(len(own), float(len(whole))), count * own])
+    for place, (case, rest) in enumerate(todo.items()):
+        if rest != whole:
+            found[place] = _spans(stages, case, rest, float(longest[case]))
+    return found
 
 
-def _spans(stages: Stages, case: int, todo: Todo) -> tuple[float, float]:
-    """Return how long a case and twins are marched at least, at most, over its time."""
-    found = np.array([_span(stages, case, stage) for _, stage in todo])
-    least, most = found.sum(axis=0)
+def _beside(stages: Stages) -> int:
+    """Return the twins of a case of which it is not yet known whether they are."""
     twins = stages.design.twins
-    if twins and twins.of == "boundary" and todo[0][0] == 0:  # it is not yet known
-        most += twins.count * _span(stages, case, 0)[1]
+    return twins.count if twins and twins.of == "boundary" else 0
+
+
+def _spans(
+    stages: Stages, case: int, todo: Todo, longest: float
+) -> tuple[float, float]:
+    """Return how long a case and twins are marched at least, at most, over its time."""
+    each = [_span(stages, case, s) if s else (1.0, longest) for _, s in todo]
+    least, most = np.sum(each, axis=0)
+    if todo[0][0] == 0:
+        most += _beside(stages) * longest
     return float(least), float(most)
 
 
 def _span(stages: Stages, case: int, stage: int) -> tuple[float, float]:
-    """Return the same of one of these, from a stage on."""
-    ends = stages.design.scenes[case].end_times
-    times = stages.times(case)
-    longest = (times or ends)[-1]
-    if stage == 0:
-        return 1.0, longest / ends[0]
+    """Return the same of one of these, from a later stage on."""
+    ends, times = stages.design.scenes[case].end_times, stages.times(case)
     before = times[stage - 2] if stage > 1 else ends[-1]
     soon = min(2.0 * before, times[stage - 1])
-    return (soon - before) / ends[0], (longest - before) / ends[0]
+    return (soon - before) / ends[0], (times[-1] - before) / ends[0]
 
 
 def _probes(design: Design) -> list[int]:
     """Return the cases to measure: the first, middle and last of each kind."""
-    kinds: dict[object, list[int]] = {}
-    for case, scene in enumerate(design.scenes):
-        solver = scene.solver
-        kind = scene.engine, solver.scheme, solver.modes, solver.time_step
-        kinds.setdefault(kind, []).append(case)
+    columns, own = design.columns, ("solver.scheme", "solver.modes", "solver.time_step")
+    kind = columns.labels(n for n in columns.columns if "engine." in n or n in own)
+    first = np.sort(np.unique(kind, return_index=True)[1])
     chosen: set[int] = set()
-    for place in np.linspace(0, len(kinds) - 1, min(KINDS, len(kinds))).round():
-        cases = list(kinds.values())[int(place)]
-        chosen |= {cases[i] for i in (0, len(cases) // 2, -1)}
+    for place in np.linspace(0, len(first) - 1, min(KINDS, len(first))).round():
+        cases = np.flatnonzero(kind == kind[first[int(place)]])
+        chosen |= {int(cases[i]) for i in (0, len(cases) // 2, -1)}
     return sorted(chosen)
 
 
@@ -337,24 +352,36 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
     return True
 
 
-def _disk(design: Design, stages: Stages) -> Bytes:
+def _disk(design: Design, longest: Floats) -> Bytes:
     """Return the bytes of the campaign, if every case runs to its longest end."""
+    columns, step = design.columns, time_steps(design)
     samples = np.zeros(len(design.settings), dtype=np.int64)
     intervals = np.full(len(design.settings), np.nan)
-    for case, scene in enumerate(design.scenes):
-        count, intervals[case] = _sampling(design.resolved(case))
-        longest = _span(stages, case, 0)[1]
-        samples[case] = int(longest * count) if _keeps(scene) else 0
+    for cases in columns.chunks():
+        get = columns.all(cases)
+        asked = end_times(get), step[cases], get("output.interval")
+        count, intervals[cases] = _sampling(*asked)
+        kept = np.isin(get(DETAIL), KEEPING)
+        samples[cases] = np.where(kept, longest[cases] * count, 0.0)
     sizes = sizes_of(_kinds(design))
     return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
 
 
+def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
+    """Return samples and the seconds between them, see `case.limits.step_counts`.
+
+    They are 0 and NaN where there is no step: those cases will fail as rows.
+    """
+    total = np.maximum(1.0, np.ceil(end / step - 1e-9))
+    stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
+    return np.nan_to_num(total // stride), stride * step
+
+
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
     """Return {trace: shape without samples} of the cases with most in their traces."""
-    rotor = max(design.scenes, key=lambda s: s.engine.rotor.blades)
-    casing = max(design.scenes, key=lambda s: s.engine.casing.harmonics)
-    found = []
-    for scene in {id(s): s for s in (rotor, casing) if _keeps(s)}.values():
+    detail, found = design.columns.values(DETAIL), []
+    for case in sorted(_widest(design, detail)):
+        scene = design.scene(case)
         step = scene.solver.time_step
         short = {"duration": 20 * step, "revolutions": 0.0, "interval": step}
         try:
@@ -365,14 +392,12 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
     return found
 
 
-def _keeps(scene: Scene) -> bool:
-    return scene.output.traces not in {"summary", "blades"}
-
-
-def _sampling(case: Case) -> tuple[int, float]:
-    """Return the samples of a case and the seconds between them."""
-    try:
-        total, stride = step_counts(case.scene)
-    except WhirlError:  # it will fail as a row
-        return 0, np.nan
-    return total // stride, stride * case.scene.solver.time_step
+def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
+    """Return, of each detail with traces, the cases of most blades and harmonics."""
+    found = set[int]()
+    for word in KEEPING:
+        cases = np.flatnonzero(detail == word)
+        for name in ("engine.rotor.blades", "engine.casing.harmonics"):
+            if len(cases):
+                found.add(int(cases[design.columns.values(name)[cases].argmax()]))
+    return found

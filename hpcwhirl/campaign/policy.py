@@ -16,6 +16,7 @@ WAYS = ("auto", "yes", "no")  # of what pays, or is wanted, not always
 RETRIES = ("failed", "timeout", "crashed")
 PATIENCE = 30.0  # s for all ranks to stop; a slice takes milliseconds
 SAVE_EVERY = 600.0  # s of a case's computing between states kept of it
+MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
 
 
 @dataclass(frozen=True)

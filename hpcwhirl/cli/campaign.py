@@ -14,13 +14,13 @@ from typing import Any
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.policy import (
+    MOST_ON_PAGE,
     PATIENCE,
     Policy,
 )
 from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli.campaign_options import (
-    MOST_ON_PAGE,
     arguments,
     design_of_call,
     extension,

@@ -11,6 +11,7 @@ from typing import Any
 from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.policy import (
     CHECKS,
+    MOST_ON_PAGE,
     OPTIONS,
     WAYS,
     Policy,
@@ -22,8 +23,6 @@ from hpcwhirl.campaign.stop import parse_walltime, time_left
 from hpcwhirl.cli.options import add_explain, add_json, add_set
 from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard
-
-MOST_ON_PAGE = 2000  # cases of a page that is written without being asked for
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
