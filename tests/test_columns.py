@@ -1,5 +1,6 @@
 """Journals read as columns against their records, whatever stands in them."""
 
+import dataclasses
 import zlib
 
 import numpy as np
@@ -12,8 +13,15 @@ from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.stages import Stages
 from hpcwhirl.scene.words import is_open
 from hpcwhirl.store.columns import told_by
-from hpcwhirl.store.journal import Journal, claim_run, whole_records
-from hpcwhirl.store.lines import AT, OWN
+from hpcwhirl.store.contents import contents_of
+from hpcwhirl.store.journal import (
+    Journal,
+    claim_run,
+    journal_name,
+    read_at,
+    whole_records,
+)
+from hpcwhirl.store.lines import AT, OWN, Layout
 from hpcwhirl.store.manifest import read_manifest, write_manifest
 
 CASES = 40
@@ -157,3 +165,77 @@ def test_status_counts_the_same_of_a_listed_plan(made):
 
 def vars_of(plan):
     return {name: getattr(plan, name) for name in plan.__dataclass_fields__}
+
+
+def test_other_layouts_are_read_and_one_that_lacks_what_is_asked_costs_nothing(made):
+    """Of a program with a field more, and of one whose lines do not tell when."""
+    design, folder = made
+    wider = Layout([*OWN.fields, ("row", "novel", "f8", ())])
+    poorer = Layout([field for field in OWN.fields if field[1] != "ended"])
+    lines = [wider.head, poorer.head]
+    for case, layout in ((5, wider), (CASES - 1, wider), (CASES - 2, poorer)):
+        one = record(design, case, np.random.default_rng(case))
+        if layout is wider:
+            one["row"]["novel"] = 1.0
+        else:
+            del one["ended"]
+        lines.append(sealed_body(layout.packed(one)))
+    odd = OWN.packed(record(design, CASES - 3, np.random.default_rng(1)))
+    at = len("~00000000 ") + 4 * (OWN.dtype.fields["row.whirl"][1] // 3)
+    lines.append(sealed_body(odd[:at] + b"////" + odd[at + 4 :]))  # no word of whirl
+    (folder / "journal" / journal_name(9, 0)).write_bytes(b"".join(lines))
+    found = columns(folder, design.digests)[-3:]
+    assert [line[0] for line in found] == [5, CASES - 1, CASES - 2]
+    assert np.isnan(found[2][5])
+    assert progress_of(folder, 2e9).cases == CASES
+    contents = contents_of(folder)
+    assert (contents.place[[5, CASES - 1, CASES - 2], 0] == 3).all()
+    assert contents.place[CASES - 3, 0] == -1
+
+
+def sealed_body(body):
+    return b"%08x " % zlib.crc32(body) + body + b"\n"
+
+
+def test_gather_finds_each_case_where_its_newest_whole_line_is(made):
+    design, folder = made
+    spoilt(folder)
+    contents, newest = contents_of(folder), {}
+    for path, start, one in whole_records(folder):
+        if not one.get("twin"):
+            newest[one["digest"]] = (path.name, start)
+    wanted = [newest.get(name, ("", -1)) for name in design.digests]
+    names = [*contents.journals, ""]
+    assert [(names[n], start) for n, start in contents.place.tolist()] == wanted
+
+
+def test_numbers_of_the_plan_spare_digests_and_those_of_another_do_not(made):
+    design, folder = made
+    (first, second, _), asked = sorted((folder / "journal").iterdir()), []
+    second.unlink()  # of no plan
+    digests = design.digests
+    digests.find_all = lambda words, _hints: asked.append(len(words))
+    columns(folder, digests)
+    assert not asked
+    first.write_bytes(first.read_bytes().partition(b"\n")[2])
+    with pytest.raises(TypeError):
+        columns(folder, digests)
+    assert asked
+
+
+def test_a_later_stage_stands_whatever_lines_follow_it(made):
+    """Packed lines after it, and others, between which no packed line is."""
+    design, folder = made
+    write_manifest(folder, dataclasses.replace(read_manifest(folder), extended=[9.0]))
+    chance, case = np.random.default_rng(3), CASES - 1
+    later = record(design, case, chance, of=design.digests[case], longest=9.0)
+    with Journal(folder, claim_run(folder), 0) as journal:
+        for one in (later | {"digest": "2" * 64}, later | {"digest": "2" * 64}):
+            journal.append(one, {})
+        journal.append(record(design, case, chance), {})
+        journal.append(record(design, case - 1, chance), {})
+    contents = contents_of(folder)
+    path = folder / "journal" / contents.journals[contents.place[case, 0]]
+    found, other = read_at(path, contents.place[[case, case - 1], 1].tolist())
+    assert found["longest"] == 9.0
+    assert other["case"] == case - 1

@@ -9,7 +9,6 @@ from specimen import BASE
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store import contents as contents_room
 from hpcwhirl.store import many
 from hpcwhirl.store.blocks import block_size, ranges, read_block
 from hpcwhirl.store.contents import contents_of
@@ -87,7 +86,7 @@ def test_columns_are_the_same_as_from_each_line_by_itself(tmp_path, monkeypatch,
     begun(tmp_path)
     written(tmp_path, seed)
     fast, one = blocks_of(tmp_path, 7)
-    monkeypatch.setattr(many, "_is_plain", lambda _line: False)
+    monkeypatch.setattr(many, "_are_whole", lambda rows: np.zeros(len(rows), bool))
     slow, other = blocks_of(tmp_path, 7)
     for name in ("place", "samples", "interval"):
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
@@ -106,7 +105,7 @@ def test_most_lines_of_a_summary_campaign_are_read_at_once(tmp_path, monkeypatch
     journal = tmp_path / "journal" / journal_name(1, 0)
     journal.write_bytes(OWN.head + b"".join(lines))
     asked = []
-    monkeypatch.setattr(contents_room, "record_of",
+    monkeypatch.setattr(many, "record_of",
                         lambda *words: asked.append(words[1]))  # fmt: skip
     contents = contents_of(tmp_path)
     assert asked == [OWN.head]
@@ -116,7 +115,7 @@ def test_most_lines_of_a_summary_campaign_are_read_at_once(tmp_path, monkeypatch
 
 def test_a_word_that_there_is_not_is_left_to_the_one_that_judges():
     good = line_of(record(1, random.Random(1)))
-    at = many.FIRST + 4 * (many.NUMBERS.fields["row.regime"][1] // 3)
+    at = many.FIRST + 4 * (OWN.dtype.fields["row.regime"][1] // 3)
     bodies = [good[many.AT : at] + b"////" + good[at + 4 : -1]]
     import zlib
 
@@ -129,7 +128,7 @@ def test_a_word_that_there_is_not_is_left_to_the_one_that_judges():
 
 def test_cases_are_found_by_digest_where_numbers_have_changed():
     digests = [digest(case) for case in range(10)]
-    known = many.Numbers(digests)
+    known = many.Known(digests)
     raw = np.frombuffer(b"".join(map(bytes.fromhex, digests)), "V32")
     hints = np.array([0, 1, 2, 9, 8, -1, 10**12, 7, 3, 4])
     assert known.find_all(raw, hints).tolist() == list(range(10))
@@ -137,4 +136,4 @@ def test_cases_are_found_by_digest_where_numbers_have_changed():
     assert known.find_all(strange, np.array([3])).tolist() == [-1]
     assert [known.find(digests[4], hint) for hint in (4, 5, -1, "4", None)] == [4] * 5
     assert known.find("made-up", 4) == -1
-    assert many.Numbers(["made-up-1", "x"]).find("x", 0) == 1
+    assert many.Known(["made-up-1", "x"]).find("x", 0) == 1

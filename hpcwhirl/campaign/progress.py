@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.many import end_times
 from hpcwhirl.scene.table import listed
-from hpcwhirl.store.columns import Known, Told, told_by
+from hpcwhirl.store.columns import Told, told_by
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest
+from hpcwhirl.store.many import Known
 from hpcwhirl.store.refined import dropped_of, full_plan
 from hpcwhirl.store.rows import counting, extending
 from hpcwhirl.store.running import notes

@@ -17,16 +17,17 @@ from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.current import source_of
-from hpcwhirl.store.journal import Record, journals, lines_at, read_at, record_of
+from hpcwhirl.store.journal import Record, lines_at, read_at
+from hpcwhirl.store.lines import OWN
 from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.many import NUMBERS, Chunk, Numbers, chunks, read, runs, words_in
+from hpcwhirl.store.many import CASE, Chunk, Known, chunks, read
 from hpcwhirl.store.measured import bytes_measured, measured_of
 from hpcwhirl.store.refined import columns_of, full_plan, with_twins
 from hpcwhirl.store.rows import place_of, regime_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
 
-WORD = ("outcome", "regime")
+FIELDS = ("row.sample_interval", "row.outcome", "row.regime")
 
 
 @dataclass
@@ -146,16 +147,15 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     say : told what is left out that no result depends on
     """
     index = _Index(_begun(folder, say))
-    contents, sizes = index.contents, dict[str, int]()
-    for path in journals(folder):
-        for chunk in chunks(path):
-            for run, line in runs(chunk.at, len(chunk.lines)):
-                index.take_packed(path.name, chunk, run)
-                record = (
-                    record_of(folder, chunk.lines[line], sizes) if line >= 0 else None
-                )
-                if record is not None:
-                    index.take(path.name, int(chunk.starts[line]), record)
+    contents = index.contents
+    for chunk in chunks(folder, index.known, FIELDS):
+        done, name = 0, chunk.journal.name
+        for line, record in chunk.others:
+            until = int(np.searchsorted(chunk.at, line))
+            index.take_packed(chunk, slice(done, until))
+            index.take(name, int(chunk.starts[line]), record)
+            done = until
+        index.take_packed(chunk, slice(done, None))
     contents.journals = list(index.journals)
     _tell_refined(contents)
     if contents.plan.twins:
@@ -209,7 +209,7 @@ class _Index:
 
     def __init__(self, contents: Contents) -> None:
         self.contents, self.plan = contents, contents.plan
-        self.numbers = Numbers(contents.plan.digests)
+        self.known = Known(contents.plan.digests)
         self.journals: dict[str, int] = {}
         self.traces: dict[int, dict[str, Any]] = {}  # of a case
         self.stages: dict[tuple[int, int], int] = {}  # later than the first, see `rows`
@@ -217,33 +217,32 @@ class _Index:
         width = "U16" if contents.plan.twins.get("of") == "boundary" else "U0"
         self.words = np.full(contents.cases, "", dtype=width)
 
-    def take_packed(self, journal: str, chunk: Chunk, run: slice) -> None:
+    def take_packed(self, chunk: Chunk, run: slice) -> None:
         """Take in packed lines, which are of cases as planned, without traces."""
-        found = chunk.numbers[run]
-        cases = self.numbers.find_all(found["digest"], found["case"])
+        cases = chunk.fields[CASE][run]
         own = cases >= 0
         if self.stages:
             known = ((case, 0) in self.stages for case in cases.tolist())
             own &= ~np.fromiter(known, bool, len(cases))
-        cases, found = cases[own], found[own]
-        if not len(cases):
+        if not own.any():
             return
+        interval, outcome, regime = (chunk.fields[n][run][own] for n in FIELDS)
+        cases, journal = cases[own], chunk.journal.name
         number = self.journals.setdefault(journal, len(self.journals))
         contents, starts = self.contents, chunk.starts[chunk.at[run]][own]
         contents.place[cases] = np.column_stack([np.full(len(cases), number), starts])
-        contents.interval[cases] = found["row.sample_interval"]
+        contents.interval[cases] = interval
         contents.samples[cases] = 0
         for case in self.traces.keys() & set(cases.tolist() if self.traces else ()):
             del self.traces[case]
         if self.words.itemsize:
-            outcome, regime = (words_in(found, f"row.{n}") for n in WORD)
             lost = (outcome == "unstable") | (regime == "none")
             self.words[cases] = np.where(lost, "", regime)
 
     def take(self, journal: str, start: int, record: Record) -> None:
         """Take in a record."""
         name, twin, stage = place_of(record, self.plan)
-        case = self.numbers.find(name, record.get("case"))
+        case = self.known.find(name, record.get("case"))
         if case < 0 or stage < self.stages.get((case, twin), 0):
             return
         if stage:
@@ -286,7 +285,7 @@ def packed_of(
         both = zip(mine[rest].tolist(), found, strict=True)
         records |= {cases.start + i: record for i, record in both}
     if not ats:
-        return np.zeros(0, np.int64), np.zeros(0, NUMBERS), records
+        return np.zeros(0, np.int64), np.zeros(0, OWN.dtype), records
     return np.concatenate(ats), np.concatenate(parts), records
 
 

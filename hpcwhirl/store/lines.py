@@ -64,17 +64,31 @@ class Layout:
         self.tables = {t: [n for u, n, _, _ in self.fields if u == t] for t in tables}
 
     @cached_property
-    def places(self) -> dict[str, tuple[int, str]]:
-        """Where the bytes of each number begin, and their type, by `table.name`."""
-        names = [f"{table}.{name}".strip(".") for table, name, _, _ in self.fields]
-        kinds = [DTYPES[kind] for _, _, kind, _ in self.fields]
-        ends = np.cumsum([0, *(np.dtype(kind).itemsize for kind in kinds)]).tolist()
-        return dict(zip(names, zip(ends[:-1], kinds, strict=True), strict=True))
+    def kinds(self) -> dict[str, str]:
+        """Kind of each field, by `table.name`."""
+        return {_named(t, n): kind for t, n, kind, _ in self.fields}
+
+    @cached_property
+    def words(self) -> dict[str, Sequence[str]]:
+        """Words of those fields that are one, by the same names."""
+        return {_named(t, n): w for t, n, kind, w in self.fields if kind == "word"}
+
+    @cached_property
+    def texts(self) -> list[str]:
+        """Names of the fields that are texts."""
+        return [name for name, kind in self.kinds.items() if kind == "text"]
+
+    @cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """What the numbers are, by the names of their fields."""
+        found = np.dtype([(name, DTYPES[kind]) for name, kind in self.kinds.items()])
+        filler = self.numbers.size - found.itemsize
+        return np.dtype([*found.descr, ("", f"V{filler}")] if filler else found)
 
     def fields_of(
         self, text: NDArray[np.uint8], names: Iterable[str]
     ) -> dict[str, NDArray[Any]]:
-        """Return some fields of many records, {name: (records,)}, see `places`.
+        """Return some fields of many records, {`table.name`: (records,)}.
 
         Of the text no more is decoded than has to be.
 
@@ -88,24 +102,15 @@ class Layout:
         ValueError
             where it is no base64
         """
-        out = {}
+        out, places = {}, dict(self.dtype.fields or {})
         for name in names:
-            begin, kind = self.places[name]
-            size = np.dtype(kind).itemsize
-            first, last = begin // 3, -(-(begin + size) // 3)
+            kind, begin = places[name][:2]
+            first, last = begin // 3, -(-(begin + kind.itemsize) // 3)
             own = b64decode(text[:, 4 * first : 4 * last].tobytes(), validate=True)
-            rows = np.frombuffer(own, np.uint8).reshape(len(text), -1)
-            part = rows[:, begin - 3 * first :][:, :size]
+            rows = np.frombuffer(own, np.uint8).reshape(len(text), 3 * (last - first))
+            part = rows[:, begin - 3 * first :][:, : kind.itemsize]
             out[name] = np.frombuffer(part.tobytes(), kind)
         return out
-
-    def words(
-        self, table: str, name: str, found: dict[str, NDArray[Any]]
-    ) -> NDArray[np.object_]:
-        """Return a field of words of many records, (records,), see `fields_of`."""
-        known = next(w for t, n, _, w in self.fields if (t, n) == (table, name))
-        own = np.array(known, dtype=object)
-        return np.asarray(own[found[f"{table}.{name}"]])
 
     @cached_property
     def own(self) -> dict[str, set[str]]:
@@ -159,6 +164,10 @@ class Layout:
             else:
                 record[name] = value
         return record
+
+
+def _named(table: str, name: str) -> str:
+    return f"{table}.{name}" if table else name
 
 
 def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:

@@ -31,9 +31,9 @@ import numpy as np
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.journal import Record, journal_name, read_records
-from hpcwhirl.store.lines import OWN, line_of, opened
+from hpcwhirl.store.lines import MARK, OWN, line_of, opened
 from hpcwhirl.store.manifest import write_manifest
-from hpcwhirl.store.many import HEAD, NUMBERS, read
+from hpcwhirl.store.many import read
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)
@@ -143,13 +143,14 @@ def lines_of(design: Design, known: list[Record]) -> list[bytes]:
     found = computed[(np.clip(drive, 0.0, 0.999) * len(rows)).astype(int)]
     more = 1.0 + 1e-3 * ((cases * GOLDEN) % 1.0)
     for name in ROW.keys() - set(FIXED):
-        if NUMBERS[f"row.{name}"].kind == "f":
+        if OWN.dtype[f"row.{name}"].kind == "f":
             found[f"row.{name}"] *= more
     found["case"], found["ended"] = cases, 1.7e9 + 1e-3 * np.arange(len(cases))
     found["row.speed"], found["row.gap"] = own["speed"], own["gap"]
     digests = np.frombuffer(b"".join(map(bytes.fromhex, design.digests)), "V32")
     found["digest"] = digests[cases]
-    lines = [sealed_body(HEAD + b64encode(one.tobytes())) for one in found]
+    head = MARK + OWN.name + b" "
+    lines = [sealed_body(head + b64encode(one.tobytes())) for one in found]
     for line in lines[:: len(lines) // 100]:
         if line_of(opened(line) or {}) != line:
             raise SystemExit("these are not the lines that the program writes")
