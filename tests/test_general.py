@@ -15,6 +15,7 @@ from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.coast import Coast
 from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.named import GeneralRotor
 from hpcwhirl.dynamics.march import March
@@ -26,6 +27,10 @@ from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.single import write_arrays
 
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110}
+place_of, recall, guess = (  # parts, for Python
+    kernel(part.py_func)
+    for part in (circulant.place_of, circulant.recall, circulant.guess)
+)
 
 
 def pattern(blades, size=0.05):
@@ -200,7 +205,7 @@ def test_w_is_that_of_both_bodies_wherever_the_blades_are():
 def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
     # the set that is kept, the penetrating blades, or pivoting: one solution
     wide, random = widths(blades)[1], np.random.default_rng(blades)
-    places = [circulant.place_of(j, blades, wide) for j in range(blades)]
+    places = [place_of(j, blades, wide) for j in range(blades)]
     known, padded, ways = np.zeros(blades + 2, np.int64), -(-blades // 4) * 4, [0, 0]
     for trial in range(200):
         root = random.normal(size=(blades, blades))
@@ -211,9 +216,9 @@ def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
         if gaps.min() >= 0.0:
             continue
         space = circulant.constant_space(blades, wide, w, known)
-        circulant.recall(blades, wide, space)
+        recall(blades, wide, space)
         row = gaps[folded(blades, wide)]
-        active = circulant.guess(row, 0, gaps.min(), blades, wide, padded, *space[:5])
+        active = guess(row, 0, gaps.min(), blades, wide, padded, *space[:5])
         ways[active < 0] += 1
         if active < 0:
             active = circulant.solve_any(row, 0, blades, wide, space)
@@ -286,7 +291,7 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     assert len(bound) == 7
     most = np.zeros(7)
     wide = len(march.state.gaps) // 6
-    places = [circulant.place_of(j, 7, wide) for j in range(7)]
+    places = [place_of(j, 7, wide) for j in range(7)]
     for _ in range(4000):
         march.advance(1)
         row = march.state.gaps.reshape(3, -1)[march.steps % 3]

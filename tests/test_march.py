@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
+from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError, ModelError
@@ -20,6 +21,10 @@ from hpcwhirl.scene import apply_settings, named_scene
 SCHEMES = ["modal", "general", "paper", "exact"]
 SLOW_EXACT = [*SCHEMES[:3], pytest.param("exact", marks=pytest.mark.slow)]
 CENTRAL = SCHEMES[:3]  # central differences: the same to round-off
+place_of, recall, guess = (  # parts, for Python
+    kernel(part.py_func)
+    for part in (circulant.place_of, circulant.recall, circulant.guess)
+)
 
 
 def scene(**settings):
@@ -451,15 +456,15 @@ def test_the_guess_is_the_solution_or_says_no():
     # from the last solution's set, from the penetrating set, else by pivoting
     wide, right, known = 12, 0, np.zeros(24, np.int64)
     fold = np.r_[np.arange(12), (22 - np.arange(12)) % 22]
-    places = [circulant.place_of(j, 22, wide) for j in range(22)]
+    places = [place_of(j, 22, wide) for j in range(22)]
     for w, column, gaps in random_contacts(0.3):
         if gaps.min() >= 0:
             continue
         space = circulant.circulant_space(22, wide, column, known)
         assert np.array_equal(space.rows.reshape(22, -1), w[fold].T)
-        circulant.recall(22, wide, space)
+        recall(22, wide, space)
         row = gaps[fold].copy()
-        active = circulant.guess(row, 0, gaps.min(), 22, wide, 24, *space[:5])
+        active = guess(row, 0, gaps.min(), 22, wide, 24, *space[:5])
         if active >= 0:
             right += 1
         else:
@@ -469,7 +474,7 @@ def test_the_guess_is_the_solution_or_says_no():
         found[space[4][:active]] = space[0][:active]
         assert found == pytest.approx(lam, rel=1e-11)
         assert row[places] == pytest.approx(opened, rel=1e-9, abs=1e-19)
-        again = circulant.guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:5])
+        again = guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:5])
         assert again == active  # the set that is kept is the solution's
     assert 0 < right < 200
 

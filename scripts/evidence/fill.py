@@ -10,7 +10,7 @@ one of the nodes' matrix.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -49,7 +49,14 @@ def tell(name: str, matrix: sparse.csr_array, order: str) -> None:
 
 def main() -> None:
     """Print the fill by both orders."""
-    matrix = joined(tuple(map(int, sys.argv[1:])) or (39, 39, 21))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument(
+        "nodes", nargs="*", type=int, default=(39, 39, 21), metavar="NODES"
+    )
+    nodes = parser.parse_args().nodes
+    if len(nodes) != 3 or min(nodes) < 3 or not all(n % 2 for n in nodes):
+        parser.error(f"NODES must be three odd numbers from 3, got {nodes}")
+    matrix = joined(tuple(nodes))
     print(f"{3 * matrix.shape[0]} unknowns")
     tell("minimum degree", matrix, "MMD_AT_PLUS_A")
     try:

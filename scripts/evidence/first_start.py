@@ -8,6 +8,7 @@ processor's seconds: imports, numba's passes, LLVM, and of each function its own
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 import time
@@ -69,7 +70,9 @@ def profiled(scheme: str) -> None:
 
 def main() -> None:
     """Profile a scheme in this process, or several in one of its own each."""
-    schemes = sys.argv[1:] or ["modal"]
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("schemes", nargs="*", default=["modal"], metavar="SCHEME")
+    schemes = parser.parse_args().schemes
     if len(schemes) > 1:
         import subprocess
 
