@@ -14,7 +14,7 @@ from scipy.io import mmread, mmwrite
 from scipy.linalg import eigh
 
 from hpcwhirl.cli import main
-from hpcwhirl.reduction import sparse_modes
+from hpcwhirl.reduction import factors, sparse_modes
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.scene import Rotor
@@ -170,6 +170,31 @@ def test_lanczos_and_dense_modes_are_the_same(tmp_path, capsys, monkeypatch):
         )
 
 
+def test_a_large_factor_in_single_precision_gives_the_same_rotor(
+    tmp_path, capsys, monkeypatch
+):
+    files = [wheel(tmp_path), sector(tmp_path)]
+    monkeypatch.setattr(sparse_modes, "DENSE", 0)
+    double = [imported(path, capsys)[0] for path in files]
+    monkeypatch.setattr(factors, "SURELY_SMALL", 0)
+    monkeypatch.setattr(factors, "ROOM", 0)
+    refined = []
+    monkeypatch.setattr(factors._Refined, "_double", lambda _: pytest.fail("double"))
+    first = factors._Refined._gradients
+    monkeypatch.setattr(
+        factors._Refined,
+        "_gradients",
+        lambda self, b: refined.append(b.shape) or first(self, b),
+    )
+    for path, told in zip(files, double, strict=True):
+        again = imported(path, capsys)[0]
+        np.testing.assert_allclose(
+            again["frequencies_hz"], told["frequencies_hz"], rtol=1e-10
+        )
+        assert refined
+        refined.clear()
+
+
 def test_modes_that_the_first_search_misses_are_found_by_the_second(monkeypatch):
     searches, first = [], sparse_modes._lowest
 
@@ -182,7 +207,7 @@ def test_modes_that_the_first_search_misses_are_found_by_the_second(monkeypatch)
     monkeypatch.setattr(sparse_modes, "_lowest", forgetful)
     disk = bladed_disk(ROTOR)
     mass, stiffness = (sparse.csr_array(a) for a in (disk.mass, disk.stiffness))
-    found = sparse_modes.condensed(mass, stiffness, 3, 20)
+    found = sparse_modes.condensed(lambda: [mass, stiffness], 3, 20, pytest.fail)
     truth = eigh(disk.stiffness[3:, 3:], disk.mass[3:, 3:], eigvals_only=True)
     count = len(found.squared)
     assert count >= 20

@@ -10,9 +10,8 @@ imaginary parts, so that the wheel is cyclic to round-off.
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
 from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.factors import Tell
 from hpcwhirl.reduction.modes import Block, assembled, physical_columns
 from hpcwhirl.reduction.sparse_modes import Condensed, condensed, lowest_ritz
 from hpcwhirl.store.wheel_file import Cut, FiniteElements
@@ -29,7 +29,6 @@ from hpcwhirl.structure.assembly import turn
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Tell = Callable[[str], None]
 MORE = 2  # modes of a diameter computed beyond its even share
 PAIR = 1e-6  # of omega^2: what is not parted
 STRAINED = 1e-4  # of the stiffness at a tip: matrices of 14 digits leave 1e-6
@@ -116,7 +115,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
     Parameters
     ----------
     wheel : what is known of it
-    tell : called with a line for each nodal diameter of a sector, which take long
+    tell : called with a line for each nodal diameter of a sector and each large factor
 
     Raises
     ------
@@ -126,7 +125,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
     _check_definite(wheel)
     try:
         if wheel.cut is None:
-            found = _whole(wheel)
+            found = _whole(wheel, tell)
         else:
             found = _of_sectors(wheel, wheel.cut, tell)
     except LinAlgError:
@@ -160,7 +159,7 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
     return [back @ a @ lift for a in (wheel.mass, wheel.stiffness)]
 
 
-def _whole(wheel: FiniteElements) -> _Reduced:
+def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     """Return a wheel that is reduced at once."""
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(2 * wheel.blades).reshape(-1, 2)
@@ -172,8 +171,8 @@ def _whole(wheel: FiniteElements) -> _Reduced:
     boundary = lift.width
     rest = np.setdiff1d(np.arange(size), _named(wheel))
     lift.add(rest, lift.fresh(len(rest)), 1.0)
-    mass, stiffness = _projected(wheel, lift.matrix(size))
-    piece = condensed(mass, stiffness, boundary, wheel.modes)
+    project = partial(_projected, wheel, lift.matrix(size))
+    piece = condensed(project, boundary, wheel.modes, tell)
     count = _whole_pairs(piece, wheel.modes)
     own = slice(boundary + count)
     last = float(piece.squared[:count].max(initial=0.0))
@@ -236,11 +235,9 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
         for k, count in wanted.items():
             tell(f"nodal diameter {k} of {blades // 2}: {count} modes")
             lift, boundary = _sector_map(wheel, cut, k)
-            mass, stiffness = _projected(wheel, lift)
-            pieces[k] = condensed(mass, stiffness, boundary, count)
-            # SciPy's ARPACK leaves its operator in a cycle of references, and with it
-            # the factor: 1.1 GB instead of 0.25 over 12 diameters of 23,000 unknowns.
-            gc.collect()
+            pieces[k] = condensed(
+                partial(_projected, wheel, lift), boundary, count, tell
+            )
         counts, last = _shared(pieces, blades, wheel.modes)
         wanted = {
             k: 2 * len(piece.squared)
