@@ -78,7 +78,8 @@ def states(folder):
 
 
 def under_way(folder):
-    return [path for path in folder.glob("running/*.log") if path.stat().st_size]
+    notes = folder.glob("running/*.log")  # zeros until the first case is noted
+    return [path for path in notes if path.read_bytes().strip(b"\0")]
 
 
 def stopped(process, ask):
