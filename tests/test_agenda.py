@@ -182,6 +182,16 @@ def test_a_worker_gets_one_long_unit_or_a_moment_s_worth_of_short_ones():
         assert 1 <= len(many.bundle()) <= max(fair, least)
 
 
+@pytest.mark.parametrize("seconds", [0.0, 1e-7])
+def test_units_that_are_foretold_to_cost_nothing_are_shared(seconds):
+    costs = Costs(np.full(120, seconds), np.zeros((120, 1)))
+    begun = [
+        len(part)
+        for part in Agenda([(case,) for case in range(120)], costs, ranks=4).first()
+    ]
+    assert max(begun) <= 12
+
+
 def test_the_last_units_wait_for_ranks_that_have_nothing_left():
     questions = Questions(
         Agenda([(i,) for i in range(5)], known(np.ones(5)), 3), ranks=3

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 
+import h5py
 import pytest
 
 from hpcwhirl.analysis.regimes import threshold_facts
@@ -78,9 +79,15 @@ def _cut(place):
         file.truncate(5000)
 
 
+def _edited(place):
+    with h5py.File(place / "results.h5", "r+") as file:
+        file["orbit_radius"][1] = 1.25
+
+
 @pytest.mark.parametrize(
     "change",
     [
+        _edited,
         _journal,
         _touched,
         _classified,

@@ -17,7 +17,8 @@ EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned
 SHORTEST = 0.05  # s that a worker should be busy with one answer, at least
 A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an answer
 MOST = 128  # units of an answer: a message that needs no consent of its receiver
-LEAST_A_RANK = 1e-4  # s of the same, whatever is fair: twice what an answer takes
+LEAST_A_RANK = 1e-4  # s of an answer, whatever is fair: twice what an answer takes
+FASTEST = 1e-4  # s, of a unit whatever is predicted
 FAIR = 4  # an answer is at most this part of an even share of the units left
 GOLDEN = 0.6180339887498949
 Unit = tuple[int, ...]  # cases that are handed out together
@@ -123,7 +124,7 @@ class Agenda:
             and len(out) < MOST
             and (seconds < self.least or (len(out) < most and seconds < self.hold))
         ):
-            seconds += float(self.predicted[self.queue[-1]])
+            seconds += max(float(self.predicted[self.queue[-1]]), FASTEST)
             out.append(self.queue.pop())
         return out
 

@@ -31,7 +31,8 @@ owners/
 runs/RUN.json
     what each rank did with its time, and why it stopped early; missing after a kill.
 results.h5
-    gathered under `results.h5.*.part`, a name of its own each time, synced and renamed.
+    gathered under `results.h5.*.part`, a name of its own each time, synced and renamed;
+    `runs/results.stamp` has its size and time.
 
 No file is written by two runs. A line without its newline or with another checksum is
 dropped, so is a line whose block is not all there: a torn tail costs its group at most.

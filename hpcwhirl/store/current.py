@@ -2,14 +2,16 @@
 
 The file tells, in its group `performance`, what it was gathered from: the plan, names,
 sizes and times of the journals, of traces and of what ranks did. Where one of these is
-another by now, or words were given anew, it is to be gathered again; a copy of a
-directory may have other times, which costs a gathering.
+another by now, or words were given anew, it is to be gathered again. So it is where its
+own size and time are not those of a stamp beside it: something else has written in it.
+A copy of a directory may have other times, which costs a gathering.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -18,12 +20,14 @@ from hpcwhirl import __version__
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.regular import read_regular
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
+from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.hdf5 import DAMAGE
 from hpcwhirl.store.listing import listed
 from hpcwhirl.store.manifest import NAME
 from hpcwhirl.store.reader import check_file
 
 SOURCE = "gathered_from"  # attribute of the group `performance`
+STAMP = "results.stamp"  # in `runs`
 PARTS = {"journal": ".log", "traces": ".bin", "runs": ".json"}
 
 
@@ -47,6 +51,19 @@ def _told(path: Path) -> str:
     return f"{path.parent.name}/{path.name} {state.st_size} {state.st_mtime_ns}"
 
 
+def stamp(path: Path) -> None:
+    """Tell beside a results file that it is as gathering wrote it."""
+    with suppress(WhirlError):  # which costs a gathering
+        write_whole(path.parent / "runs" / STAMP, _told(path).encode())
+
+
+def _is_stamped(path: Path) -> bool:
+    try:
+        return read_regular(path.parent / "runs" / STAMP) == _told(path).encode()
+    except (OSError, WhirlError):
+        return False
+
+
 def is_current(path: Path, words: Mapping[str, float]) -> bool:
     """Return whether a results file is what gathering would write now.
 
@@ -60,6 +77,7 @@ def is_current(path: Path, words: Mapping[str, float]) -> bool:
         with h5py.File(path, "r") as file:
             same = all(file.attrs.get(n) == limit for n, limit in words.items())
             known = bytes(file["performance"].attrs.get(SOURCE, b"")).decode()
-        return bool(same and known and known == source_of(path.parent))
+        same = same and known != "" and _is_stamped(path)
+        return bool(same and known == source_of(path.parent))
     except (WhirlError, KeyError, *DAMAGE):
         return False

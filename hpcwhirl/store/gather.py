@@ -27,6 +27,7 @@ from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.contents import Contents, contents_of
+from hpcwhirl.store.current import stamp
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.layout import LIBVER, define
 from hpcwhirl.store.manifest import read_manifest
@@ -112,6 +113,7 @@ def _end(own: Claim, part: Path, final: Path) -> None:
         msg = f"{final} is not written: another process has taken over meanwhile"
         raise StoreError(msg)
     publish(part, final)
+    stamp(final)
 
 
 def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -> Any:
