@@ -71,7 +71,7 @@ def _calls(shared: Specimen, out: Path) -> list[str | Path]:
     return ["campaign", shared.file, "--out", out]
 
 
-def _copy(shared: Specimen, place: Path, lines: int = 3) -> Path:
+def _copy(shared: Specimen, place: Path, lines: int = 5) -> Path:
     """Return a copy of the campaign that some of its cases are missing from."""
     out = place / "out"
     shutil.copytree(shared.out, out)

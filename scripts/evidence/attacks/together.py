@@ -13,6 +13,7 @@ from attacks import specimens
 from attacks.apart import Ended, command, fork, run
 from attacks.family import Verdict, fault
 from attacks.specimens import Specimen, Table, alters, differs, table, undisturbed
+from hpcwhirl.store.lines import AT, MARK
 
 WORDS = ("outcome", "regime", "whirl")
 LIMITS = ("--set", "significance=1e-3", "--set", "drift=10", "--set", "rise=1e-9")
@@ -110,8 +111,9 @@ def _campaigns(shared: Pair, chance: random.Random, out: Path) -> Verdict:
 
 def _once(shared: Pair, out: Path) -> str:
     """Return whether cases were computed more than once."""
-    logs = [p.read_bytes() for p in out.glob("journal/*.log")]
-    lines = sum(log.count(b'"row"') for log in logs)
+    logs = [p.read_bytes().splitlines() for p in out.glob("journal/*.log")]
+    packed = sum(line[AT:].startswith(MARK) for log in logs for line in log)
+    lines = packed + sum(b'"digest": ' in line for log in logs for line in log)
     cases = shared.specimen.mode.cases
     return f"{lines} results of {cases} cases" if lines != cases else ""
 
