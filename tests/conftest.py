@@ -104,16 +104,3 @@ def disk(tmp_path):
 
     yield place, resize
     subprocess.run(["umount", place], check=True)
-
-
-class Forgetful(dict):
-    """Keeps nothing: every march begins with slices for an unknown machine."""
-
-    def __setitem__(self, key, value):
-        del key, value
-
-
-@pytest.fixture
-def first_slices(monkeypatch):
-    """Let each march begin with short slices, as the first of a process does."""
-    monkeypatch.setattr(marching, "_slices", Forgetful())

@@ -2,18 +2,17 @@
 
 import numpy as np
 import pytest
+from deaths import even_slices, stopped_again_and_again
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import BLADES
-from hpcwhirl.store.states import stored_states
 
 LASTING = {"until": "decided", "longest": 1.3}
 
@@ -113,28 +112,14 @@ def test_a_run_that_is_marched_otherwise_begins_anew(steps_of):
 
 
 @pytest.mark.parametrize("settings", [{}, {"scheme": "exact"}])
-def test_a_case_stopped_again_and_again_has_the_same_bits(settings, tmp_path):
-    case, told = resolve(scene(**LASTING | settings)), []
-    whole = compute(case, "d", Checkpoints(tmp_path, 1e9, told.append), 1e9, int)
-    stops = 0
-    while True:
-        calls = []
-
-        def between(calls=calls):
-            calls.append(1)
-            if len(calls) > 12:
-                raise Stop
-
-        checkpoints = Checkpoints(tmp_path, 1e9, told.append)
-        try:
-            result = compute(case, "d", checkpoints, 1e9, between)
-        except Stop:
-            stops += 1
-            assert stored_states(tmp_path) == {"d"}
-        else:
-            break
+def test_a_case_stopped_again_and_again_has_the_same_bits(
+    settings, tmp_path, monkeypatch
+):
+    even_slices(monkeypatch)
+    case = resolve(scene(**LASTING | settings))
+    whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, int)
+    result, stops = stopped_again_and_again(case, tmp_path, 12)
     assert stops > 2
-    assert told == []
     assert_same(result, whole)
 
 

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from deaths import until_it_lives
 from launch import launch, root_variables
 
 import hpcwhirl
@@ -14,7 +15,6 @@ from hpcwhirl.campaign.resume import planned, prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.march import March
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.journal import read_records
@@ -49,36 +49,6 @@ def whole(tmp_path_factory):
     return found
 
 
-class Death(BaseException):
-    """What no code catches."""
-
-
-def dying_after(monkeypatch, slices):
-    """Let the process die, as it were, after so many slices."""
-    advance, left = March.advance, [slices]
-
-    def counted(march, steps):
-        left[0] -= 1
-        if left[0] < 0:
-            raise Death
-        advance(march, steps)
-
-    monkeypatch.setattr(March, "advance", counted)
-
-
-def marched(monkeypatch):
-    """Return a list that gets the steps of every slice from now on."""
-    made, advance = [], March.advance
-
-    def counted(march, steps):
-        before = march.steps
-        advance(march, steps)
-        made.append(march.steps - before)
-
-    monkeypatch.setattr(March, "advance", counted)
-    return made
-
-
 def test_the_campaign_has_words_of_each_stage(tmp_path):
     run(tmp_path, until="decided", longest=0.8)
     data = hpcwhirl.open_results(tmp_path)
@@ -88,13 +58,13 @@ def test_the_campaign_has_words_of_each_stage(tmp_path):
 
 @pytest.mark.parametrize("keep", [True, False])
 def test_an_extended_campaign_is_one_that_went_on_by_itself(
-    whole, tmp_path, monkeypatch, keep
+    whole, tmp_path, steps_of, keep
 ):
     policy = Policy(keep_states=keep)
     first, _ = run(tmp_path, policy=policy)
     assert set(hpcwhirl.open_results(tmp_path).duration.values) == {0.1}
     assert bool(stored_states(tmp_path)) == keep
-    made = marched(monkeypatch)
+    made = steps_of()
     later, ending = run(tmp_path, 0.8, policy=policy)
     assert ending.failed == 0
     assert later == whole != first
@@ -135,17 +105,10 @@ def test_a_kill_in_the_middle_of_an_extension_changes_no_bit(
     whole, tmp_path, monkeypatch, after
 ):
     run(tmp_path)
-    deaths = 0
-    while True:
-        with monkeypatch.context() as patch:
-            dying_after(patch, after)
-            try:
-                found, _ = run(tmp_path, 0.8, Policy(save_every=1e-9))
-            except Death:
-                deaths += 1
-                assert deaths < 200
-            else:
-                break
+    often = Policy(save_every=1e-9)
+    (found, _), deaths = until_it_lives(
+        monkeypatch, after, lambda: run(tmp_path, 0.8, often)
+    )
     assert deaths > 1
     assert found == whole
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from deaths import even_slices
 
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.explain import facts_of_plan
@@ -11,7 +12,6 @@ from hpcwhirl.case.plan import folds_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.certificate import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.march import March
@@ -235,11 +235,10 @@ def test_without_load_nothing_is_stepped():
     assert not any(getattr(history, name).any() for name in (*SERIES, "centre"))
 
 
-@pytest.mark.usefixtures("first_slices")
 def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
     found = []
-    for first in (256, 37, 10**6):
-        monkeypatch.setattr(marching, "FIRST_SLICE", first)
+    for size in (256, 37, 10**6):
+        even_slices(monkeypatch, size)
         settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 0.06}
         march = March(resolve(scene(**settings)))
         found.append((march, march.run()))

@@ -6,6 +6,7 @@ from collections import Counter
 import h5py
 import numpy as np
 import pytest
+from deaths import until_it_lives
 from launch import records, root_variables
 from made_up import refined_campaign
 
@@ -16,7 +17,6 @@ from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.march import March
 from hpcwhirl.report.maps import drawing_of
 from hpcwhirl.report.picture import Wish
 
@@ -120,10 +120,6 @@ SHORT = {
 }
 
 
-class Death(BaseException):
-    """What no code catches."""
-
-
 def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
     design = design_of(SHORT)
     for name in ("whole", "killed"):
@@ -132,24 +128,12 @@ def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
     total = len(records(tmp_path / "whole"))
     twins = sum("twin" in record for record in records(tmp_path / "whole"))
     assert 2 * 2 <= twins < total
-    advance, deaths, often = March.advance, 0, Policy(save_every=1e-9)
-    while True:
-        left = [40]
-
-        def counted(march, steps, left=left):
-            left[0] -= 1
-            if left[0] < 0:
-                raise Death
-            advance(march, steps)
-
-        with monkeypatch.context() as patch:
-            patch.setattr(March, "advance", counted)
-            try:
-                run_campaign(design, tmp_path / "killed", policy=often)
-                break
-            except Death:
-                deaths += 1
-                assert deaths < 300
+    often = Policy(save_every=1e-9)
+    _, deaths = until_it_lives(
+        monkeypatch,
+        40,
+        lambda: run_campaign(design, tmp_path / "killed", policy=often),
+    )
     assert deaths > 3
     assert variables(tmp_path / "killed") == variables(tmp_path / "whole")
     assert len(records(tmp_path / "killed")) == total  # none is computed twice

@@ -4,10 +4,10 @@ import os
 
 import numpy as np
 import pytest
+from deaths import even_slices, stopped_again_and_again
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import LateError, compute
-from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
@@ -119,32 +119,13 @@ def test_a_damaged_state_is_never_taken(tmp_path):
     assert stored_states(tmp_path) == set()
 
 
-def stopped_again_and_again(case, folder, told, limit=1e9):
-    """Return the result of a case that is stopped after every second slice."""
-    for attempt in range(1000):
-        calls = []
-
-        def between(calls=calls):
-            calls.append(1)
-            if len(calls) > 2:
-                raise Stop
-
-        checkpoints = Checkpoints(folder, 1e9, told.append)
-        try:
-            return compute(case, "d", checkpoints, limit, between), attempt
-        except Stop:
-            assert stored_states(folder) == {"d"}
-    raise AssertionError
-
-
-@pytest.mark.usefixtures("first_slices")
-def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of):
+def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of, monkeypatch):
+    even_slices(monkeypatch)
     case = resolve(scene(duration=0.05, interval=1e-4))
     whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
-    made, told = steps_of(), []
-    result, attempts = stopped_again_and_again(case, tmp_path, told)
-    assert attempts > 3
-    assert told == []
+    made = steps_of()
+    result, stops = stopped_again_and_again(case, tmp_path, 2)
+    assert stops > 3
     assert sum(made) == whole.row["steps"] == 25000
     assert result.row == whole.row
     for name, trace in whole.traces.items():

@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from deaths import until_it_lives
 from hypothesis import given
 from hypothesis import strategies as some
 from launch import launch, root_variables
@@ -152,33 +153,15 @@ def test_a_case_without_twins_has_no_share():
     assert found["share_damped"][1] == 1.0
 
 
-class Death(BaseException):
-    """What no code catches."""
-
-
 @pytest.mark.parametrize("of", ["all", "boundary"])
 def test_a_kill_among_twins_changes_no_bit(tmp_path, monkeypatch, of):
     table = {"twins": FIRST["twins"] | {"of": of}}
     expected, _ = run(tmp_path / "whole", **table)
-    advance, deaths = March.advance, 0
-    while True:
-        left = [15]
-
-        def counted(march, steps, left=left):
-            left[0] -= 1
-            if left[0] < 0:
-                raise Death
-            advance(march, steps)
-
-        with monkeypatch.context() as patch:
-            patch.setattr(March, "advance", counted)
-            try:
-                found, _ = run(tmp_path / "o", Policy(save_every=1e-9), **table)
-            except Death:
-                deaths += 1
-                assert deaths < 300
-            else:
-                break
+    (found, _), deaths = until_it_lives(
+        monkeypatch,
+        30,
+        lambda: run(tmp_path / "o", Policy(save_every=1e-9), **table),
+    )
     assert deaths > 3
     assert found == expected
 
