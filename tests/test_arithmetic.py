@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hpcwhirl.campaign.cost import costs_of, places_of, predicted
+from hpcwhirl.campaign.cost import Places, costs_of, predicted
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.resume import prepare
@@ -166,7 +166,7 @@ def test_costs_and_places_are_those_of_each_case(document):
     base = flatten(found.base)
     for number, name in enumerate(found.swept):
         own = [row.get(name, base[name]) for row in found.settings]
-        place = places_of(found)[:, number]
+        place = Places(found)[np.arange(len(own))][:, number]
         for a, b in itertools.combinations(range(len(own)), 2):
             assert (place[a] == place[b]) == (own[a] == own[b])
 

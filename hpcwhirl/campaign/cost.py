@@ -144,11 +144,6 @@ class Places:
         )
 
 
-def places_of(design: Design) -> Floats:
-    """Return where all cases lie, (cases, swept inputs), see `Places`."""
-    return Places(design)[np.arange(len(design.settings))]
-
-
 def _to_unit(values: Values) -> Floats:
     known = listed(values)
     if all(isinstance(value, int | float) for value in known):

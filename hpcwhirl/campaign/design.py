@@ -9,7 +9,7 @@ from decimal import Decimal
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from hpcwhirl.scene.files import (
     undotted,
 )
 from hpcwhirl.scene.many import Many
-from hpcwhirl.scene.table import Axis, Block, Table, column_of, listed
+from hpcwhirl.scene.table import Axis, Block, OfCases, Table, column_of, listed
 from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
 from hpcwhirl.store.neighbours import at_boundary
 
@@ -56,7 +56,7 @@ MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
 LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
-class Scenes(Sequence[Scene]):
+class Scenes(OfCases[Scene]):
     """The scenes of a design, each made when it is asked for."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
@@ -66,14 +66,8 @@ class Scenes(Sequence[Scene]):
         """Return the number of cases."""
         return len(self.settings)
 
-    @overload
-    def __getitem__(self, case: int) -> Scene: ...
-    @overload
-    def __getitem__(self, case: slice) -> tuple[Scene, ...]: ...
-    def __getitem__(self, case: int | slice) -> Scene | tuple[Scene, ...]:
+    def _of_case(self, case: int) -> Scene:
         """Return the scene of a case."""
-        if isinstance(case, slice):
-            return tuple(self[i] for i in range(*case.indices(len(self))))
         return apply_settings(self.base, self.settings[case])
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hpcwhirl.campaign.agenda import Unit
+from hpcwhirl.campaign.agenda import Unit, scattered
 from hpcwhirl.campaign.evaluate import MOST_TOLD, Evaluator
 from hpcwhirl.campaign.growing import Wanted
 from hpcwhirl.campaign.policy import Policy
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.design import Design
 
 MOST = 256  # cases
-GOLDEN = 0.6180339887498949
 
 
 @dataclass
@@ -67,10 +66,7 @@ class Rehearsal:
 
 def drawn(cases: Sequence[int]) -> list[int]:
     """Return cases that lie evenly over all, however many of them are taken."""
-    count = len(cases)
-    places = (GOLDEN * (0.5 + np.arange(min(2 * MOST, 4 * count)))) % 1.0
-    found = dict.fromkeys((places * count).astype(int).tolist())
-    return [cases[place] for place in list(found)[:MOST]]
+    return [cases[place] for place in scattered(len(cases))[:MOST].tolist()]
 
 
 def rehearse(

@@ -236,14 +236,13 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
     """Refuse cases of which one is no scene; of a draw, say which it was."""
     many = Many(base, rows)
-    if sample is None:
-        many.check()
-        return
-    wrong = many.first_wrong()
     try:
         many.check()
     except InputError as failed:
-        msg = f"[sample] draw {wrong % sample.each} is no input: {failed}; uniform "
+        if sample is None:
+            raise
+        draw = many.first_wrong() % sample.each
+        msg = f"[sample] draw {draw} is no input: {failed}; uniform "
         raise InputError(msg + "or truncated_normal keep between bounds") from None
 
 

@@ -110,11 +110,6 @@ class Lattice:
         for low in itertools.product(*starts):
             yield 0, low
 
-    def coarse_points(self) -> Iterator[Point]:
-        """Yield the points of level 0, the last input fastest."""
-        along = (range(0, side.last + 1, 1 << side.depth) for side in self.sides)
-        yield from itertools.product(*along)
-
     def sizes(self, cell: Cell) -> Point:
         """Return the size of a cell along each input."""
         level, low = cell

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from hpcwhirl.scene.files import (
 )
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.table import Cases, Column, Table, listed
+from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
 AT_ONCE = 1 << 16  # cases whose texts are in memory together
@@ -80,7 +80,7 @@ class Digests:
         return self._memory[key]
 
 
-class CaseDigests(Sequence[str]):
+class CaseDigests(OfCases[str]):
     """The digests of the cases of a table, each made when it is asked for.
 
     They are those of `digest_of` the cases' scenes, without a scene: of a text that all
@@ -108,14 +108,8 @@ class CaseDigests(Sequence[str]):
         """Return the number of cases."""
         return len(self.table)
 
-    @overload
-    def __getitem__(self, case: int) -> str: ...
-    @overload
-    def __getitem__(self, case: slice) -> tuple[str, ...]: ...
-    def __getitem__(self, case: int | slice) -> str | tuple[str, ...]:
+    def _of_case(self, case: int) -> str:
         """Return the digest of a case."""
-        if isinstance(case, slice):
-            return tuple(self[i] for i in range(*case.indices(len(self))))
         values = self.shared | self.table[case]
         head, between = self._text
         one = head.copy()

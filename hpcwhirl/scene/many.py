@@ -166,20 +166,6 @@ class Many:
         for start in range(0, most, AT_ONCE):
             yield np.arange(start, min(start + AT_ONCE, most))
 
-    def getter(self, names: Mapping[str, Array], cases: Array) -> Columns:
-        """Return what tells an input of some cases: one value, or (cases,).
-
-        names : {swept input: its values, see `numbers`}
-        """
-
-        def get(name: str) -> Any:
-            if name in names:
-                return self.columns[name].of(cases, names[name])
-            value = self.shared[name]
-            return len(value) if isinstance(value, list) else value
-
-        return get
-
     def check(self) -> None:
         """Raise InputError where a case is no scene, telling of the first such case."""
         wrong = self.first_wrong()
@@ -216,7 +202,7 @@ class Many:
         values = {n: self._known(n, column, found) for n, column in swept.items()}
         for start in range(0, len(found), AT_ONCE):
             cases = found[start : start + AT_ONCE]
-            holds = rule(self.getter(values, cases))
+            holds = rule(self.all(cases, values))
             bad = np.flatnonzero(~np.broadcast_to(holds, cases.shape))
             if len(bad):
                 return int(cases[bad[0]])
@@ -232,14 +218,18 @@ class Many:
         cases = np.arange(len(self.table))
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
-    def all(self, cases: Array) -> Columns:
-        """Return what tells any input of some cases."""
+    def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
+        """Return what tells any input of some cases: one value, or (cases,).
+
+        numbers : {swept input: its values, see `numbers`}, where not all are allowed
+        """
 
         def get(name: str) -> Any:
             if name not in self.columns:
                 value = self.shared[name]
                 return len(value) if isinstance(value, list) else value
-            return self.columns[name].of(cases, self._numbers_of(name))
+            known = numbers[name] if numbers else self._numbers_of(name)
+            return self.columns[name].of(cases, known)
 
         return get
 

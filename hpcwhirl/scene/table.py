@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import itertools
 import json
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
-from typing import Any, overload
+from typing import Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,28 @@ from numpy.typing import NDArray
 Settings = dict[str, Any]
 Values = Sequence[Any] | NDArray[np.float64]
 Cases = NDArray[np.int64]
+Item = TypeVar("Item")
 MOST_LABELS = 1 << 62
 LONG = 4096  # values from which on numbers are kept as 8 bytes each
+
+
+class OfCases(Sequence[Item]):
+    """What is of cases each, made when it is asked for."""
+
+    @abstractmethod
+    def _of_case(self, case: int) -> Item:
+        """Return what is of a case, by its number from 0."""
+
+    @overload
+    def __getitem__(self, case: int) -> Item: ...
+    @overload
+    def __getitem__(self, case: slice) -> tuple[Item, ...]: ...
+    def __getitem__(self, case: int | slice) -> Item | tuple[Item, ...]:
+        """Return what is of a case, or of several."""
+        found = range(len(self))[case]
+        if isinstance(found, range):
+            return tuple(map(self._of_case, found))
+        return self._of_case(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +143,7 @@ class Column:
         return values[self.codes(cases)]
 
 
-class Table(Sequence[Settings]):
+class Table(OfCases[Settings]):
     """The settings of all cases, each made when it is asked for.
 
     Parameters
@@ -189,17 +210,10 @@ class Table(Sequence[Settings]):
         """Return the number of cases."""
         return int(self._starts[-1])
 
-    @overload
-    def __getitem__(self, case: int) -> Settings: ...
-    @overload
-    def __getitem__(self, case: slice) -> tuple[Settings, ...]: ...
-    def __getitem__(self, case: int | slice) -> Settings | tuple[Settings, ...]:
+    def _of_case(self, case: int) -> Settings:
         """Return {input: value} of a case."""
-        if isinstance(case, slice):
-            return tuple(self[i] for i in range(*case.indices(len(self))))
-        number = range(len(self))[case]
-        own = int(np.searchsorted(self._starts, number, side="right")) - 1
-        return self.blocks[own].row(number - int(self._starts[own]))
+        own = int(np.searchsorted(self._starts, case, side="right")) - 1
+        return self.blocks[own].row(case - int(self._starts[own]))
 
     def __iter__(self) -> Iterator[Settings]:
         """Yield {input: value} of each case."""

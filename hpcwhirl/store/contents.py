@@ -15,10 +15,11 @@ from hpcwhirl.refinement.boundary import EVIDENCE
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.current import source_of
 from hpcwhirl.store.journal import Record, lines_at, read_at
-from hpcwhirl.store.lines import OWN
+from hpcwhirl.store.lines import OWN, USUAL
 from hpcwhirl.store.manifest import Manifest
 from hpcwhirl.store.many import CASE, Chunk, Known, chunks, read
 from hpcwhirl.store.measured import bytes_measured, measured_of
@@ -26,6 +27,7 @@ from hpcwhirl.store.refined import columns_of, full_plan, with_twins
 from hpcwhirl.store.rows import place_of, regime_of
 from hpcwhirl.store.runs import Share, read_runs
 from hpcwhirl.store.schema import dtype
+from hpcwhirl.store.shown import words_of
 
 FIELDS = ("row.sample_interval", "row.outcome", "row.regime")
 
@@ -236,8 +238,8 @@ class _Index:
         for case in self.traces.keys() & set(cases.tolist() if self.traces else ()):
             del self.traces[case]
         if self.words.itemsize:
-            lost = (outcome == "unstable") | (regime == "none")
-            self.words[cases] = np.where(lost, "", regime)
+            words = words_of(np.array(USUAL["status"]), outcome, regime)
+            self.words[cases] = np.where(np.isin(words, list(REGIMES)), words, "")
 
     def take(self, journal: str, start: int, record: Record) -> None:
         """Take in a record."""

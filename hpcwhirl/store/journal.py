@@ -33,8 +33,8 @@ from hpcwhirl.store.lines import (
     LAYOUT,
     OWN,
     PLAN,
-    is_known,
     is_packed,
+    layout_of,
     learn,
     line_of,
     opened,
@@ -370,7 +370,7 @@ def read_at(path: Path, starts: Sequence[int]) -> list[Record]:
     """
     out: list[Record] = []
     for start, line in zip(starts, lines_at(path, starts), strict=True):
-        if is_packed(line) and not is_known(line):
+        if is_packed(line) and layout_of(line) is None:
             _learn_layouts(path)
         record = opened(line)
         if record is None:

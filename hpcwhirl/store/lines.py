@@ -259,12 +259,8 @@ def learn(record: Record) -> None:
 
 def layout_of(line: bytes) -> Layout | None:
     """Return the layout of a packed line; None of another, or where none is known."""
-    return _known.get(line[AT + 1 : AT + 9]) if is_packed(line) else None
-
-
-def is_known(line: bytes) -> bool:
-    """Return whether a packed line is of a layout that has been told."""
-    return line[AT + 1 : AT + 1 + len(OWN.name)] in _known
+    name = line[AT + len(MARK) :][: len(OWN.name)]
+    return _known.get(name) if is_packed(line) else None
 
 
 def opened(line: bytes) -> Record | None:
@@ -273,7 +269,7 @@ def opened(line: bytes) -> Record | None:
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None
     if body.startswith(MARK):
-        layout = _known.get(body[1 : 1 + len(OWN.name)])
+        layout = layout_of(line)
         return layout.opened(body) if layout else None
     try:
         record = json.loads(body)

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
-from hpcwhirl.campaign.cost import Costs, costs_of, places_of
+from hpcwhirl.campaign.cost import Costs, Places, costs_of
 from hpcwhirl.campaign.design import Design, design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
@@ -138,7 +138,7 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
 def case_times(place: Path, design: Design) -> tuple[Floats, Floats]:
     """Return the seconds and the places of the finished cases of a campaign."""
     records, plan = read_records(place), read_manifest(place)
-    places = places_of(design)
+    places = Places(design)[np.arange(len(design.settings))]
     found = [
         (records[d]["performance"]["seconds"], places[case])
         for case, d in enumerate(plan.digests)
