@@ -125,6 +125,7 @@ def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, capsys):
     assert main(["status", str(folder)]) == 0
     told = capsys.readouterr().out
     assert "statuses: crashed 1, failed 1, ok 2, timeout 1, unstable 1\n" in told
+    assert "none" not in told
 
 
 def test_what_ranks_compute_is_told_until_it_has_ended(folder, capsys, facts):

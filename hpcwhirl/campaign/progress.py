@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.many import end_times
 from hpcwhirl.scene.table import listed
+from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.columns import Told, told_by
 from hpcwhirl.store.journal import Record, newest, next_run, read_journals
 from hpcwhirl.store.manifest import Manifest
@@ -66,7 +67,7 @@ class Progress:
     stopped : `STOP` where that file is, else why the last run stopped early, if known
     core_hours, core_hours_left : in the kernel; spent includes cases computed twice
     idle_for : s since a case was last finished; None before the first
-    regimes : {word: cases}
+    regimes : {word: cases} of those that have one
     statuses : {status: cases} of those that have ended; `unstable` apart from `ok`
     running : what each rank computes now, the longest at it first
     grows : whether words may still ask for more cases
@@ -275,7 +276,8 @@ class Seen:
         self.ends = {n: float(r.get("ended", 0.0)) for n, r in records.items()}
 
     def _count(self, statuses: Iterable[str], regimes: Iterable[str]) -> None:
-        self.statuses, self.regimes = dict(Counter(statuses)), dict(Counter(regimes))
+        self.statuses, found = dict(Counter(statuses)), Counter(regimes)
+        self.regimes = {word: found[word] for word in REGIMES if word in found}
 
 
 def progress_of(folder: Path, now: float | None = None) -> Progress:
