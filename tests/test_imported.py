@@ -1,5 +1,6 @@
 """Rotors from file whose sectors are equal: the built-in's waves, or told why not."""
 
+import inspect
 from dataclasses import replace
 
 import h5py
@@ -13,6 +14,7 @@ from hpcwhirl.analysis.stability import growth_of_diameter
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import left_out, with_truncation
 from hpcwhirl.cli import main
+from hpcwhirl.cli.bench import engines_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
@@ -162,6 +164,66 @@ def test_a_rotor_read_back_moves_as_it_did(exported, settings):
     one, other = ended(exported, **settings), ended(**settings)
     assert one.folds == other.folds
     assert_equal_histories(one, other, 1e-9)
+
+
+def layout(value, name=""):
+    """Yield what a compiled step depends on of all it is called with but numbers."""
+    if isinstance(value, tuple):
+        fields = getattr(value, "_fields", range(len(value)))
+        yield name, type(value), len(value)
+        for own, part in zip(fields, value, strict=True):
+            yield from layout(part, f"{name}.{own}")
+    elif isinstance(value, np.ndarray):
+        kept = value.dtype.kind != "f" and value.tolist()  # places, counts
+        yield name, value.dtype, value.shape, value.strides, value.flags.num, kept
+    else:
+        yield name, type(value), value if isinstance(value, int) else None
+
+
+def called(marched):
+    """Return the compiled kernel and the layout of all that it is called with."""
+    scheme = marched.scheme
+    own = inspect.getclosurevars(scheme.kernel).nonlocals
+    given = scheme.arrays, scheme.state, marched.tracks, own["space"]()
+    return own["march"], list(layout(given))
+
+
+BUILT = (
+    SMALL,
+    SMALL | {"nodal_diameter": 2},
+    SMALL | {"scheme": "exact", "nodal_diameter": 3, "friction": 0.3},
+    SMALL | {"centre": "clamped"},
+    {"blades": 7, "engine.rotor.elements": 3, "modes": 25, "traces": "summary"},
+    {},  # of 22 blades, which `bench` times
+)
+
+
+@pytest.mark.parametrize("settings", BUILT)
+def test_a_rotor_read_back_takes_the_same_operations_a_step(tmp_path, settings):
+    own = apply_settings(named_scene("table2"), {"duration": 3e-3} | settings)
+    read = engines_of(own, tmp_path)["file, cyclic"]
+    (kernel, wanted), (again, found) = (called(March(resolve(s))) for s in (own, read))
+    assert again is kernel
+    assert found == wanted
+
+
+@pytest.mark.parametrize(
+    ("part", "spoil"),
+    [
+        ("rotor", lambda items: np.r_[items, np.zeros(8)]),  # a slot of padding
+        ("rotor", lambda items: items.repeat(2)[::2]),
+        ("casing", lambda items: items.astype(np.float32)),
+    ],
+)
+def test_another_layout_is_other_operations(part, spoil):
+    marched = March(resolve(scene()))
+    _, wanted = called(marched)
+    arrays = marched.scheme.arrays
+    body = getattr(arrays, part)
+    other = body._replace(items=spoil(body.items))
+    spoilt = replace(marched.scheme, arrays=arrays._replace(**{part: other}))
+    marched.scheme = spoilt
+    assert called(marched)[1] != wanted
 
 
 def test_what_the_built_in_rotor_may_do_it_may(exported):
