@@ -17,6 +17,9 @@ from typing import Any
 
 from numba.core import config, event
 
+from hpcwhirl.errors import unknown
+from hpcwhirl.scene.schemes import SCHEMES
+
 MOST = 12  # passes and functions told
 
 
@@ -73,6 +76,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("schemes", nargs="*", default=["modal"], metavar="SCHEME")
     schemes = parser.parse_args().schemes
+    for name in schemes:
+        if name not in SCHEMES:
+            parser.error(str(unknown("scheme", name, SCHEMES)))
     if len(schemes) > 1:
         import subprocess
 
