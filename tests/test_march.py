@@ -527,6 +527,33 @@ def test_a_march_cut_into_any_number_of_slices_ends(monkeypatch):
     assert (history.stop, history.steps) == ("end", march.total)
 
 
+def left_by(march):
+    """The bytes of all that a march leaves."""
+    history = vars(march.history())
+    arrays = history | vars(history["judged"]) | march.state._asdict()
+    return {n: a.tobytes() for n, a in arrays.items() if isinstance(a, np.ndarray)}
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact", "general"])
+@pytest.mark.parametrize("kind", [{}, {"nodal_diameter": 2}])
+def test_cases_of_one_process_leave_no_trace_in_each_other(scheme, kind):
+    own = {"scheme": scheme, "friction": 0.3, **kind}
+    first = March(resolve(scene(**own)))
+    first.run()
+    kept = left_by(first)
+    beside = March(resolve(scene(**own, speed=300.0)))
+    beside.advance(700)  # and is left there, as at a stop
+    diverged, last = ended(**own, amplitude_limit=1e-9)
+    lost = March(resolve(scene(**own)))
+    lost.state.rotor[:] = math.nan  # as of a case that blew up
+    lost.run()
+    again = March(resolve(scene(**own)))
+    again.run()
+    assert last.stop == "amplitude"
+    assert diverged.steps < first.steps
+    assert left_by(first) == kept == left_by(again)
+
+
 @pytest.mark.parametrize("made", [1, 50, 10_000])
 def test_no_slice_outgrows_what_the_last_one_showed(made):
     size, seconds = marching.FIRST_SLICE, 1e-3

@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hpcwhirl.analysis.regimes import Thresholds, evidence, growth, name_regime
+from hpcwhirl.analysis.regimes import (
+    Thresholds,
+    evidence,
+    growth,
+    growths,
+    name_regime,
+)
+from hpcwhirl.analysis.whirl import whirl_numbers
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
@@ -330,3 +337,45 @@ def test_what_cannot_be_told_from_a_fall_is_not_sustained():
     found = evidence(Scene(), motion(rough, **KEPT_UP))
     assert abs(found["growth_rate"]) < 3 * found["growth_error"]
     assert words(motion(rough, **KEPT_UP))[1] == "undecided"
+
+
+def plainly(time, energy):
+    """The rate of a growth and its error, 1/s, as they are told, array by array."""
+    count = min(12, len(time))
+    at = np.array([part.mean() for part in np.array_split(time, count)])
+    parts = np.array_split(energy, count)
+    level = 0.5 * np.log(np.array([part.mean() for part in parts]))
+    away, bend = at - at.mean(), np.diff(level, 2)
+    error = np.sqrt(bend @ bend / (6 * len(bend)) / (away @ away))
+    return float(away @ level / (away @ away)), float(error)
+
+
+@pytest.mark.parametrize("count", [3, 12, 13, 65, 1000, 4096])
+def test_growths_are_the_bits_of_plain_formulas(count):
+    chance = np.random.default_rng(count)
+    time = np.arange(1.0, count + 1) * 7e-6
+    energies = np.exp(chance.normal(size=(4, count)))
+    assert growths(time, energies) == [plainly(time, energy) for energy in energies]
+
+
+@pytest.mark.parametrize("count", [16, 17, 65, 1000])
+@pytest.mark.parametrize("speed", [410.0, -410.0, 0.0])
+def test_whirl_numbers_are_the_bits_of_plain_formulas(count, speed):
+    chance = np.random.default_rng(count)
+    time = np.arange(1.0, count + 1) * 7e-6
+    centre = chance.normal(size=(count, 2))
+    found = whirl_numbers(time, centre, speed)
+    orbit = centre[:, 0] + 1j * centre[:, 1]
+    orbit = orbit - orbit.mean()
+    radius = float(np.sqrt(np.mean(np.abs(orbit) ** 2)))
+    scaled, interval, sign = orbit / radius, float(time[1] - time[0]), np.sign(speed)
+    sign = sign or 1.0
+    window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, count + 1)[:-1])
+    centred = scaled - (window @ scaled) / window.sum()
+    power = np.abs(np.fft.fftshift(np.fft.fft(window * centred)) / window.sum()) ** 2
+    omega = 2 * np.pi * np.fft.fftshift(np.fft.fftfreq(count, interval))
+    ahead, back = power[sign * omega > 0].sum(), power[sign * omega < 0].sum()
+    swept = 0.5 * np.imag(scaled[:-1].conj() * scaled[1:]).mean() / interval
+    assert found.ratio == float((ahead - back) / (ahead + back))
+    assert found.line == float(sign * omega[np.argmax(power)])
+    assert (found.radius, found.area_rate) == (radius, float(sign * swept * radius**2))

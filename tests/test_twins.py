@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from deaths import until_it_lives
+from deaths import even_slices, until_it_lives
 from hypothesis import given
 from hypothesis import strategies as some
 from launch import launch, root_variables
@@ -208,7 +208,8 @@ def test_another_spread_is_refused(whole):
         prepare(design_of(other), whole)
 
 
-def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path):
+def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path, monkeypatch):
+    even_slices(monkeypatch)  # a case of one slice is never late
     late = Policy(case_limit=1e-9)
     design = design_of(FIRST)
     prepare(design, tmp_path)

@@ -21,8 +21,10 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) for none
     start : s, from when on amplitudes are taken
     """
+    if not len(tips):
+        return {}
     late = time > start
-    if not len(tips) or late.sum() < 2:  # one sample has no amplitude
+    if late.sum() < 2:  # one sample has no amplitude
         return {}
     size = blade_amplitudes(tips[late])
     return {

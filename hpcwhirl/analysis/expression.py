@@ -22,6 +22,7 @@ import numpy as np
 from hpcwhirl.errors import InputError
 
 Tree = tuple[Any, ...]
+Asker = Callable[[Mapping[str, Any]], Any]
 BINARY: dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">",
@@ -129,9 +130,24 @@ def value_of(tree: Tree, known: Mapping[str, Any]) -> Any:
     tree : of `parse`
     known : {name: number, word, truth, or array of one of them}
     """
-    kind = tree[0]
+    return _reader(tree)(known)
+
+
+@cache
+def asker(text: str) -> Asker:
+    """Return what gives the value of a condition, see `value_of`, again and again."""
+    return _reader(parse(text))
+
+
+def _reader(tree: Tree) -> Asker:
+    kind, first = tree[0], tree[1]
     if kind in {"number", "word"}:
-        return tree[1]
+        return lambda _: first
     if kind == "name":
-        return known.get(tree[1], tree[1])
-    return MEANING[kind](*(value_of(part, known) for part in tree[1:]))
+        return lambda known: known.get(first, first)
+    meaning, parts = MEANING[kind], [_reader(part) for part in tree[1:]]
+    if len(parts) == 1:
+        only = parts[0]
+        return lambda known: meaning(only(known))
+    left, right = parts
+    return lambda known: meaning(left(known), right(known))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import names_in, parse, value_of
+from hpcwhirl.analysis.expression import asker, names_in, parse, value_of
 from hpcwhirl.scene.words import DEFINED, RULES, Rule
 
 Words = NDArray[np.str_]
@@ -27,10 +27,13 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
 
 def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
     """Return the word of the first rule whose conditions all hold, for one case."""
-    held = (all(value_of(parse(need), known) for need in rule.needs) for rule in rules)
-    return next(
-        (rule.word for rule, holds in zip(rules, held, strict=True) if holds), ""
-    )
+    for rule in rules:
+        for need in rule.needs:
+            if not asker(need)(known):
+                break
+        else:
+            return rule.word
+    return ""
 
 
 def words_of_one(
@@ -40,7 +43,7 @@ def words_of_one(
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
         for name, text in DEFINED.items():
-            known[name] = value_of(parse(text), known)
+            known[name] = asker(text)(known)
         outcome, regime, whirl = (_first_word(rules, known) for rules in RULES.values())
     lost = outcome == "unstable"
     return outcome, "none" if lost else regime, "none" if lost else whirl

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+MOST_KEPT = 8  # windows: 32 bytes a sample
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
@@ -23,12 +27,21 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
     amplitude : (n,), m: radius of the circle each line stands for (Hann window,
         mean removed)
     """
+    count = len(orbit)
+    window, total, order, number = _hann(count)
+    centred = orbit - (window @ orbit) / total
+    lines = np.fft.fft(window * centred)[order] / total
+    omega = np.asarray(2 * np.pi * (number * (1.0 / (count * interval))))
+    return omega, np.asarray(np.abs(lines))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
+    """Return the window (count,), its sum, the lines' order by frequency and number."""
     # scipy.signal has it, too, for 0.4 s of every process's start
-    window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, len(orbit) + 1)[:-1])
-    centred = orbit - (window @ orbit) / window.sum()
-    lines = np.fft.fftshift(np.fft.fft(window * centred)) / window.sum()
-    omega = 2 * np.pi * np.fft.fftshift(np.fft.fftfreq(len(orbit), interval))
-    return omega, np.abs(lines)
+    window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, count + 1)[:-1])
+    each = np.arange(count)
+    return window, window.sum(), np.fft.fftshift(each), each - count // 2
 
 
 def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]:

@@ -76,19 +76,23 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     """
     part = whole_revolutions(time, speed)
     orbit = centre[part, 0] + 1j * centre[part, 1]
-    if len(orbit) < FEWEST:
+    count = len(orbit)
+    if count < FEWEST:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
-    orbit = orbit - orbit.mean()
-    radius = float(np.sqrt(np.mean(np.abs(orbit) ** 2)))
+    orbit = orbit - np.add.reduce(orbit) / count  # `mean` takes twice as long
+    radius = float(np.sqrt(np.add.reduce(np.abs(orbit) ** 2) / count))
     if not radius > 0.0:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
     sign = -1.0 if speed < 0 else 1.0
     interval = float(time[1] - time[0])
     scaled = orbit / radius  # squares of tiny orbits would be denormal
     omega, amplitude = full_spectrum(scaled, interval)
-    power = amplitude**2
-    forward, backward = power[sign * omega > 0].sum(), power[sign * omega < 0].sum()
-    swept = 0.5 * np.imag(scaled[:-1].conj() * scaled[1:]).mean() / interval
+    power, turning = amplitude**2, sign * omega
+    forward, backward = (
+        np.add.reduce(power[own]) for own in (turning > 0, turning < 0)
+    )
+    areas = (scaled[:-1].conj() * scaled[1:]).imag
+    swept = 0.5 * (np.add.reduce(areas) / len(areas)) / interval
     return WhirlNumbers(
         ratio=float((forward - backward) / (forward + backward)),
         area_rate=float(sign * swept * radius**2),

@@ -174,7 +174,14 @@ class Design:
         return f"case {case}"
 
     def scene(self, case: int) -> Scene:
-        """Return the scene of a case."""
+        """Return the scene of a case, one of the last as it was."""
+        return self._last_scenes(case)
+
+    @cached_property
+    def _last_scenes(self) -> Callable[[int], Scene]:
+        return lru_cache(MOST_KEPT)(self._scene)
+
+    def _scene(self, case: int) -> Scene:
         return self.scenes[case]
 
     def digest(self, case: int) -> str:

@@ -113,8 +113,7 @@ class RefinedDesign(Design):
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
-    def scene(self, case: int) -> Scene:
-        """Return the scene of a case."""
+    def _scene(self, case: int) -> Scene:
         return apply_settings(self.base, self.settings_of(case))
 
     def digest(self, case: int) -> str:

@@ -19,6 +19,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.words import is_open
 
 Value = float | int | str
+USUAL = Thresholds()
 SCENE_ROW = (
     "speed", "nodal_diameter", "gap", "friction", "force", "pulse",
 )  # fmt: skip
@@ -122,11 +123,11 @@ class Course:
 
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
         """March to the present end; return the result that a run so long has."""
-        march = self.march
-        march.reach(march.last_row, between_slices)
-        wanted = self.keep or self.number + 1 < len(self.ends)
-        fits = wanted and march.steps == march.last_row
-        self.last = snapshot(march) if fits else None
+        march, self.last = self.march, None
+        if self.keep or self.number + 1 < len(self.ends):
+            march.reach(march.last_row, between_slices)
+            fits = march.steps == march.last_row
+            self.last = snapshot(march) if fits else None
         return result_of(march.case, march.run(between_slices))
 
     def _go_on(self) -> None:
@@ -144,7 +145,7 @@ def result_of(case: Case, history: History) -> Result:
     """Return the result of an integrated case: evidence, words, row and traces."""
     scene = case.scene
     found = evidence(scene, history) | {"stop": history.stop}
-    outcome, regime, whirl = name_regime(found, Thresholds())
+    outcome, regime, whirl = name_regime(found, USUAL)
     row: dict[str, Value] = {"outcome": outcome, "regime": regime, "whirl": whirl}
     row |= {name: getattr(scene, name) for name in SCENE_ROW}
     row |= {

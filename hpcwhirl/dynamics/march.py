@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01
 FIRST_SLICE = 256  # steps, before the speed of this machine is known
 LEAST_SLICE = 16  # steps
+TELLING = 0.1  # of that, from which a slice tells what a step takes
 LEAST_SECONDS = 1e-6  # that a slice is taken to have lasted
 CERTAIN = 4  # a reason to stop that no kernel gives
 _slices: dict[tuple[str | int, ...], int] = {}  # steps of the last, by `March.kind`
@@ -256,7 +257,8 @@ class March:
         self, goal: int, between_slices: Callable[[], None] | None = None
     ) -> None:
         """March in slices of some 10 ms to a step, a row of evidence or the end."""
-        size = _slices.get(self.kind, FIRST_SLICE)
+        kind = self.kind
+        size = _slices.get(kind, FIRST_SLICE)
         while not self.done and self.steps < goal:
             before = time.perf_counter()
             made = self._slice(min(size, goal - self.steps))
@@ -264,7 +266,7 @@ class March:
             size = next_slice(size, made, time.perf_counter() - before)
             self._watch()
             self._timed_look()
-            _slices[self.kind] = size
+            _slices[kind] = size
             if between_slices:
                 between_slices()
 
@@ -276,6 +278,10 @@ class March:
         count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
         kept = Tracks._make(track[:count] for track in self.tracks)
         waves = self.scheme.casing_waves(kept.casing, self.stride)
+        tips, pushed = kept.tips, kept.blade_impulse
+        if folds > 1:
+            tips, pushed = np.tile(tips, (1, folds, 1)), np.tile(pushed, (1, folds))
+            waves = unfolded(waves, folds, self.scene)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -289,9 +295,9 @@ class March:
             fed=folds * kept.fed,
             friction=folds * kept.rubbed,
             lost=folds * kept.lost,
-            tips=np.tile(kept.tips, (1, folds, 1)),
-            blade_impulse=np.tile(kept.blade_impulse, (1, folds)),
-            casing=unfolded(waves, folds, self.scene) if folds > 1 else waves,
+            tips=tips,
+            blade_impulse=pushed,
+            casing=waves,
             ledger=self._closing(),
             gap_error=float(self.state.ledger[contact.MISS]),
             step_share=step / min(self.model.limits().values()),
@@ -355,8 +361,11 @@ def next_slice(size: int, made: int, seconds: float) -> int:
     """Return the steps of the next slice: some 10 ms as the last ones went.
 
     size, made : steps of the last slice, wanted and made: a slice that something cut
-        short tells of no more than its own, or it would be doubled for ever
+        short tells of no more than its own, or it would be doubled for ever, and one
+        of so few steps that the call took its share tells nothing
     """
+    if made < size and seconds < TELLING * SLICE_SECONDS:
+        return size
     wanted = made * SLICE_SECONDS / max(seconds, LEAST_SECONDS)
     return int(min(max(wanted, LEAST_SLICE), 2 * size))
 

@@ -183,6 +183,9 @@ def flatten(scene: Scene) -> dict[str, Value]:
 def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
     """Return the scene with inputs replaced by name, validated again.
 
+    Tables of which nothing is replaced are shared with the scene: frozen, they are
+    what they were validated as.
+
     Parameters
     ----------
     scene
@@ -192,11 +195,12 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
     """
     if not settings:
         return scene
-    data = scene.model_dump()
+    data: dict[str, Any] = dict(scene)
     for name, value in settings.items():
         *tables, leaf = full_name(name).split(".")
         place = data
         for table in tables:
+            place[table] = dict(place[table])
             place = place[table]
         place[leaf] = value
     return scene_from(data)

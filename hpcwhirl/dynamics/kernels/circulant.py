@@ -8,6 +8,8 @@ step before: the inverse of their part of W is kept until they change.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +18,7 @@ from hpcwhirl.dynamics.kernels.named import ConstantSpace, ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import pivot
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
-    aligned,
+    all_aligned,
     broadcast,
     element,
     fma,
@@ -28,6 +30,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+MOST_KEPT = 8  # numbers of blades
 
 
 @part
@@ -71,6 +74,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
     known[blades + 1] = 1 if invert(inverse, stride, size) else 0
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def folded(blades: int, wide: int) -> Integers:
     """Return the blades (2 wide,) of a folded row: 0 .. N // 2, then N - j.
 
@@ -87,15 +91,17 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
     w : (N, N), m/N, whose column j is what a unit multiplier on blade j opens
     """
     padded = -(-blades // FOUR) * FOUR
-    rows = aligned(w[folded(blades, wide)].T.ravel())
+    push, inverse, rows = all_aligned([
+        np.zeros(padded), np.zeros(padded * padded),
+        w[folded(blades, wide)].T.ravel(),
+    ])  # fmt: skip
     fallback = ContactSpace(
         np.zeros(0), w.T.copy(), np.ones(blades, np.int64), np.zeros((blades, blades)),
         np.zeros(blades), np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
     )  # fmt: skip
     work = [np.zeros(blades) for _ in range(3)]
     return ConstantSpace(
-        aligned(np.zeros(padded)), known, aligned(np.zeros(padded * padded)), rows,
-        fallback.where, fallback, *work,
+        push, known, inverse, rows, fallback.where, fallback, *work,
     )  # fmt: skip
 
 
@@ -103,9 +109,14 @@ def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers
 ) -> ConstantSpace:
     """Return the work space of a circulant W; column (N,), m/N, to blade 0."""
+    return constant_space(blades, wide, column[_apart(blades)], known)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _apart(blades: int) -> NDArray[np.intp]:
+    """Return (i - j) mod N, (N, N)."""
     j = np.arange(blades)
-    w = column[np.subtract.outer(j, j) % blades]
-    return constant_space(blades, wide, w, known)
+    return np.asarray(np.subtract.outer(j, j) % blades)
 
 
 @inlined

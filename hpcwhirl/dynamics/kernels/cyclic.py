@@ -74,7 +74,7 @@ from hpcwhirl.dynamics.kernels.samples import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
-    aligned,
+    all_aligned,
     broadcast,
     fma,
     higher_of,
@@ -157,9 +157,10 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
-    one, two, three, four, five = (aligned(np.zeros(2 * k)) for _ in range(5))
+    spectra = [np.zeros(2 * k)] * 5
+    one, two, three, four, five, rates = all_aligned([*spectra, np.zeros(2 * wide)])
     return CyclicSpace(
-        one, two, three, aligned(np.zeros(2 * wide)), (four, five), np.zeros(blades),
+        one, two, three, rates, (four, five), np.zeros(blades),
         sample_space(state, blades, 2 * k),
         circulant_space(blades, wide, arrays.contact.column, state.known),
         aside_space(state),

@@ -69,7 +69,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
-    aligned,
+    all_aligned,
     broadcast,
     element,
     fma,
@@ -214,7 +214,7 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     modes, width = len(state.rotor) // ROTOR_STATE, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
     sizes = [modes, width, blades, *map(len, bodies), width, 2 * wide, 2 * wide]
-    spare, spectrum, before, *sample = (aligned(np.zeros(size)) for size in sizes)
+    spare, spectrum, before, *sample = all_aligned([*map(np.zeros, sizes)])
     solver = constant_space(blades, wide, arrays.contact.w, state.known)
     tips, ledger = np.zeros((blades + 1, 2)), np.zeros_like(state.ledger)
     return GeneralSpace._make([spare, spectrum, before, solver, *sample, tips, ledger])

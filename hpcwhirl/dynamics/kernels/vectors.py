@@ -9,6 +9,7 @@ order on every machine.
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,19 @@ def aligned(values: NDArray[Any]) -> NDArray[Any]:
 
     Where arrays happen to lie is worth a third of the time of a step.
     """
-    room = np.zeros(values.nbytes + LINE, np.uint8)
-    first = -room.ctypes.data % LINE
-    out = room[first : first + values.nbytes].view(values.dtype).reshape(values.shape)
-    out[...] = values
+    return all_aligned([values])[0]
+
+
+def all_aligned(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Return copies of arrays, side by side in memory of their own, as `aligned`."""
+    spans = [-(-values.nbytes // LINE) * LINE for values in arrays]
+    room = np.empty(sum(spans) + LINE, np.uint8)
+    place, out = -room.__array_interface__["data"][0] % LINE, []
+    for values, span in zip(arrays, spans, strict=True):
+        copy: NDArray[Any] = np.ndarray(values.shape, values.dtype, room, place)
+        copy[...] = values
+        out.append(copy)
+        place += span
     return out
 
 

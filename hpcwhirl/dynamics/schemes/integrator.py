@@ -13,7 +13,7 @@ from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState
-from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import ring_amplitudes
 from hpcwhirl.reduction.model import Model
@@ -75,7 +75,7 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
         rotor, ring, lam, np.full(3 * 2 * wide, gap), sums_b, np.zeros(4 * k),
         np.zeros(blades + 2, dtype=np.int64), *nothing_yet(blades),
     )  # fmt: skip
-    return CyclicState(*map(aligned, own))
+    return CyclicState(*all_aligned(own))
 
 
 def balance_of(
