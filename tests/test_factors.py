@@ -1,4 +1,4 @@
-"""Solutions with large factors: single precision, refined, is as good as double."""
+"""Solutions with large factors are those of SuperLU, whatever is installed."""
 
 import sys
 
@@ -30,26 +30,29 @@ def turned(matrix, rng):
     return sparse.csc_array(phase @ matrix @ phase.conj())
 
 
-@pytest.fixture(params=["degree", "dissected", "shuffled"])
+@pytest.fixture(params=["installed", *factors.LIBRARIES])
 def large(monkeypatch, request):
-    """Let every factor be a large one, in several orders; return what is told."""
-    if request.param == "dissected":
-        pytest.importorskip("pymetis", reason="pip install pymetis")
-    elif request.param == "degree":
-        monkeypatch.setitem(sys.modules, "pymetis", None)
-    else:
-        order = np.random.default_rng(7).permutation(np.prod(COUNTS))
-        monkeypatch.setattr(
-            factors, "_dissected", lambda graph: order[: graph.shape[0]]
-        )
-    monkeypatch.setattr(factors, "SURELY_SMALL", 0)
+    """Let every factor be a large one, by one library less; return what is told."""
+    missing = request.param
+    if missing == "installed":
+        for name in factors.LIBRARIES:
+            pytest.importorskip(name, reason=f"pip install {name}")
+    monkeypatch.setitem(sys.modules, missing, None)
+    monkeypatch.setattr(factors, "SMALL", 0)
     monkeypatch.setattr(factors, "ROOM", 0)
-    return []
+    told, first = [], factors._cholesky
+    monkeypatch.setattr(
+        factors, "_cholesky", lambda *given: told.append("cholesky") or first(*given)
+    )
+    yield told
+    hint = told[0].endswith("GB; a quarter with: pip install cvxopt pymetis")
+    assert hint == (missing in factors.LIBRARIES)
+    assert told[1:] == ([] if hint else ["cholesky"])
 
 
 @pytest.mark.parametrize("kind", ["real", "hermitian"])
 @pytest.mark.parametrize(("held", "close"), [(1e-2, 1e-11), (1e-5, 1e-8)])
-def test_single_precision_refined_is_a_double_factor(large, kind, held, close):
+def test_every_factor_gives_the_same_solutions(large, kind, held, close):
     rng = np.random.default_rng(3)
     matrix = lattice(held)
     units = sparse.diags_array(10.0 ** rng.integers(-6, 7, matrix.shape[0]))
@@ -62,32 +65,14 @@ def test_single_precision_refined_is_a_double_factor(large, kind, held, close):
     b[:, 2] = 0
     b[:, 3] *= 1e-200
     scale = units.diagonal()[:, None]  # each unknown by its unit
-    for rhs in (b, b[:, :1].ravel()):
-        got, wanted = solve(rhs), truth.solve(rhs)
+    for rhs in (b, b[:, :1].ravel(), b.real[:, ::2], np.asfortranarray(b)):
+        before = rhs.copy()
+        got, wanted = solve(rhs), truth.solve(rhs.astype(matrix.dtype))
+        np.testing.assert_array_equal(rhs, before)
         assert (got.dtype, got.shape) == (matrix.dtype, rhs.shape)
         got, wanted = (scale * x.reshape(len(b), -1) for x in (got, wanted))
         miss = np.abs(got - wanted).max(axis=0)
         assert (miss <= close * np.abs(wanted).max(axis=0)).all()
-    assert len(large) == 1
-    assert "single precision" in large[0]
-
-
-@pytest.mark.parametrize("kind", ["real", "hermitian"])
-def test_what_single_precision_does_not_carry_is_factored_in_double(
-    large, kind, monkeypatch
-):
-    rng = np.random.default_rng(5)
-    matrix = lattice(1e-6)
-    monkeypatch.setattr(factors, "STEPS", 1)
-    monkeypatch.setattr(factors, "ROUNDS", 1)
-    if kind == "hermitian":
-        matrix = turned(matrix, rng)
-    solve = factors.factored(matrix, large.append)
-    x = rng.normal(size=matrix.shape[0]).astype(matrix.dtype)
-    got = solve(matrix @ x)
-    left = np.abs(matrix @ (got - x)).max() / np.abs(matrix @ x).max()
-    assert left < 1e-12
-    assert [("in double precision" in line) for line in large] == [False, True]
 
 
 def test_a_singular_matrix_is_one_line(large):
@@ -98,17 +83,40 @@ def test_a_singular_matrix_is_one_line(large):
         factors.factored(sparse.csc_array(matrix), large.append)
 
 
+def shuffled(graph):
+    """Return any order of the nodes."""
+    return np.random.default_rng(7).permutation(graph.shape[0])
+
+
 @pytest.mark.parametrize("phases", [False, True])
-def test_the_fill_is_known_before_a_factor_is_made(phases):
+@pytest.mark.parametrize("order", [None, shuffled])
+def test_the_fill_is_known_before_a_factor_is_made(phases, order):
     matrix = lattice()
-    known = factors._lu(matrix).nnz
     if phases:
         matrix = turned(matrix, np.random.default_rng(1))
-    assert 0.8 < factors.expected_fill(*factors._nodes(matrix)) / known < 1.25
+    graph, node = factors._nodes(matrix)
+    nodes = order and order(graph)
+    own = order and factors._of_unknowns(nodes, node)
+    known = factors._lu(matrix if own is None else matrix[:, own][own], own).nnz
+    assert 0.8 < factors.expected_fill(graph, node, nodes) / known < 1.25
 
 
-def test_a_small_factor_stays_in_double_precision():
+def test_nested_dissection_fills_less():
+    pytest.importorskip("pymetis", reason="pip install pymetis")
+    graph, node = factors._nodes(lattice())
+    order = factors._dissected(graph)
+    assert sorted(order) == list(range(np.prod(COUNTS)))
+    random = factors.expected_fill(graph, node, shuffled(graph))
+    assert factors.expected_fill(graph, node, order) < 0.7 * random
+
+
+def test_a_small_factor_is_as_it_was_and_nothing_is_told():
     matrix = lattice()
     b = np.ones(matrix.shape[0])
     got = factors.factored(matrix, pytest.fail)(b)
     np.testing.assert_array_equal(got, factors._lu(matrix).solve(b))
+
+
+def test_what_has_room_is_not_told(monkeypatch):
+    monkeypatch.setattr(factors, "SMALL", 0)
+    factors.factored(lattice(), pytest.fail)

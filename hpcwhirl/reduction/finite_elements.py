@@ -104,7 +104,8 @@ class _Map:
 
     def matrix(self, size: int) -> sparse.csr_array:
         """Return T, (size, width)."""
-        places = np.concatenate(self.rows), np.concatenate(self.columns)
+        sides = (self.rows, self.columns)
+        places = tuple(np.concatenate(side).astype(np.int32) for side in sides)
         values = np.concatenate(self.values)
         return sparse.csr_array((values, places), shape=(size, self.width))
 

@@ -27,7 +27,7 @@ from hpcwhirl.store.engine_file import Given, check_chunks, check_link, readable
 Array = NDArray[Any]
 MOST_BYTES = 1 << 34  # of a file
 MOST_UNKNOWNS = 10_000_000
-MOST_ENTRIES = 300_000_000  # 3.6 GB of them
+MOST_ENTRIES = 300_000_000  # 3.6 GB of them, and places in 32 bits
 SHORTEST = 2  # bytes of an entry as text: a digit and what parts it from the next
 SYMMETRIC = 1e-9  # relative to the largest entry
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
@@ -229,4 +229,6 @@ def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr
         hint = ": one triangle alone is there; write both" if half else ""
         allowed = f"be symmetric to {SYMMETRIC:g} of its largest entry"
         raise source.wrong(name, allowed, f"{miss:.2g}{hint}")
-    return sparse.csr_array((matrix + matrix.T) / 2)
+    matrix = (matrix + matrix.T) / 2
+    places = (part.astype(np.int32) for part in (matrix.indices, matrix.indptr))
+    return sparse.csr_array((matrix.data, *places), shape=matrix.shape)

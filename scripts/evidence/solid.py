@@ -1,20 +1,24 @@
 #!/usr/bin/env python3
 """Memory and time that `import-model` takes for a massive solid sector.
 
-    pip install scikit-fem
-    python scripts/evidence/solid.py FOLDER [ALONG AROUND LAYERS BLADES]
+    pip install scikit-fem cvxopt pymetis
+    python scripts/evidence/solid.py FOLDER [ALONG AROUND LAYERS BLADES] [--write]
 
 A disk of bricks of 27 nodes (19 x 19 x 10 of a sector, 22 sectors unless told) whose
 rim is the tips'; the hub follows the centre. Its M and K are written into the folder
-and imported by a process of its own, whose peak is told.
+and imported by a process of its own, whose peak is told; --write puts that into
+solid.md.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
+import json
+import os
 import subprocess
 import time
+from importlib.util import find_spec
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +30,20 @@ HUB, TIP, WIDTH = 0.1, 0.5, 0.1347  # m
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7800.0
 SPRINGS = 3.4e7  # N/m, of the shaft
 POINTS = 5  # order of what is integrated exactly: 3 x 3 x 3 points
+PAGE = Path(__file__).with_suffix(".md")
+TEXT = """# A massive solid sector
+
+Made by `python scripts/evidence/solid.py FOLDER {grid} --write`: bricks of
+27 nodes, {grid} along the radius, around, along the shaft and sectors, the
+hub tied to the centre. `hpcwhirl import-model` in a process of its own, all nodal
+diameters: its largest resident set, seconds of the processor and of the clock.
+
+| unknowns | nodal diameters | modes | with | GB at most | s of CPU | s |
+|---|---|---|---|---|---|---|
+{row}
+
+Lowest frequencies: {frequencies} Hz.
+"""
 
 
 def basis_of(grid: list[int], step: float) -> skfem.Basis:
@@ -70,8 +88,8 @@ def matrices(basis: skfem.Basis) -> list[sparse.csr_array]:
     ]
 
 
-def sector(folder: Path, grid: list[int], blades: int) -> int:
-    """Write M, K and sector.toml; return the number of unknowns."""
+def sector(folder: Path, grid: list[int], blades: int) -> None:
+    """Write M, K and sector.toml."""
     step = 2 * np.pi / blades
     straight = basis_of(grid, step)
     basis = bent(straight, straight.mesh.p)
@@ -111,7 +129,6 @@ def sector(folder: Path, grid: list[int], blades: int) -> int:
         "centre": {"x": len(free), "y": len(free) + 1},
     }
     (folder / "sector.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
-    return mass.shape[0]
 
 
 def cuts(place: np.ndarray, axis: np.ndarray) -> dict[str, list[int]]:
@@ -136,26 +153,55 @@ def tip(place: np.ndarray, axis: np.ndarray) -> dict[str, int]:
     }
 
 
+def imported(where: Path) -> dict[str, str]:
+    """Return what `import-model` tells and takes, for the page."""
+    begun = time.perf_counter()
+    names = [str(where / name) for name in ("sector.toml", "rotor.h5")]
+    command = ["hpcwhirl", "import-model", names[0], "--out", names[1], "--json"]
+    with (where / "told.json").open("w+") as file:
+        _, status, used = os.wait4(subprocess.Popen(command, stdout=file).pid, 0)
+        if status:
+            raise SystemExit(os.waitstatus_to_exitcode(status))
+        file.seek(0)
+        told = json.load(file)
+    found = [name for name in ("cvxopt", "pymetis") if find_spec(name)]
+    cells = [
+        f"{told['unknowns']:,}",
+        told["blades"] // 2 + 1,
+        told["modes"],
+        ", ".join(found) or "SciPy alone",
+        f"{used.ru_maxrss * 1024 / 1e9:.2f}",
+        f"{used.ru_utime + used.ru_stime:.0f}",
+        f"{time.perf_counter() - begun:.0f}",
+    ]
+    lowest = (f"{hertz:.6g}" for hertz in told["frequencies_hz"][:12])
+    row = f"| {' | '.join(map(str, cells))} |"
+    return {"row": row, "frequencies": ", ".join(lowest)}
+
+
 def main() -> None:
     """Write, import and tell."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("grid", type=int, nargs="*", default=[19, 19, 10, 22])
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     args = parser.parse_args()
     if len(args.grid) != 4 or min(args.grid) < 3:
         parser.error("ALONG AROUND LAYERS BLADES must be four numbers from 3")
-    where, blades = args.folder, args.grid[3]
-    where.mkdir(parents=True, exist_ok=True)
-    size = sector(where, args.grid[:3], blades)
-    print(f"{size} unknowns, {blades} sectors", flush=True)
-    begun = time.perf_counter()
-    names = [str(where / name) for name in ("sector.toml", "rotor.h5")]
-    command = ["hpcwhirl", "import-model", names[0], "--out", names[1]]
-    subprocess.run(command, check=True)
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = used.ru_utime + used.ru_stime
-    print(f"{used.ru_maxrss * 1024 / 1e9:.2f} GB at most, {spent:.0f} s of CPU", end="")
-    print(f", {time.perf_counter() - begun:.0f} s")
+    args.folder.mkdir(parents=True, exist_ok=True)
+    # In a process of its own: Linux counts a parent's peak as that of its children.
+    made = get_context("spawn").Process(
+        target=sector, args=(args.folder, args.grid[:3], args.grid[3])
+    )
+    made.start()
+    made.join()
+    if made.exitcode:
+        raise SystemExit(made.exitcode)
+    grid = " ".join(map(str, args.grid))
+    text = TEXT.format(grid=grid, **imported(args.folder))
+    print(text)
+    if args.write:
+        PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
