@@ -39,7 +39,9 @@ def begin(folder, *, one_interval):
     settings = [{"speed": speed} for speed in SPEEDS]
     settings[2] |= {"direction": "stretch"}
     digests = [f"d{case}" for case in range(len(SPEEDS))]
-    plan = Manifest("salvat2016", BASE, ["speed", "direction"], digests, settings, "0")
+    plan = Manifest(
+        "four_motions", BASE, ["speed", "direction"], digests, settings, "0"
+    )
     write_manifest(folder, plan)
     where = {"rank": 1, "host": "node-ä", "seconds": 0.5}
     with Journal(folder, 1, 0) as zero, Journal(folder, 1, 1) as one:

@@ -136,7 +136,7 @@ def test_the_map_has_every_case_under_its_word(page, made):
     buttons = page.find_elements("css selector", "#legend [data-word]")
     shown = {b.get_attribute("data-word"): int(b.text.split()[-1]) for b in buttons}
     assert shown == counts
-    assert text_of(page, "#title") == "salvat2016: 12 cases"
+    assert text_of(page, "#title") == "four_motions: 12 cases"
     assert errors(page) == []
 
 

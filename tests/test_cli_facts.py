@@ -115,14 +115,15 @@ def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch)
 def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, traces):
     out, plots = tmp_path / "new/run.h5", tmp_path / "plots"
     wanted = ("--out", str(out), "--plot", str(plots), "--set", f"traces={traces}")
-    found = facts("run", "--json", *SHORT, *wanted)
+    found = facts("run", "mostly_damped", "--json", *SHORT, *wanted)
     with open_results(out) as data:
         arrays = {name: data[name].squeeze("case").values for name in KEPT & {*data}}
         assert all(data[name].attrs["units"] for name in KEPT & {*data})
         assert data.centre_peak.item() == found["centre_peak"]
         scene = scene_of_document(tomllib.loads(data.attrs["scene"]))
         arrays["time"] = data.time.values
-    assert scene == apply_settings(named_scene("table2"), INPUTS | {"traces": traces})
+    own = INPUTS | {"traces": traces}
+    assert scene == apply_settings(named_scene("mostly_damped"), own)
     assert arrays["time"] == pytest.approx(5e-5 * np.arange(1, 41), rel=1e-12)
     peak = np.hypot(*arrays["centre"].T).max()  # of the evidence, at its own rate
     assert peak == pytest.approx(found["centre_peak"], rel=0.03)

@@ -19,7 +19,7 @@ LASTING = {"until": "decided", "longest": 1.3}
 
 def scene(**settings):
     fast = {"duration": 0.1, "interval": 1e-3, "time_step": 2e-6}
-    return apply_settings(named_scene("table2"), fast | settings)
+    return apply_settings(named_scene("mostly_damped"), fast | settings)
 
 
 def assert_same(one, other):

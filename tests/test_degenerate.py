@@ -17,7 +17,7 @@ SHARED = 2 * np.pi * 41.91
 
 def scene(blades, **settings):
     given = {"blades": blades, "modes": BLADES[blades]}
-    return apply_settings(named_scene("table2"), given | settings)
+    return apply_settings(named_scene("mostly_damped"), given | settings)
 
 
 def exported(blades, centre, path):

@@ -10,7 +10,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import BLADES
 
-SCENE = named_scene("table2")
+SCENE = named_scene("mostly_damped")
 # coarser than the run, aliasing, finer than and out of step with the evidence
 KEPT = [
     {"traces": "summary"},

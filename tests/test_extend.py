@@ -4,8 +4,10 @@ import json
 from dataclasses import replace
 
 import pytest
+import tomli_w
 from deaths import until_it_lives
 from launch import launch, root_variables
+from on_engine import on_engine
 
 import hpcwhirl
 from hpcwhirl.campaign.design import design_of
@@ -22,13 +24,14 @@ from hpcwhirl.store.manifest import MEASURE, read_manifest, write_manifest
 from hpcwhirl.store.states import stored_states
 
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
-FIRST = {
+TABLES = {
     "scene": {"duration": 0.1},
     "solver": {"time_step": 4e-6},
     "output": {"interval": 1e-3},
     "sweep": {"speed": SPEEDS},
     "cases": [{"speed": 330.0, "force": 0.0}],
 }
+FIRST = on_engine("mostly_damped", TABLES)
 KEEP = Policy(keep_states=True)
 
 
@@ -247,10 +250,9 @@ def test_a_measured_campaign_is_not_extended_without_its_function(tmp_path, caps
 
 def test_cases_of_words_alone_go_on_until_they_have_one(tmp_path):
     file, out = tmp_path / "c.toml", tmp_path / "out"
-    file.write_text(
-        "scene = {duration = 0.1}\nsweep = {speed = [330.0, 430.0]}\n"
-        'solver = {time_step = 4e-6, until = "decided", longest = 0.8}\n'
-    )
+    solver = FIRST["solver"] | {"until": "decided", "longest": 0.8}
+    tables = FIRST | {"sweep": {"speed": [330.0, 430.0]}, "solver": solver}
+    file.write_text(tomli_w.dumps({n: t for n, t in tables.items() if n != "cases"}))
     words = ("--regimes-only", "--out", str(out), "--report", "no")
     assert main(["campaign", str(file), *words]) == 0
     data = hpcwhirl.open_results(out)

@@ -19,7 +19,7 @@ NEVER = np.iinfo(np.int64).max
 def scene(**settings):
     short = {"scheme": "exact", "duration": 5e-3, "interval": 1e-4, "traces": "full",
              "plan": "everything"}  # fmt: skip
-    return apply_settings(named_scene("table2"), short | settings)
+    return apply_settings(named_scene("mostly_damped"), short | settings)
 
 
 def ended(*, fly=True, **settings):

@@ -40,7 +40,7 @@ def pattern(blades, size=0.05):
 def scene(blades=22, **settings):
     fast = {"duration": 6e-3, "interval": 2e-5, "traces": "full", "time_step": 2e-6}
     mistuned = {"blades": blades, "mistuning": pattern(blades), "modes": MODES[blades]}
-    return apply_settings(named_scene("table2"), fast | mistuned | settings)
+    return apply_settings(named_scene("mostly_damped"), fast | mistuned | settings)
 
 
 def march_of(blades=22, **settings):

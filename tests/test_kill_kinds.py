@@ -9,10 +9,13 @@ import os
 import random
 import shutil
 import time
+import tomllib
 
 import h5py
 import pytest
+import tomli_w
 from launch import LIMIT, kill, launch, records, root_variables, start
+from on_engine import on_engine
 
 REFINED = """
 scene = {duration = 0.02}
@@ -79,7 +82,8 @@ def killed(words, ranks, count):
 def begun(place, kind, name):
     """Return the words that finish a campaign of a kind, begun where it has to be."""
     file, out = place / "c.toml", place / name
-    file.write_text(KINDS[kind])
+    tables = on_engine("mostly_damped", tomllib.loads(KINDS[kind]))
+    file.write_text(tomli_w.dumps(tables))
     words = ["campaign", file, "--report=no", "--out", out]
     if not kind.startswith("extended"):
         return words

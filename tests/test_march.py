@@ -29,7 +29,7 @@ place_of, recall, guess = (  # parts, for Python
 
 def scene(**settings):
     fast = {"duration": 5e-3, "interval": 1e-5, "traces": "full", "time_step": 2e-6}
-    return apply_settings(named_scene("table2"), fast | settings)
+    return apply_settings(named_scene("mostly_damped"), fast | settings)
 
 
 def ended(**settings):

@@ -1,7 +1,7 @@
 """What the paper's Sec. 4 shows and an engine reproduces, motion by motion.
 
-Misses are no tests but lines of scripts/paper.md: on the default engine 270 and 420
-rad/s do not diverge; on `four_motions` they do, but so do most speeds below 270.
+Misses are no tests but lines of scripts/paper.md: on the default engine most speeds
+below 270 rad/s diverge, too; on `mostly_damped` they are damped, but nothing diverges.
 """
 
 from pathlib import Path
@@ -20,40 +20,37 @@ def row(table, **settings):
     return hpcwhirl.simulate(apply_settings(named_scene(table), plain | settings)).row
 
 
-def test_520_is_damped_forward():  # Fig. 9b
-    found = row("table2", speed=520.0)
+def test_520_is_damped_forward_where_most_is():  # Fig. 9b
+    found = row("mostly_damped", speed=520.0)
     assert (found["regime"], found["whirl"]) == ("damped", "forward")
 
 
 @pytest.mark.parametrize(
     "solver", [{}, {"time_step": 5e-7}, {"modes": 88}, {"modes": 132}], ids=str
 )
-def test_410_is_sustained_forward_at_about_the_gap(solver):  # Fig. 11b
-    found = row("table2", speed=410.0, **solver)
+def test_410_is_sustained_forward_where_most_is_damped(solver):  # Fig. 11b
+    found = row("mostly_damped", speed=410.0, **solver)
     assert (found["regime"], found["whirl"]) == ("sustained", "forward")
     assert 0.5 < found["orbit_radius"] / found["gap"] < 2.0
 
 
 @pytest.mark.parametrize("speed", [20.0, 150.0, 240.0, 330.0, 380.0, 460.0, 500.0])
 def test_away_from_critical_speeds_motion_is_damped(speed):  # Sec. 4.2
-    assert row("table2", speed=speed)["regime"] == "damped"
+    assert row("mostly_damped", speed=speed)["regime"] == "damped"
 
 
+@pytest.mark.parametrize("engine", ["table2", "mostly_damped"])
 @pytest.mark.parametrize("speed", [120.0, 270.0, 410.0, 420.0, 520.0])
-def test_a_clamped_centre_leaves_damped_motion_only(speed):  # Sec. 4.2.3
-    assert row("table2", speed=speed, centre="clamped")["regime"] == "damped"
+def test_a_clamped_centre_leaves_damped_motion_only(engine, speed):  # Sec. 4.2.3
+    assert row(engine, speed=speed, centre="clamped")["regime"] == "damped"
 
 
 @pytest.mark.parametrize("k", [1, 2])
 @pytest.mark.parametrize("speed", [20.0, 120.0, 270.0, 420.0, 520.0])
 def test_table_1_is_damped(k, speed):  # Sec. 4.1
     found = row("table1", speed=speed, nodal_diameter=k)
-    # at 420 and 520 rad/s some blade touches in the window of so few revolutions
-    assert found["regime"] in {"damped", "undecided"}
+    assert found["regime"] == "damped"
     assert found["growth_rate"] <= 0.0
-    longer = {"revolutions": 2 * named_scene("table1").revolutions}
-    longer |= {"speed": speed, "nodal_diameter": k}
-    assert row("table1", **longer)["regime"] == "damped"
     if k == 2:  # its blades do not even touch, which is a miss
         assert found["whirl"] == "none"
 
@@ -91,7 +88,7 @@ FOUR = {270.0: ("divergent", "backward"), 410.0: ("sustained", "forward"),
     "solver", [{}, {"time_step": 5e-7}, {"modes": 88}, {"modes": 132}], ids=str
 )
 def test_four_motions_are_those_of_the_paper(speed, solver):  # Figs. 9, 11, 13
-    found = row("four_motions", speed=speed, **solver)
+    found = row("table2", speed=speed, **solver)
     assert (found["regime"], found["whirl"]) == FOUR[speed]
     if speed == 410.0:
         assert 0.5 < found["orbit_radius"] / found["gap"] < 2.0
@@ -103,21 +100,8 @@ def test_four_motions_stay_where_an_unknown_is_a_little_off(name, off):
     given = engine_inputs("four_motions")
     value = next(v for n, v in given.items() if n.endswith(name))
     for speed, words in FOUR.items():
-        found = row("four_motions", **{"speed": speed, name: off * value})
+        found = row("table2", **{"speed": speed, name: off * value})
         assert (found["regime"], found["whirl"]) == words
-
-
-@pytest.mark.parametrize("speed", [120.0, 270.0, 420.0, 520.0])
-def test_four_motions_are_lost_with_a_clamped_centre(speed):  # Sec. 4.2.3
-    found = row("four_motions", speed=speed, centre="clamped")
-    assert found["regime"] == "damped"
-
-
-@pytest.mark.parametrize("speed", [20.0, 270.0, 420.0, 520.0])
-def test_table_1_is_damped_with_four_motions(speed):  # Sec. 4.1
-    table1 = {"gap": 1e-3, "friction": 0.2, "revolutions": 20.0}
-    found = row("four_motions", speed=speed, **table1)
-    assert found["regime"] == "damped"
 
 
 @pytest.mark.parametrize(
@@ -125,13 +109,14 @@ def test_table_1_is_damped_with_four_motions(speed):  # Sec. 4.1
     [
         (520.0, 0.1, ("damped", "forward")),
         (20.0, 0.1, ("damped", "backward")),
-        (420.0, 0.1, ("sustained", "forward")),
-        (160.0, 0.2, ("sustained", "backward")),
-        (20.0, 0.2, ("divergent", "forward")),
-        (20.0, 0.3, ("divergent", "backward")),
+        (400.0, 0.1, ("sustained", "forward")),
+        (420.0, 0.1, ("divergent", "forward")),
+        (140.0, 0.1, ("divergent", "backward")),
+        (140.0, 0.02, ("damped", "backward")),
+        (440.0, 0.02, ("sustained", "forward")),
     ],
 )
-def test_the_first_picture_has_each_regime_both_ways(speed, friction, words):
+def test_the_first_picture_has_all_regimes_and_both_ways(speed, friction, words):
     scenes = {(s.speed, s.friction): s for s in load_design(None, {}).scenes}
     found = hpcwhirl.simulate(scenes[speed, friction]).row
     assert (found["regime"], found["whirl"]) == words

@@ -35,7 +35,7 @@ ENERGIES = ("energy", "lost", "fed", "friction")
 
 def scene(**settings):
     fast = {"duration": 5e-3, "interval": 1e-5, "traces": "full", "time_step": 1e-6}
-    return apply_settings(named_scene("table2"), fast | settings)
+    return apply_settings(named_scene("mostly_damped"), fast | settings)
 
 
 def both(**settings):

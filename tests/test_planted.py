@@ -18,7 +18,7 @@ LOST = ("unstable", "none", "none")
 
 def scene(**settings):
     short = {"duration": 4e-3, "interval": 2e-5, "time_step": 2e-6}
-    return apply_settings(named_scene("table2"), short | settings)
+    return apply_settings(named_scene("mostly_damped"), short | settings)
 
 
 def words(march):

@@ -8,7 +8,7 @@ from hpcwhirl.campaign.ending import Ending
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import flatten
+from hpcwhirl.scene import engine_inputs, flatten
 from hpcwhirl.store.cases import Cases
 
 SHORT = """
@@ -122,6 +122,31 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
     assert code == 2
     assert "was begun with friction = 0.1, got 0.2 or 0.3 or 0.4 ...: " in err
     assert "--fresh" in err
+
+
+@pytest.mark.parametrize(
+    ("named", "told"),
+    [
+        ("", "engine.name = 'mostly_damped', got 'four_motions'"),
+        (
+            "engine.name = 'mostly_damped'\n",
+            "engine.rotor.damping = 0.01103, got 0.0085",
+        ),
+    ],
+)
+def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
+    given = "".join(
+        f"{name} = {value!r}\n"
+        for name, value in engine_inputs("mostly_damped").items()
+        if name.startswith("engine.")
+    )
+    assert run(given + SHORT + SPEEDS)[0] == 0
+    before = records(tmp_path / "out")
+    code, err = run(named + SHORT + SPEEDS)
+    assert code == 2
+    assert f"was begun with {told}" in err
+    assert run(given + SHORT + SPEEDS)[0] == 0
+    assert records(tmp_path / "out") == before
 
 
 def test_another_model_version_is_refused_by_name(run, monkeypatch):

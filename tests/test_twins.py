@@ -7,6 +7,7 @@ from deaths import even_slices, until_it_lives
 from hypothesis import given
 from hypothesis import strategies as some
 from launch import launch, root_variables
+from on_engine import on_engine
 from scipy.stats import binomtest, kstest
 
 import hpcwhirl
@@ -27,13 +28,14 @@ from hpcwhirl.store.rows import regime_of
 from hpcwhirl.store.shares import interval, shares
 
 # at 250 rad/s hardly anything changes, at 330 a word is that of a coin
-FIRST = {
+TABLES = {
     "scene": {"duration": 0.3},
     "solver": {"time_step": 8e-6},
     "output": {"traces": "summary"},
     "sweep": {"speed": [250.0, 330.0, 400.0]},
     "twins": {"count": 3, "spread": {"force": 0.3, "friction": 0.3}},
 }
+FIRST = on_engine("mostly_damped", TABLES)
 
 
 def run(folder, policy=None, extend=None, **tables):

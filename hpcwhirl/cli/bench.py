@@ -23,6 +23,7 @@ from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 # damped, sustained and divergent on Table 2, and two lobes in a wide gap
 CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0},
+    {"speed": 400.0},
     {"speed": 420.0},
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )

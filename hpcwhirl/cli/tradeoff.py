@@ -96,7 +96,7 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
     from hpcwhirl.measure.trials import default_scenes
 
     if not args.scenes:
-        kinds = default_scenes(named_scene("table2"))
+        kinds = default_scenes(named_scene("mostly_damped"))
         given = parsed(args.settings)
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
     found = {name: scene_of(name, args.settings) for name in args.scenes}

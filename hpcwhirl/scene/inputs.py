@@ -106,12 +106,12 @@ class Rotor(Inputs):
         3.4e7, "stiffness k_o of the shaft at the centre", "N/m", symbol="k_o"
     )
     damping: NonNegative = given(
-        0.01103,
+        0.0085,
         "modal damping ratio xi; of a rotor from file: taken where it has none",
         symbol="ξ",
     )
     suspension_damping: OwnRatio = given(
-        0.1964,
+        0.0275,
         "damping ratio of the suspension modes; as a squeeze film gives; -1: as the"
         " other modes; of a rotor from file: taken where it has no damping and its "
         "modes tell the suspension",
@@ -177,20 +177,20 @@ class Casing(Inputs):
         ge=3,
         le=2000,
     )
-    thickness: Positive = given(0.02663, "radial thickness", "m")
-    width: Positive = given(0.2077, "axial width", "m")
+    thickness: Positive = given(0.0413, "radial thickness", "m")
+    width: Positive = given(0.322, "axial width", "m")
     young: Positive = given(210e9, "Young's modulus", "Pa", symbol="E")
     density: Positive = given(7800.0, "density", "kg/m^3", symbol="ρ")
     support_frequency: NonNegative = given(
-        16.29,
+        15.0,
         "foundation frequency omega_c1; stiffness of the foundation k_f = rho A "
         "omega_c1^2",
         "rad/s",
         symbol="ω_c1",
     )
-    damping: NonNegative = given(0.1214, "modal damping ratio xi", symbol="ξ")
+    damping: NonNegative = given(0.064, "modal damping ratio xi", symbol="ξ")
     support_damping: OwnRatio = given(
-        0.4303,
+        0.375,
         "damping ratio of the modes on the support; as an elastic mounting gives; "
         "-1: as the other modes",
     )
@@ -222,9 +222,9 @@ class Casing(Inputs):
 
 
 class Engine(Inputs):
-    """The structures; `salvat2016` is the default."""
+    """The structures; `four_motions` is the default."""
 
-    name: str = given("salvat2016", "name of the engine", max_length=200)
+    name: str = given("four_motions", "name of the engine", max_length=200)
     file: Annotated[str, AfterValidator(anchored)] = given(
         "",
         "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"
@@ -337,7 +337,7 @@ class Scene(Inputs):
         symbol="F",
     )
     pulse: Positive = given(
-        0.7802e-3, "pulse duration tau; 10 time steps at least", "s", symbol="τ"
+        6.3e-4, "pulse duration tau; 10 time steps at least", "s", symbol="τ"
     )
     direction: Literal["squeeze", "stretch"] = given(
         "squeeze", "of the casing at theta = 0"

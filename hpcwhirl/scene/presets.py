@@ -41,7 +41,7 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return what a preset costs and loses, as measured, in one sentence.
 
-    On engines at random first, then on the default one.
+    On engines at random first, then on those of the trade-off.
     """
     found = {"engines": ELSEWHERE, **_table()[name]}
     told = (str(found[key]) for key in ("engines", "loses", "regimes") if key in found)

@@ -221,7 +221,7 @@ def main() -> int:
     parser.add_argument("milliseconds", nargs="?", type=float, default=5.0)
     milliseconds = parser.parse_args().milliseconds
     scene = apply_settings(
-        named_scene("table2"),
+        named_scene("mostly_damped"),
         {"duration": 1e-3 * milliseconds, "traces": "summary", "interval": 1e-3},
     )
     steps = round(scene.duration / scene.solver.time_step)

@@ -93,7 +93,7 @@ def numbers(found: dict[str, Any]) -> str:
 def compare(args: argparse.Namespace) -> int:
     """Integrate all cases both ways, print what differs, return the unexplained."""
     base = apply_settings(
-        named_scene("table2"),
+        named_scene("mostly_damped"),
         {"duration": args.duration, "time_step": args.time_step, "traces": "orbit"},
     )
     speeds = range(20, 521, 10) if args.sweep else args.speeds

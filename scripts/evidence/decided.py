@@ -3,7 +3,7 @@
     python scripts/evidence/decided.py [FILE] [--write]
 
 Draws cells of the maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm)
-of four engines: `rubbing` of the trade-off, the default, and two of `words_hold`. Each
+of four engines: `rubbing` of the trade-off, `mostly_damped`, two of `words_hold`. Each
 is marched to 20 s in `draft`, and its word asked at 2.5, 5, 10 and 20 s, as a run of
 that length has it. Rows go to FILE (JSON lines, resumable; default a
 temporary file). Prints the share of undecided at each time, what words of earlier times
@@ -28,7 +28,7 @@ from scipy.stats import binomtest
 from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.measure.trials import trials
-from hpcwhirl.scene import Scene, apply_settings, preset_inputs
+from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from evidence.words_hold import ENGINES
@@ -38,7 +38,7 @@ TIMES = (2.5, 5.0, 10.0, 20.0)
 SPEEDS, GAPS = np.linspace(40.0, 520.0, 121), np.geomspace(0.8e-4, 4e-4, 41)
 WORDS = ("damped", "sustained", "divergent", "undecided")
 CELLS = {
-    "rubbing": 250, "diverging, 22 blades": 60, "default": 60,
+    "rubbing": 250, "diverging, 22 blades": 60, "mostly_damped": 60,
     "light ring, 12 blades": 60,
 }  # fmt: skip
 SEED = 16
@@ -46,8 +46,8 @@ Row = dict[str, Any]
 
 
 def engines() -> dict[str, dict[str, Any]]:
-    """Return {name: inputs by which an engine differs from the default}."""
-    own = {"rubbing": trials()["rubbing"], "default": {}}
+    """Return {name: inputs by which an engine differs from `mostly_damped`}."""
+    own = {"rubbing": trials()["rubbing"], "mostly_damped": {}}
     return own | {name: ENGINES[name] for name in CELLS if name not in own}
 
 
@@ -69,7 +69,7 @@ def judged(cell: Row) -> Row:
     inputs = engines()[cell["engine"]] | preset_inputs("draft")
     inputs |= {"speed": cell["speed"], "gap": cell["gap"], "traces": "summary"}
     inputs |= {"duration": TIMES[0], "until": "decided", "longest": TIMES[-1]}
-    course = Course(resolve(apply_settings(Scene(), inputs)))
+    course = Course(resolve(apply_settings(named_scene("mostly_damped"), inputs)))
     course.march.advance(0)  # compiles
     start, words, seconds = time.process_time(), [], []
     for result in course.results():

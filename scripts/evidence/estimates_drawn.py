@@ -26,7 +26,7 @@ from hpcwhirl.scene import (
     preset_names,
 )
 
-BASE = named_scene("table2")
+BASE = named_scene("mostly_damped")
 FINEST, FAMILIES = 80, 8  # harmonics, and fixed-interface modes a blade
 TOUCHED = 20  # contacts of blades and steps, at least
 TWIN = 1e-7

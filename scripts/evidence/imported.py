@@ -33,7 +33,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.store.single import write_arrays
 
-BASE = named_scene("table2")
+BASE = named_scene("mostly_damped")
 ENGINES = ((9, 4, 27), (22, 10, 110))  # blades, elements, modes: a kernel for each
 MODAL = (
     "omega", "damping_ratio", "modal_tip_radial", "modal_tip_tangential",

@@ -7,7 +7,7 @@
     options: --cases 300  --seed 1  --duration 2.5  --time-step 2e-6  --processes 2
              --repeats 5 (time: the least of so many)
              --damping 0.005 (words: of the casing, light: symmetries break)
-             --own (words: on the default engine alone)
+             --own (words: on `mostly_damped` alone)
              --blades 12 22 (words: of the engines drawn, those with so many; every N
              that folds has a kernel of its own, half a minute to compile)
 
@@ -94,7 +94,7 @@ def _scene(point: Sequence[float]) -> dict[str, Any]:
 
 
 def _engine(point: Sequence[float]) -> dict[str, Any]:
-    """Return the engine that 4 numbers stand for; the default one for none."""
+    """Return the engine that 4 numbers stand for; `mostly_damped` for none."""
     if not len(point):
         return {}
     place, casing, rotor, support = map(float, point)
@@ -137,7 +137,7 @@ def differs(lean: dict[str, Any], whole: dict[str, Any], *, certain: bool) -> bo
 def words(args: argparse.Namespace) -> int:
     """Integrate random scenes both ways; print words, differences and seconds."""
     base = apply_settings(
-        named_scene("table2"),
+        named_scene("mostly_damped"),
         {"duration": args.duration, "time_step": args.time_step},
     )
     cases = drawn(args.cases, args.seed, engines=not args.own)
@@ -205,7 +205,7 @@ def _tell_group(name: str, pairs: Sequence[Pair]) -> None:
 
 def clock(args: argparse.Namespace) -> int:
     """Print the seconds of each kind of scene, lean and whole, by turns."""
-    base = apply_settings(named_scene("table2"), {"time_step": args.time_step})
+    base = apply_settings(named_scene("mostly_damped"), {"time_step": args.time_step})
     for name, settings in KINDS.items():
         spent: dict[str, list[float]] = {"lean": [], "everything": []}
         for _ in range(args.repeats):
@@ -236,7 +236,7 @@ def asymmetry(march: March) -> float:
 def symmetry(args: argparse.Namespace) -> int:
     """Print how asymmetry grows in the whole model of scenes with even k."""
     base = apply_settings(
-        named_scene("table2"),
+        named_scene("mostly_damped"),
         {"duration": args.duration, "time_step": args.time_step} | WHOLE,
     )
     marks = (1e-12, 1e-9, 1e-6, 1e-3)

@@ -1,10 +1,10 @@
-"""How far a preset's regime map is to be trusted: 500 cases, against `reference`.
+"""How far a preset's regime map is to be trusted: 750 cases, against `reference`.
 
-    python scripts/evidence/preset_map.py [DIR] [--write]
+    python scripts/evidence/preset_map.py [DIR] [--ranks 2] [--write]
 
-Two engines, the default and one whose ring lets motion grow, at 25 speeds and 10 gaps
-each, 2.5 s. Runs the campaign with each preset on two ranks (resumable), prints seconds
-of whole commands, the confusion of regimes, how many cells differ where the reference's
+Three engines, two named ones and one whose ring lets motion grow, at 25 speeds and 10
+gaps each, 2.5 s. Runs the campaign with each preset (resumable), prints seconds of the
+whole commands, the confusion of regimes, how many cells differ where the reference's
 map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
 s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
 With --write, the presets tell their agreement (scripts/evidence/presets.py drops it).
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 import hpcwhirl
 from hpcwhirl.measure.trials import trials
-from hpcwhirl.scene import preset_names
+from hpcwhirl.scene import engine_inputs, preset_names
 from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.reader import words
 
@@ -33,6 +33,7 @@ from cost.under_mpi import campaign
 from evidence.confusion import alike, confusion
 from evidence.presets import PATH, write
 
+ENGINES = ("four_motions", "mostly_damped", "rubbing")  # named, and the trade-off's own
 SPEEDS = [float(s) for s in np.linspace(40.0, 520.0, 25)]
 GAPS = [float(f"{g:.3g}") for g in np.geomspace(0.8e-4, 4e-4, 10)]
 Names = NDArray[np.str_]
@@ -41,8 +42,9 @@ LETTERS = {"damped": "d", "sustained": "s", "divergent": "v", "undecided": "u"}
 
 def inputs_of(engine: str) -> dict[str, object]:
     """Return the inputs of an engine by their dotted names."""
-    if engine == "default":
-        return {}
+    if engine != "rubbing":
+        own = engine_inputs(engine)
+        return {name: value for name, value in own.items() if name != "engine.name"}
     return {full_name(name): value for name, value in trials()["rubbing"].items()}
 
 
@@ -58,10 +60,10 @@ def designed(engine: str, folder: Path) -> Path:
     return path
 
 
-def mapped(engine: str, preset: str, folder: Path) -> tuple[Names, float]:
+def mapped(engine: str, preset: str, folder: Path, ranks: int) -> tuple[Names, float]:
     """Return regimes (gaps, speeds) and the seconds of the whole command."""
     out = folder / f"{engine}-{preset}"
-    seconds = campaign(designed(engine, folder), out, "--preset", preset)
+    seconds = campaign(designed(engine, folder), out, "--preset", preset, ranks=ranks)
     data = hpcwhirl.open_results(out)
     return words(data.regime).reshape(len(GAPS), len(SPEEDS)), seconds
 
@@ -109,16 +111,19 @@ def main() -> int:
     """Run everything and print; write into the presets' file if asked."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     names, maps = preset_names(), {}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-presets-") as scratch:
         folder = args.folder or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        for engine in ("default", "rubbing"):
+        for engine in ENGINES:
             maps[engine] = {}
             for preset in names:
-                maps[engine][preset], seconds = mapped(engine, preset, folder)
+                maps[engine][preset], seconds = mapped(
+                    engine, preset, folder, args.ranks
+                )
                 print(f"{engine} engine, {preset}: {seconds:.1f} s")
     told = {preset: compared(preset, maps) for preset in names}
     for engine, found in maps.items():
@@ -126,9 +131,7 @@ def main() -> int:
     if args.write:
         table = tomllib.loads(PATH.read_text())
         for preset in names[:-1]:
-            table[preset]["regimes"] = (
-                f"{told[preset]} on a map of the default engine and one other"
-            )
+            table[preset]["regimes"] = f"{told[preset]} on maps of {', '.join(ENGINES)}"
         write(table)
     return 0
 

@@ -7,8 +7,8 @@ Candidates are the combinations of accuracy and truncation. A preset is the chea
 them whose words are all those of the reference and whose median error, the worst number
 of each scene, is at most that of `RULES`; `reference` is the most accurate. Prints the
 choice, and with --write replaces hpcwhirl/scene/presets.toml, which then tells of the
-default engine alone: preset_map.py and evidence/estimates.py, both with --write, add to
-it.
+trade-off's engines alone: preset_map.py and evidence/estimates.py, both with --write,
+add to it.
 """
 
 from __future__ import annotations
@@ -58,9 +58,10 @@ def loss(row: Row, facts: dict[str, Any]) -> str:
         for n in TOLD
     )
     return (
-        f"{row.cost:.2g} times the time of the default inputs; on this engine "
-        f"words as a finer reference in {row.agree} of {row.runs} runs; median "
-        f"(largest) error over {len(facts['words'])} scenes of it: {errors}"
+        f"{row.cost:.2g} times the time of the default inputs; on the engine "
+        f"mostly_damped and one other words as a finer reference in {row.agree} of "
+        f"{row.runs} runs; median (largest) error over {len(facts['words'])} scenes of "
+        f"it: {errors}"
     )
 
 

@@ -61,7 +61,7 @@ SIZES = {
     4: [(9, 3, 3), (17, 5, 2)],
     8: [(9, 3, 2), (17, 5, 1)],
 }
-ENGINES = ("default", "rubbing")
+ENGINES = ("mostly_damped", "rubbing")
 SPEEDS, GAPS = (40.0, 520.0), (0.8e-4, 4e-4)
 SPECKLE = 2  # levels, as [refine] has them where nothing is said
 UNLIKE = 0.3

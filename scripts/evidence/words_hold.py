@@ -24,6 +24,7 @@ import numpy as np
 import tomli_w
 
 import hpcwhirl
+from hpcwhirl.scene import engine_inputs
 from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reader import words
 
@@ -41,8 +42,10 @@ KEPT: dict[str, dict[str, Any]] = {
     "tips every 7 ms": {"traces": "full", "interval": 0.007},
 }
 CASING, ROTOR = "engine.casing.", "engine.rotor."
-ENGINES: dict[str, dict[str, Any]] = {
-    "default, 22 blades": {},
+BASE = engine_inputs("mostly_damped")
+BASE.pop("engine.name")
+ENGINES: dict[str, dict[str, Any]] = {  # what differs from it
+    "mostly_damped, 22 blades": {},
     "heavy ring, 22 blades": {
         CASING + "thickness": 0.039, CASING + "width": 0.322, CASING + "damping": 0.064,
         CASING + "support_damping": 0.375, CASING + "support_frequency": 15.0,
@@ -71,7 +74,7 @@ def drawn(runs: int, seed: int) -> list[dict[str, Any]]:
     out = []
     for run in range(runs):
         engine = list(ENGINES.values())[run % len(ENGINES)]
-        out.append(engine | {
+        out.append(BASE | engine | {
             "speed": float(random.uniform(20.0, 520.0)),
             "gap": float(np.exp(random.uniform(np.log(6e-5), np.log(4e-4)))),
             "friction": float(random.choice([0.0, 0.05, 0.1, 0.2, 0.3])),

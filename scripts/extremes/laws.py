@@ -70,7 +70,7 @@ class Run:
 
 def scene_of(settings: Settings) -> Scene:
     """Return Table 2, short and in full detail, with settings."""
-    return apply_settings(named_scene("table2"), SHORT | dict(settings))
+    return apply_settings(named_scene("mostly_damped"), SHORT | dict(settings))
 
 
 def run_of(settings: Settings) -> Run:

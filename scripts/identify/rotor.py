@@ -1,7 +1,7 @@
 """Identify the bladed disk's sections from the frequencies the paper prints.
 
 Bounded least squares over blade and disk; prints the residual of every target and
-the sections found, which are the defaults of the engine `salvat2016`. The paper gives
+the sections found, which are the defaults of every engine. The paper gives
 the targets; it gives none of the sections.
 """
 

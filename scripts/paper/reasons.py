@@ -11,7 +11,7 @@ from dataclasses import replace
 from paper.text import VERDICTS, Statement
 
 STILL = (
-    "nothing diverges on salvat2016: with contacts held closed its roots decay at "
+    "nothing diverges on mostly_damped: with contacts held closed its roots decay at "
     "270 and 430 rad/s, those of four_motions grow (`scripts/identify/linear.py`)"
 )
 REASONS = {
@@ -31,18 +31,19 @@ REASONS = {
     ),
     "the centre's strongest line is the suspension": (
         "it is 1F's, k = 1, at 41 Hz: the suspension decays faster (its ξω is 45 times "
-        "that of 1F on salvat2016, 8 times on four_motions), and the spectrum begins "
-        "after revolution 5"
+        "that of 1F on mostly_damped, 8 times on four_motions), and the spectrum "
+        "begins after revolution 5"
     ),
     "sustained: forward and backward both occur": (
         "sustained backward motion needs other damping (`steady_beside`, 280 rad/s) or "
-        "more friction (salvat2016 at 0.2, 140 to 240 rad/s: the built-in campaign)"
+        "more friction (mostly_damped at 0.2, 140 to 240 rad/s)"
     ),
     "520 rad/s: k = 0 of 1F governs before 0.5 s": (
         "contact feeds k = 1 until it is lost (at 0.24 s on four_motions)"
     ),
     "410 rad/s: all other k damp out (to a tenth of k = 1)": (
-        "the orbit, 1.28 gaps wide, strikes harder than that of salvat2016, 0.54 wide"
+        "the orbit, 1.28 gaps wide, strikes harder than that of mostly_damped, 0.54 "
+        "wide"
     ),
     "410 rad/s: k = 0 dominant in the transient (0.1 s)": (
         "k = 1, fed by contact, has passed it by then"
@@ -53,7 +54,7 @@ REASONS = {
     ),
     "k = 1 of 1F dominant in every regime's steady part": (
         "on four_motions not where motion grew to the amplitude limit (see 420 rad/s), "
-        "on salvat2016 not in a damped motion's rest"
+        "on mostly_damped not in a damped motion's rest"
     ),
     **dict.fromkeys(
         (

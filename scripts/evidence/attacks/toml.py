@@ -20,7 +20,7 @@ def document() -> Document:
         ("[scene]", [("speed", "410"), ("nodal_diameter", "1"), ("gap", "1.28e-4"),
                      ("friction", "0.1"), ("force", "75e3"), ("pulse", "7.8e-4"),
                      ("direction", '"squeeze"'), ("duration", "2e-3")]),
-        ("[engine]", [("name", '"salvat2016"'), ("file", '""')]),
+        ("[engine]", [("name", '"four_motions"'), ("file", '""')]),
         ("[engine.casing]", [("kind", '"ring"'), ("harmonics", "20"),
                              ("thickness", "0.02663"), ("damping", "0.1")]),
         ("[engine.rotor]", [("blades", "22"), ("elements", "10"), ("radius", "0.5"),
