@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.design import Design
 from hpcwhirl.errors import WhirlError
@@ -102,6 +101,8 @@ class Costs:
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
             return self.nominal[chosen]
+        from scipy.spatial import cKDTree  # on rank 0 alone
+
         known = known[:: -(-len(known) // MOST_KNOWN)]
         nearest = np.arange(1, 1 + min(NEAREST, len(known)))
         tree, factor = cKDTree(self.places[known]), self.factor[known]

@@ -11,7 +11,6 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -168,6 +167,8 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
     top = 2.0 * math.sqrt(1.0 - ratio**2)  # the error grows up to there
     if frequency_error(top, ratio) <= accuracy:
         return top
+    from scipy.optimize import brentq  # a campaign of given steps has no need of it
+
     asked = max(accuracy, RESOLVED)
     phase = brentq(lambda x: frequency_error(x, ratio) - asked, 1e-6, top)
     return float(phase) * math.sqrt(accuracy / asked)
