@@ -355,7 +355,8 @@ def test_growths_are_the_bits_of_plain_formulas(count):
     chance = np.random.default_rng(count)
     time = np.arange(1.0, count + 1) * 7e-6
     energies = np.exp(chance.normal(size=(4, count)))
-    assert growths(time, energies) == [plainly(time, energy) for energy in energies]
+    found = growths(np.vstack([time, energies]))
+    assert found == [plainly(time, energy) for energy in energies]
 
 
 @pytest.mark.parametrize("count", [16, 17, 65, 1000])

@@ -3,6 +3,8 @@
 import math
 import random
 import tomllib
+from functools import reduce
+from operator import getitem
 
 import pytest
 import tomli_w
@@ -26,6 +28,7 @@ from hpcwhirl.scene import (
     to_toml,
 )
 from hpcwhirl.scene.documents import scene_of_document
+from hpcwhirl.scene.files import full_name
 
 positive = st.floats(1e-12, 1e12)
 WORDS = {
@@ -265,3 +268,40 @@ def test_a_file_that_cannot_be_read_is_one_line_with_its_name(tmp_path, content)
 )  # fmt: skip
 def test_what_no_machine_could_compute_is_refused(values, told):
     assert told in refusal(apply_settings, Scene(), values)
+
+
+CHANGES = [
+    {"speed": 300.0},
+    {"engine.rotor.blades": 21},
+    {"engine.rotor.blades": 21, "engine.casing.harmonics": 6, "gap": 2e-4},
+    {"time_step": 2e-6, "traces": "summary", "nodal_diameter": 2},
+    {"engine.rotor.mistuning": [0.01] * 22},
+    {"nodal_diameter": 10_000},  # allowed of a ring of more harmonics alone
+    {"engine.rotor.blades": 21, "engine.rotor.mistuning": [0.01] * 22},
+    {"gap": 1e3},
+    {"engine.rotor.blades": 0},
+    {"until": "decided", "longest": 1e-3},
+]
+
+
+# tables that no change touches are shared: all rules hold as of the whole
+@pytest.mark.parametrize("changes", CHANGES)
+def test_what_is_not_set_is_as_it_was_and_checked_with_what_is(changes):
+    def outcome(make):
+        try:
+            return make()
+        except InputError as refused:
+            return str(refused)
+
+    def whole():
+        data = named_scene("table2").model_dump()
+        for name, value in changes.items():
+            *tables, leaf = full_name(name).split(".")
+            reduce(getitem, tables, data)[leaf] = value
+        return scene_from(data)
+
+    base = named_scene("table2")
+    before = flatten(base)
+    found = outcome(lambda: apply_settings(base, changes))
+    assert found == outcome(whole)
+    assert flatten(base) == before

@@ -103,7 +103,11 @@ def levels(values: Floats, count: int) -> Floats:
     -------
     (..., count)
     """
-    means = block_means(values, count)
+    return _levels(block_means(values, count))
+
+
+def _levels(means: Floats) -> Floats:
+    """Return ln sqrt of means; -inf at 0."""
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -118,29 +122,33 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     body at rest has rate 0 and error 0; one that has come to rest meanwhile, its
     energy below `NOTHING`, the least rate that explains it.
     """
-    return growths(time, energy[None])[0]
+    return growths(np.stack([time, energy]))[0]
 
 
-def growths(time: Floats, energies: Floats) -> list[tuple[float, float]]:
-    """Return `growth` of each of several energies (m, n)."""
-    count = min(BLOCKS, len(time))
+def growths(rows: Floats) -> list[tuple[float, float]]:
+    """Return `growth` of several energies: rows (1 + m, n), the first of time."""
+    count = min(BLOCKS, rows.shape[1])
     if count < 3:
-        return [(0.0, 0.0)] * len(energies)
-    at, level = block_means(time, count), levels(energies, count)
-    away = at - np.add.reduce(at) / count
+        return [(0.0, 0.0)] * (len(rows) - 1)
+    means = block_means(rows, count)
+    return _fitted(means[0], _levels(means[1:]))
+
+
+def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
+    """Return (rate, standard error), 1/s, of levels (m, count) at times (count,)."""
+    if not np.isfinite(level).all():
+        if len(level) == 1:
+            return [(_come_to_rest(at, level[0]), 0.0)]
+        return [_fitted(at, own[None])[0] for own in level]
+    away = at - np.add.reduce(at) / len(at)
     spread = away @ away
+    rise = level[:, 1:] - level[:, :-1]
+    bends = rise[:, 1:] - rise[:, :-1]
+    over = 6 * bends.shape[1]
     return [
-        _fitted(away, spread, own) if moves else (_come_to_rest(at, own), 0.0)
-        for own, moves in zip(level, np.all(np.isfinite(level), axis=1), strict=True)
+        (float(away @ own / spread), math.sqrt(bend @ bend / over / spread))
+        for own, bend in zip(level, bends, strict=True)
     ]
-
-
-def _fitted(away: Floats, spread: float, level: Floats) -> tuple[float, float]:
-    """Return (rate, standard error), 1/s, of levels at times off their mean."""
-    rise = level[1:] - level[:-1]
-    bend = rise[1:] - rise[:-1]
-    error = np.sqrt(bend @ bend / (6 * len(bend)) / spread)
-    return float(away @ level / spread), float(error)
 
 
 def _come_to_rest(at: Floats, level: Floats) -> float:
@@ -203,7 +211,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     with np.errstate(all="ignore"):  # a run that blew up is named by its stop
         orbit = centre[:, 0] ** 2 + centre[:, 1] ** 2
         own = energy, judged.rotor[first:], judged.casing[first:], orbit
-        rates = _rates(time, np.stack(own))
+        rates = _rates(np.stack([time, *own]))
         rates["summit"] = summit(judged.time, judged.rotor, start)
         whirl = whirl_numbers(time, turned, scene.speed)
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
@@ -233,21 +241,21 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     }
 
 
-def _rates(time: Floats, parts: Floats) -> dict[str, float]:
+def _rates(rows: Floats) -> dict[str, float]:
     """Return the growth of the whole and of its parts, 1/s.
 
-    parts : (4, n), energies of both bodies, of each, and the centre's orbit squared
+    rows : (5, n), time, energies of both bodies, of each, and the orbit's square
     """
-    (rate, error), *others = growths(time, parts)
+    (rate, error), *others = growths(rows)
     rotor, casing, centre = (growing for growing, _ in others)
-    last = 3 * len(time) // 4
+    last = 3 * rows.shape[1] // 4
     return {
         "growth_rate": rate,
         "growth_error": error,
         "growth_rotor": rotor,
         "growth_casing": casing,
         "growth_centre": centre,
-        "growth_last": growth(time[last:], parts[0, last:])[0],
+        "growth_last": growths(rows[:2, last:])[0][0],
     }
 
 

@@ -310,7 +310,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     rows = states.shape[1] // (2 * slots)
     ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
     places = _ring_modes(model)
-    q = np.zeros((len(states), sum(len(place.members) for place in places)))
+    q = np.zeros((len(states), len(model.casing.omega) if model.casing else 0))
     for place in places if len(states) else ():
         re, im = ring[:, 0, place.row, place.slot], ring[:, 1, place.row, place.slot]
         value = (re + 1j * place.sign * im) * np.exp(-1j * place.harmonic * angles)

@@ -141,9 +141,9 @@ def sample_cyclic(mu, gap, row, rotor, c_c, turns, wave, state, energies, works,
 def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
     """Return the work space of `sample_cyclic`."""
     return SampleSpace(
-        np.zeros_like(state.rotor), np.zeros_like(state.ring),
-        np.zeros_like(state.sums_b), np.zeros_like(state.sums_c), np.zeros(width),
-        np.zeros((blades + 1, 2)), np.zeros_like(state.ledger),
+        np.zeros(len(state.rotor)), np.zeros(len(state.ring)),
+        np.zeros(len(state.sums_b)), np.zeros(len(state.sums_c)), np.zeros(width),
+        np.zeros((blades + 1, 2)), np.zeros(len(state.ledger)),
         np.zeros(len(state.gaps) // 3), np.zeros(width),
     )  # fmt: skip
 
