@@ -305,13 +305,17 @@ def test_other_coordinates_may_be_any_combinations(arrays, written):
     assert found.omega == pytest.approx(rotor_of().omega, rel=1e-8)
 
 
-def test_what_neither_tips_nor_centre_see_is_left_out(arrays, written):
+@pytest.mark.parametrize("round_off", [0.0, 1e-6])  # N/m
+def test_what_neither_tips_nor_centre_see_is_left_out(arrays, written, round_off):
     size = len(arrays["mass"])
-    news = {}
+    news, random = {}, np.random.default_rng(5)
     for name, value in {"mass": 1.0, "stiffness": 1e7, "damping": 5.0}.items():
         news[name] = np.zeros((size + 3, size + 3))
         news[name][:size, :size] = arrays[name]
         news[name][size:, size:] = value * np.eye(3)
+    joined = round_off * random.normal(size=(size, 3))
+    news["stiffness"][:size, size:] = joined
+    news["stiffness"][size:, :size] = joined.T
     found = rotor_of(written(chosen(arrays, **news)))
     assert found.cyclic
     assert found.omega == pytest.approx(rotor_of().omega, rel=1e-9)

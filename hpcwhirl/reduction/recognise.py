@@ -153,6 +153,8 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
     size = (model.shapes[: 2 * blades] ** 2).sum(axis=0) + (hub**2).sum(axis=0)
     kept = size > HIDDEN**2 * size.max()
     for own in runs(squared, SAME * squared + _floor(model)):
+        if not kept[own].any():  # their round-off has no diameter
+            continue
         columns, moving = unmixed(model.shapes[:, own], blades, hub[:, own])
         turn[np.ix_(own, own)] = columns
         kept[own[:moving]], kept[own[moving:]] = True, False
