@@ -5,7 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from hpcwhirl.campaign import cost as costs
 from hpcwhirl.campaign import forecast as forecasts
+from hpcwhirl.campaign.cost import time_steps
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.forecast import forecast
 from hpcwhirl.campaign.foreseen import followers
@@ -50,6 +52,30 @@ def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path):
     prepare(design, tmp_path)
     assert run_campaign(design, tmp_path).failed == 0
     assert told.results == pytest.approx(size(tmp_path, "results.h5"), rel=0.03)
+
+
+def test_steps_of_more_kinds_than_are_asked_are_those_of_their_friction(
+    tmp_path, monkeypatch
+):
+    """An accuracy's step depends on friction: intervals differ, and times are rows."""
+    sweep = {"speed": [100.0, 200.0, 300.0], "friction": [0.0, 0.1, 0.2, 0.3]}
+    casing = {"thickness": 0.02, "width": 0.15}
+    solver = {"preset": "draft"}
+    design = design_of(
+        SHORT | {"sweep": sweep, "engine": {"casing": casing}, "solver": solver}
+    )
+    steps, whole = time_steps(design), forecast(design, tmp_path).disk
+    assert len(set(steps)) > 1
+    for most in (11, 4):  # kinds: 12, and 4 without the speed
+        monkeypatch.setattr(costs, "MOST_MODELS", most)
+        assert np.array_equal(time_steps(design), steps)
+        assert forecast(design, tmp_path).disk == whole
+    monkeypatch.setattr(costs, "MOST_MODELS", 1)
+    assert set(time_steps(design)) < set(steps)
+    prepare(design, tmp_path)
+    assert run_campaign(design, tmp_path).failed == 0
+    found = size(tmp_path, "results.h5")
+    assert whole.results == pytest.approx(found, rel=0.03, abs=4096)
 
 
 def test_samples_and_spans_are_those_of_each_scene():
@@ -117,6 +143,31 @@ def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path, monkeyp
     assert found.range[1] > found.seconds
     one, two = (found.wall(ranks)[0] for ranks in (1, 2))
     assert one - two == pytest.approx((found.seconds + 6 * 0.25) / 2)
+
+
+def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
+    tmp_path, monkeypatch
+):
+    """In contact a step takes thrice what the probes say; cases end early or do not."""
+    design = design_of(SHORT | {"output": {"traces": "summary"}})
+    ends = {0: (1000, -1.0, 1.0), 2: (500, -1.0, 0.5), 4: (1000, 1e-3, 0.5)}
+    rows = {
+        case: {"steps": steps, "certificate": proved, "duration": 2e-3}
+        for case, (steps, proved, _) in ends.items()
+    }
+    spent = {case: 3e-3 * part for case, (_, _, part) in ends.items()}
+
+    def probed(_, case, costs):
+        costs.learn([case], 1e-3)
+        return True
+
+    monkeypatch.setattr(forecasts, "_probe", probed)
+    monkeypatch.setattr(
+        forecasts, "rehearse", lambda *_: Rehearsal(seconds=spent, rows=rows)
+    )
+    found = forecast(design, tmp_path)
+    assert found.most == pytest.approx(6 * 3e-3)
+    assert found.seconds < found.most
 
 
 def test_a_case_that_was_cut_off_tells_only_how_far_it_came(tmp_path, monkeypatch):

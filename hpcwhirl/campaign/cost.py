@@ -34,7 +34,7 @@ STEPLESS = frozenset({
     "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
     "solver.until", "solver.longest", "solver.amplitude_limit",
 })  # fmt: skip
-OF_LIMITS = frozenset({"speed", "gap", "force", "pulse", "friction"})
+OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
 
 
 def predicted(design: Design, case: int) -> tuple[float, float]:
@@ -179,27 +179,36 @@ def time_steps(design: Design) -> Floats:
     """Return the time step of each case, s; NaN where there is no model to ask.
 
     Where an accuracy asks for steps, one case is asked for all that have the same
-    model, speed, gap and load; of more than `MOST_MODELS` such kinds, one for all of a
-    model; of more models than that, some, and the others are taken for the usual one.
+    model, friction, speed, gap and load; of more than `MOST_MODELS` such kinds, one for
+    all of a model and friction; of more of these so many, evenly, and the others are
+    taken for the nearest of them.
     """
     many = design.columns
-    given = many.values("solver.time_step").astype(float)
+    steps = many.values("solver.time_step").astype(float)
     asked = many.values("solver.accuracy") != 0.0
     if not asked.any():
-        return given
-    steps = np.where(asked, np.nan, given)
-    kind = _models(many)
-    _, first = np.unique(kind[asked], return_index=True)
-    ask = np.flatnonzero(asked)[np.sort(first)]
-    for case in ask[:: -(-len(ask) // MOST_MODELS)]:
-        with suppress(WhirlError):  # it will fail as a row
-            steps[asked & (kind == kind[case])] = design.resolved(int(case)).step
-    if len(ask) > MOST_MODELS and np.isfinite(steps[asked]).any():
-        steps[np.isnan(steps)] = np.nanmedian(steps[asked])
+        return steps
+    _, first, kind = np.unique(
+        _kinds(many)[asked], return_index=True, return_inverse=True
+    )
+    cases = np.flatnonzero(asked)[first]
+    chosen = np.arange(0, len(cases), -(-len(cases) // MOST_MODELS))
+    found = np.array([_asked_step(design, int(case)) for case in cases[chosen]])
+    known = np.isfinite(found) | (len(chosen) == len(cases))
+    if known.any():
+        chosen, found = chosen[known], found[known]
+    nearest = np.searchsorted((chosen[1:] + chosen[:-1]) / 2, np.arange(len(cases)))
+    steps[asked] = found[nearest][kind]
     return steps
 
 
-def _models(many: Many) -> NDArray[np.int64]:
+def _asked_step(design: Design, case: int) -> float:
+    with suppress(WhirlError):  # it will fail as a row
+        return float(design.resolved(case).step)
+    return math.nan
+
+
+def _kinds(many: Many) -> NDArray[np.int64]:
     """Return numbers of cases, the same where their steps are thought to be."""
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)

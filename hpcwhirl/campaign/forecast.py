@@ -26,7 +26,13 @@ from hpcwhirl.campaign.ends import ends_of
 from hpcwhirl.campaign.foreseen import followers
 from hpcwhirl.campaign.policy import MOST_ON_PAGE
 from hpcwhirl.campaign.refined import RefinedDesign, mean_seconds
-from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
+from hpcwhirl.campaign.rehearsal import (
+    Rehearsal,
+    drawn,
+    rehearse,
+    to_the_end,
+    with_ends,
+)
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.stages import Ended, Stages, Todo
 from hpcwhirl.campaign.work import share
@@ -149,8 +155,8 @@ def forecast(
     asked = design, folder, drawn(left), budget, stopping
     tried = rehearse(*asked) if left else Rehearsal()
     probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
-    most = float(costs.predict(left) @ spans[:, 1])
-    learned, error = _with_ends(costs, tried)
+    most = float(to_the_end(costs, tried).predict(left) @ spans[:, 1])
+    learned, error = with_ends(costs, tried)
     each = learned.predict(left)
     seconds = float(each @ spans[:, 0])
     overhead = _overhead(folder, costs) if finished else tried.overhead
@@ -202,29 +208,6 @@ def _after(rows: int, traces: int, since: float) -> dict[str, float]:
         "page": page,
     }
     return {name: seconds * _pace(since) for name, seconds in every.items()}
-
-
-def _with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
-    """Return costs that know who ends before time, and their standard error, relative.
-
-    A case that ends early is expected where those that were computed nearest to it do.
-    """
-    known = np.isfinite(costs.factor)
-    if not tried.seconds:
-        return costs, _error(costs.factor[known])
-    rate = costs.predict(np.arange(len(costs.nominal)))
-    own = Costs(rate, costs.places, costs.steps)
-    for case, seconds in tried.seconds.items():
-        if case < len(rate):  # others follow from words
-            own.learn([case], seconds)
-    return own, _error(own.factor[np.isfinite(own.factor)])
-
-
-def _error(shares: Floats) -> float:
-    """Return the standard error of a mean, over it; of one value, all of it."""
-    if len(shares) < 2 or not shares.any():
-        return 1.0
-    return float(shares.std(ddof=1) / shares.mean() / math.sqrt(len(shares)))
 
 
 def _range(

@@ -7,18 +7,21 @@ removed again: what a case needs beside its kernel, and whether it ends before i
 
 from __future__ import annotations
 
+import math
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.campaign.agenda import Unit, scattered
+from hpcwhirl.campaign.cost import Costs
 from hpcwhirl.campaign.evaluate import MOST_TOLD, Evaluator
 from hpcwhirl.campaign.growing import Wanted
 from hpcwhirl.campaign.policy import Policy
@@ -37,6 +40,7 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.design import Design
 
 MOST = 256  # cases
+LITTLE = 0.1  # share of a run, of which less tells nothing of the rest
 
 
 @dataclass
@@ -175,3 +179,45 @@ def _reached(scratch: Path) -> float:
                 steps, total = steps_of(arrays)
                 return steps / max(total, 1)
     return 1.0
+
+
+def with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
+    """Return costs that know who ends before time, and their standard error, relative.
+
+    A case that ends early is expected where those that were computed nearest to it do.
+    """
+    known = np.isfinite(costs.factor)
+    if not tried.seconds:
+        return costs, _error(costs.factor[known])
+    own = _learned(costs, tried.seconds)
+    return own, _error(own.factor[np.isfinite(own.factor)])
+
+
+def to_the_end(costs: Costs, tried: Rehearsal) -> Costs:
+    """Return what cases cost if none ends early: in contact more than a probe tells."""
+    rate, whole = costs.predict(np.arange(len(costs.nominal))), {}
+    for case, row in tried.rows.items():
+        if case < len(rate):
+            part = float(row["steps"]) / max(costs.steps[case], 1.0)
+            if row["certificate"] >= 0.0:  # what followed took no steps
+                part = float(row["certificate"]) / float(row["duration"])
+            seconds = tried.seconds[case] / min(max(part, LITTLE), 1.0)
+            whole[case] = max(seconds, float(rate[case]))
+    return _learned(costs, whole) if whole else costs
+
+
+def _learned(costs: Costs, seconds: Mapping[int, float]) -> Costs:
+    """Return costs with what some cases took, of those that no word has asked for."""
+    rate = costs.predict(np.arange(len(costs.nominal)))
+    own = Costs(rate, costs.places, costs.steps)
+    for case, each in seconds.items():
+        if case < len(rate):
+            own.learn([case], each)
+    return own
+
+
+def _error(shares: NDArray[np.float64]) -> float:
+    """Return the standard error of a mean, over it; of one value, all of it."""
+    if len(shares) < 2 or not shares.any():
+        return 1.0
+    return float(shares.std(ddof=1) / shares.mean() / math.sqrt(len(shares)))
