@@ -15,7 +15,7 @@ from hpcwhirl.campaign.cost import Places, costs_of, predicted
 from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.errors import InputError, StoreError
+from hpcwhirl.errors import InputError, StoreError, one_line, shown
 from hpcwhirl.scene import Scene, apply_settings, digest, flatten, many
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.files import full_name
@@ -101,7 +101,9 @@ def by_hand(document):
     for number, name in enumerate(digests):
         if digests.index(name) < number:
             first = digests.index(name)
-            raise InputError(f"cases {first} and {number} have the same inputs")
+            same = ", ".join(f"{n} = {shown(v)}" for n, v in rows[first].items())
+            told = f"cases {first} and {number} have the same inputs: "
+            raise InputError(told + one_line(same, 200))
     return rows, scenes, digests
 
 

@@ -245,6 +245,13 @@ def test_status_reads_no_results_file(alone, tmp_path):
     assert sum(found["regimes"].values()) == 6
 
 
+@pytest.mark.parametrize(("gap", "told"), [(0.05, True), (1e-4, False)])
+def test_a_campaign_in_which_no_blade_touches_says_so(campaign, gap, told, capsys):
+    code, _ = campaign(f"sweep = {{speed = [300, 410], gap = [{gap}]}}")
+    assert code == 0
+    assert ("no blade touched the casing" in capsys.readouterr().err) == told
+
+
 @pytest.mark.slow
 def test_damaged_traces_are_computed_again_on_retry(alone, tmp_path):
     out = tmp_path / "out"

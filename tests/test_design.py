@@ -154,7 +154,7 @@ def test_the_embedded_campaign_is_78_cases_of_speed_and_friction():
     ],
 )
 def test_two_equal_cases_are_refused(text):
-    assert "same inputs" in refusal(text)
+    assert "have the same inputs: speed = " in refusal(text)
 
 
 @pytest.mark.parametrize(

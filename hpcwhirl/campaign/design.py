@@ -16,7 +16,7 @@ import numpy as np
 from hpcwhirl import __version__
 from hpcwhirl.campaign.sampling import Sample, check_scenes, sample_of, sampled_rows
 from hpcwhirl.campaign.twins import Twins, check_spread, twins_of
-from hpcwhirl.errors import CaseError, InputError, shown, unknown
+from hpcwhirl.errors import CaseError, InputError, one_line, shown, unknown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     Scene,
@@ -53,6 +53,7 @@ Settings = dict[str, Value]
 RANGE_KEYS = ("start", "stop", "step", "num")
 MOST_CASES = 10_000_000
 MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
+MOST_TOLD = 200  # letters of what two cases share
 LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
@@ -430,5 +431,7 @@ def _check_distinct(columns: Many) -> None:
     """Refuse two cases of the same inputs; a product of distinct values has none."""
     found = columns.twice()
     if found:
-        msg = f"cases {found[0]} and {found[1]} have the same inputs"
-        raise InputError(msg)
+        both = columns.table[found[0]].items()
+        same = ", ".join(f"{name} = {shown(value)}" for name, value in both)
+        msg = f"cases {found[0]} and {found[1]} have the same inputs: "
+        raise InputError(msg + one_line(same, MOST_TOLD))

@@ -36,6 +36,7 @@ from hpcwhirl.cli.command import (
     tell_failure,
 )
 from hpcwhirl.cli.options import (
+    UNTOUCHED,
     parsed,
     print_json,
     print_notes,
@@ -199,6 +200,8 @@ def _explain(design: Design) -> None:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
+    from hpcwhirl.store.reader import has_contact
+
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
@@ -209,6 +212,8 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
         return _conclude_shard(args, ending)
     if ending.failed:
         print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
+    if not has_contact(ending.results):
+        print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
     maps = _maps(ending, args.out)

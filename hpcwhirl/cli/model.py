@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     elif args.explain:
         print_notes(facts["plan"]["left_out"])
     else:
-        _show(facts, args.up_to)
+        _show(facts, args.up_to, scene.nodal_diameter)
     return 0
 
 
@@ -85,7 +85,7 @@ def _show_plan(plan: dict[str, Any]) -> None:
     print(", to the end in closed form once no contact can recur" if wanted else "")
 
 
-def _show(facts: dict[str, Any], up_to: float) -> None:
+def _show(facts: dict[str, Any], up_to: float, own: int) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -114,9 +114,10 @@ def _show(facts: dict[str, Any], up_to: float) -> None:
         console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
     if facts["critical_speeds"]:
         heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} {speed}"
+        heading += f", of the load's k = {own} all"
         speeds = Table("nodal diameter", "order", heading)
         for row in facts["critical_speeds"]:
-            if row["speed"] > SHOWN_SPEED:
+            if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != own:
                 continue
             at = f"{row['speed']:.1f}"
             speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), at)

@@ -31,6 +31,10 @@ from hpcwhirl.scene import (
 )
 
 OR_FILE = "of a campaign, or a file of hpcwhirl run --out"
+UNTOUCHED = (
+    "no blade touched the casing: words tell of free motion alone; lengths are in m, "
+    "force in N, pulse in s"
+)
 
 
 class _Preset(argparse.Action):

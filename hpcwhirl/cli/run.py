@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import (
+    UNTOUCHED,
     add_explain,
     add_scene,
     check_writable,
@@ -156,6 +157,8 @@ def _show(facts: dict[str, Any]) -> None:
     console = Console()
     words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
     console.print(words + f"whirl {facts['whirl']}")
+    if not facts["contacts"]:
+        console.print(UNTOUCHED)
     rate = 1e6 / facts["microseconds_per_step"]
     console.print(
         f"{facts['steps']} steps in {facts['seconds']:.2f} s, "

@@ -71,6 +71,13 @@ def count_statuses(path: Path) -> dict[str, int]:
         return {name: found[name] for name in ENUMS["status"] if found[name]}
 
 
+def has_contact(path: Path) -> bool:
+    """Return whether blades touched in any case of a results file, or none ended."""
+    with reading(path), h5py.File(path, "r") as file:
+        ended = words_in(file, "status") == "ok"
+        return bool((file["contacts"][:][ended] > 0).any() or not ended.any())
+
+
 def count_failed_twins(path: Path) -> int:
     """Return how many cases that gave a result have a twin that gave none."""
     with reading(path), h5py.File(path, "r") as file:
