@@ -5,8 +5,12 @@ import re
 
 import pytest
 
+from hpcwhirl.campaign import policy, refine, sampling, twins
+from hpcwhirl.campaign.distributions import LAWS
+from hpcwhirl.campaign.tables import tables
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
+from hpcwhirl.refinement.rule import SCALES, WORDS
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -16,6 +20,7 @@ from hpcwhirl.scene import (
     preset_names,
 )
 from hpcwhirl.scene.catalogue import catalogue
+from hpcwhirl.scene.documents import DESIGN_TABLES
 
 # dotted name: default as it is told, and what its line must say
 TOLD = {
@@ -197,3 +202,52 @@ def test_facts_are_json(capsys):
     ]  # fmt: skip
     told = json.loads(printed(capsys, "preset", "--json")[1])["presets"]
     assert [each["inputs"] for each in told] == [*map(preset_inputs, preset_names())]
+
+
+INPUT = "<input>"
+CAMPAIGN_KEYS = {
+    "sweep": {INPUT},
+    "zip": {INPUT},
+    "cases": {INPUT},
+    "sample": {*sampling.OWN_KEYS, INPUT},
+    "refine": set(refine.KEYS),
+    "twins": set(twins.KEYS),
+    "campaign": {*policy.CHECKS, *policy.OPTIONS},
+}
+DEFAULTS = {
+    **{("twins", name): value for name, value in twins.DEFAULTS.items()},
+    ("refine", "speckle"): refine.SPECKLE,
+    ("refine", "words"): WORDS[0],
+    ("campaign", "save_every"): policy.SAVE_EVERY,
+    ("campaign", "patience"): policy.PATIENCE,
+}
+WORDED = {
+    ("sample", "method"): sampling.METHODS,
+    ("refine", "words"): WORDS,
+    ("refine", "scale"): SCALES,
+    ("twins", "of"): twins.OF,
+    ("campaign", "report"): policy.WAYS,
+    ("campaign", "retry"): policy.RETRIES,
+}
+
+
+def test_tables_of_a_campaign_have_the_keys_that_the_program_takes():
+    found = {table: {f.name for f in facts} for table, facts in tables().items()}
+    assert found == CAMPAIGN_KEYS
+    assert tuple(found) == DESIGN_TABLES
+    told = {(f.table, f.name): f for facts in tables().values() for f in facts}
+    for place, default in DEFAULTS.items():
+        assert told[place].default == default, place
+    for place, known in WORDED.items():
+        assert told[place].allowed.startswith(" | ".join(known)), place
+    for law, one in LAWS.items():
+        meaning = told["sample", INPUT].meaning
+        assert re.search(rf"\b{law}\b", meaning)
+        assert all(parameter in meaning for parameter in one.parameters)
+
+
+@pytest.mark.parametrize("table", CAMPAIGN_KEYS)
+def test_tables_of_a_campaign_are_told_by_name(table, capsys):
+    assert main(["inputs", f"[{table}]"]) == 0
+    out = capsys.readouterr().out
+    assert all(key in out for key in CAMPAIGN_KEYS[table])

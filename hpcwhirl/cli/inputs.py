@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.campaign.tables import tables
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.scene import (
     engine_inputs,
@@ -18,6 +19,7 @@ from hpcwhirl.scene import (
     preset_names,
 )
 from hpcwhirl.scene.catalogue import catalogue, find_inputs
+from hpcwhirl.scene.documents import DESIGN_TABLES
 
 if TYPE_CHECKING:
     from hpcwhirl.scene.catalogue import InputFact
@@ -32,8 +34,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
         "name", nargs="?", metavar="NAME",
-        help="an input, as gap or casing.damping; a table, as solver; preset, "
-        "or a preset's name; engines, those with a name; default: all inputs",
+        help="an input, as gap or casing.damping; a table, as solver, or one of a "
+        f"campaign ({', '.join(DESIGN_TABLES)}); preset, or a preset's name; engines, "
+        "those with a name; default: all inputs",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print facts as JSON")
 
@@ -55,7 +58,10 @@ def _found(name: str | None) -> list[InputFact]:
     """Return the inputs of a name, in the order of the tables; all for None."""
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
-    return find_inputs(name, (PRESET, *preset_names(), ENGINES))
+    beside = tables()
+    if name.strip("[]") in beside:
+        return beside[name.strip("[]")]
+    return find_inputs(name, (PRESET, *preset_names(), ENGINES, *beside))
 
 
 def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
@@ -64,7 +70,7 @@ def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
     elif len(facts) == 1:
         _tell_one(facts[0])
     else:
-        for table in TABLES:
+        for table in (*TABLES, *tables()):
             _print_table(table, [fact for fact in facts if fact.table == table])
 
 
@@ -73,7 +79,8 @@ def _tell_one(fact: InputFact) -> None:
     if fact.rules:
         print(f"  {fact.rules}")
     unit = f" {fact.unit}" if fact.unit else ""
-    print(f"  default: {_plain(fact.default)}{unit}")
+    if fact.default is not None:
+        print(f"  default: {_plain(fact.default)}{unit}")
     print(f"  allowed: {fact.allowed}")
 
 
@@ -97,7 +104,14 @@ def _print_table(table: str, facts: Sequence[InputFact]) -> None:
 
 
 def _plain(value: Any) -> str:
-    """Return a default as one writes it in a TOML."""
+    """Return a default as one writes it in a TOML; "" where there is none."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        pairs = (f"{name} = {_plain(own)}" for name, own in value.items())
+        return f"{{{', '.join(pairs)}}}"
     if isinstance(value, str):
         return f'"{value}"'
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -5,7 +5,7 @@ All of it is read off the fields of `hpcwhirl.scene.inputs`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, get_args, get_origin
@@ -28,7 +28,7 @@ class InputFact:
     ----------
     name : in its table
     table : of the TOML
-    default : where a file does not say
+    default : where a file does not say; None: there is none
     unit : "" for none
     meaning : without the unit
     allowed : values, each alone; rules between inputs are in `rules`
@@ -37,7 +37,7 @@ class InputFact:
 
     name: str
     table: str
-    default: Value
+    default: Value | Mapping[str, float] | None
     unit: str
     meaning: str
     allowed: str
