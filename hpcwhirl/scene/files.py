@@ -28,7 +28,7 @@ from hpcwhirl.scene.quantities import INPUTS, LEAVES
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
 READING = 2  # raise when the same engine's file would give other numbers
-PHYSICS_VERSION = 6  # raise when the same inputs would give other numbers
+PHYSICS_VERSION = 7  # raise when the same inputs would give other numbers
 MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # bits of a whole number: less than a float's largest
 DEEPEST = 32  # tables and lists inside one another
