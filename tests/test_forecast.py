@@ -145,12 +145,18 @@ def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path, monkeyp
     assert one - two == pytest.approx((found.seconds + 6 * 0.25) / 2)
 
 
+@pytest.mark.parametrize("longest", [0.0, 8e-3])
 def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
-    tmp_path, monkeypatch
+    tmp_path, monkeypatch, longest
 ):
     """In contact a step takes thrice what the probes say; cases end early or do not."""
-    design = design_of(SHORT | {"output": {"traces": "summary"}})
     ends = {0: (1000, -1.0, 1.0), 2: (500, -1.0, 0.5), 4: (1000, 1e-3, 0.5)}
+    solver = SHORT["solver"]
+    if longest:
+        solver = solver | {"until": "decided", "longest": longest}
+        ends[5] = (4000, -1.0, 4.0)  # undecided, it went on
+    output = {"traces": "summary"}
+    design = design_of(SHORT | {"output": output, "solver": solver})
     rows = {
         case: {"steps": steps, "certificate": proved, "duration": 2e-3}
         for case, (steps, proved, _) in ends.items()
@@ -166,7 +172,7 @@ def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
         forecasts, "rehearse", lambda *_: Rehearsal(seconds=spent, rows=rows)
     )
     found = forecast(design, tmp_path)
-    assert found.most == pytest.approx(6 * 3e-3)
+    assert found.most == pytest.approx(6 * 3e-3 * max(longest / 2e-3, 1.0))
     assert found.seconds < found.most
 
 

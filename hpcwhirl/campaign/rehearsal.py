@@ -194,14 +194,14 @@ def with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
 
 
 def to_the_end(costs: Costs, tried: Rehearsal) -> Costs:
-    """Return what cases cost if none ends early: in contact more than a probe tells."""
+    """Return what cases cost to their first end: in contact more than a probe tells."""
     rate, whole = costs.predict(np.arange(len(costs.nominal))), {}
     for case, row in tried.rows.items():
         if case < len(rate):
             part = float(row["steps"]) / max(costs.steps[case], 1.0)
             if row["certificate"] >= 0.0:  # what followed took no steps
-                part = float(row["certificate"]) / float(row["duration"])
-            seconds = tried.seconds[case] / min(max(part, LITTLE), 1.0)
+                part *= float(row["certificate"]) / float(row["duration"])
+            seconds = tried.seconds[case] / max(part, LITTLE)
             whole[case] = max(seconds, float(rate[case]))
     return _learned(costs, whole) if whole else costs
 

@@ -109,7 +109,7 @@ def _shown(found: Progress) -> dict[str, str]:
         at_it = any(not one.died for one in found.running)
         out["stopping" if at_it else "stopped"] = found.stopped
     out |= _pace(found)
-    out["regimes"] = _counts(found.regimes) or "none yet"
+    out["regimes"] = _counts(found.regimes) or ("none yet" if found.left else "none")
     for name, died in (("running", False), ("left by processes that died", True)):
         ranks = [one for one in found.running if one.died == died]
         if ranks:

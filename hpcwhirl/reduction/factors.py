@@ -143,7 +143,8 @@ def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
         raise ModelError(UNHELD.format("not positive definite")) from None
 
     def solve(b: Matrix) -> Matrix:
-        x = dense(np.asarray(b, dtype=matrix.dtype).reshape(len(b), -1))
+        own = b.astype(matrix.dtype, casting="safe", copy=False)
+        x = dense(own.reshape(len(b), -1))
         cholmod.solve(factor, x)
         return np.array(x).reshape(b.shape)
 
