@@ -127,11 +127,9 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
 @pytest.mark.parametrize(
     ("named", "told"),
     [
-        ("", "engine.name = 'mostly_damped', got 'four_motions'"),
-        (
-            "engine.name = 'mostly_damped'\n",
-            "engine.rotor.damping = 0.01103, got 0.0085",
-        ),
+        ("", "was begun with engine.name = 'mostly_damped', got 'four_motions'"),
+        ("engine.name = 'mostly_damped'\n", "'mostly_damped' sets no inputs"),
+        ("engine.name = 'salvat2016'\n", "and none of those of 'mostly_damped'"),
     ],
 )
 def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
@@ -144,7 +142,7 @@ def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
     before = records(tmp_path / "out")
     code, err = run(named + SHORT + SPEEDS)
     assert code == 2
-    assert f"was begun with {told}" in err
+    assert told in err
     assert run(given + SHORT + SPEEDS)[0] == 0
     assert records(tmp_path / "out") == before
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene.anchor import anchored
+from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.files import (
     FILE,
     PRESET,
@@ -69,6 +70,11 @@ def scene_of_document(
     extra_tables : further tables that the document may have
     folder : where a relative `engine.file` starts; "" is the working directory
     settings : {name: value} that count over the document
+
+    Raises
+    ------
+    InputError
+        naming what is wrong; a label of an engine without its inputs is, too
     """
     known = (*SCENE_TABLES, *extra_tables)
     for table, content in document.items():
@@ -87,7 +93,9 @@ def scene_of_document(
     engine = data.get("engine")
     if isinstance(engine, Mapping) and isinstance(engine.get("file"), str):
         data["engine"] = {**engine, "file": _anchored(engine["file"], folder)}
-    return _set(data, preset_in(document), settings or {})
+    scene = _set(data, preset_in(document), settings or {})
+    check_label(scene)
+    return scene
 
 
 def _set(

@@ -7,8 +7,11 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from hpcwhirl.errors import unknown
-from hpcwhirl.scene.files import Value, full_name
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene.files import FILE, Value, flatten, full_name
+from hpcwhirl.scene.inputs import Scene
+
+FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
 
 
 @cache
@@ -40,3 +43,23 @@ def engine_inputs(name: str) -> dict[str, Value]:
 def engine_shows(name: str) -> str:
     """Return what a named engine shows on the paper's Table 2, as measured."""
     return str(_table()[name]["shows"])
+
+
+def check_label(scene: Scene) -> None:
+    """Refuse the name of another engine on one that has the default's inputs.
+
+    A name is a label: it sets nothing, and would be believed.
+
+    Raises
+    ------
+    InputError
+        naming what tells the engine's inputs
+    """
+    label = scene.engine.name
+    name, values, default = FORMER.get(label, label), flatten(scene), flatten(Scene())
+    if values[FILE] or name not in engine_names() or label == default["engine.name"]:
+        return
+    own = engine_inputs(name).keys() - {"engine.name"}
+    if all(values[n] == default[n] for n in own):
+        msg = f"engine.name = '{label}' sets no inputs, and none of those of '{name}' "
+        raise InputError(msg + "is there: hpcwhirl inputs engines tells them")
