@@ -155,11 +155,14 @@ def _to_unit(values: Values) -> Floats:
     return np.array([APART * number[text] for text in texts])
 
 
-def costs_of(design: Design) -> Costs:
-    """Return the costs of a design of which nothing is known yet."""
+def costs_of(design: Design, step: Floats | None = None) -> Costs:
+    """Return the costs of a design of which nothing is known yet.
+
+    step : (cases,), where `time_steps` are known already
+    """
     many, count = design.columns, len(design.settings)
     steps, seconds = np.zeros(count), np.zeros(count)
-    step = time_steps(design)
+    step = time_steps(design) if step is None else step
     for cases in many.chunks():
         get = many.all(cases)
         steps[cases] = end_times(get) / step[cases]

@@ -29,9 +29,8 @@ from hpcwhirl.campaign.refined import RefinedDesign, mean_seconds
 from hpcwhirl.campaign.rehearsal import (
     Rehearsal,
     drawn,
+    learned_of,
     rehearse,
-    to_the_end,
-    with_ends,
 )
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.stages import Ended, Stages, Todo
@@ -137,8 +136,8 @@ def forecast(
     extended : s, to what undecided cases go on, see `stages`
     stopping : whether to compute no more cases for it
     """
-    since = _age()
-    costs, stages = costs_of(design), Stages(design, extended)
+    since, step = _age(), time_steps(design)
+    costs, stages = costs_of(design, step), Stages(design, extended)
     mine = share(costs.steps, shard)
     no_words = stages.is_plain and not design.grows
     ends = ends_of(folder, stages, asked=() if no_words else None)
@@ -155,8 +154,8 @@ def forecast(
     asked = design, folder, drawn(left), budget, stopping
     tried = rehearse(*asked) if left else Rehearsal()
     probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
-    most = float(to_the_end(costs, tried).predict(left) @ spans[:, 1])
-    learned, error = with_ends(costs, tried)
+    learned, whole, error = learned_of(costs, tried)
+    most = float(whole.predict(left) @ spans[:, 1])
     each = learned.predict(left)
     seconds = float(each @ spans[:, 0])
     overhead = _overhead(folder, costs) if finished else tried.overhead
@@ -178,7 +177,7 @@ def forecast(
         finished=finished,
         longest=float((each * spans[:, 0]).max(initial=0.0)),
         compiled=tried.compiled,
-        disk=_disk(design, longest),
+        disk=_disk(design, longest, step),
     )
     if isinstance(design, RefinedDesign):
         found = _grown(found, design, ends.told, tried)
@@ -335,9 +334,9 @@ def _probe(design: Design, case: int, costs: Costs) -> bool:
     return True
 
 
-def _disk(design: Design, longest: Floats) -> Bytes:
+def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
     """Return the bytes of the campaign, if every case runs to its longest end."""
-    columns, step = design.columns, time_steps(design)
+    columns = design.columns
     samples = np.zeros(len(design.settings), dtype=np.int64)
     intervals = np.full(len(design.settings), np.nan)
     for cases in columns.chunks():

@@ -11,7 +11,7 @@ import math
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -181,39 +181,31 @@ def _reached(scratch: Path) -> float:
     return 1.0
 
 
-def with_ends(costs: Costs, tried: Rehearsal) -> tuple[Costs, float]:
-    """Return costs that know who ends before time, and their standard error, relative.
+def learned_of(costs: Costs, tried: Rehearsal) -> tuple[Costs, Costs, float]:
+    """Return what cases cost, if none ended early, and the first's relative error.
 
     A case that ends early is expected where those that were computed nearest to it do.
     """
-    known = np.isfinite(costs.factor)
     if not tried.seconds:
-        return costs, _error(costs.factor[known])
-    own = _learned(costs, tried.seconds)
-    return own, _error(own.factor[np.isfinite(own.factor)])
-
-
-def to_the_end(costs: Costs, tried: Rehearsal) -> Costs:
-    """Return what cases cost to their first end: in contact more than a probe tells."""
-    rate, whole = costs.predict(np.arange(len(costs.nominal))), {}
+        return costs, costs, _error(costs.factor[np.isfinite(costs.factor)])
+    rate = costs.predict(np.arange(len(costs.nominal)))
+    own, whole = (Costs(rate, costs.places, costs.steps) for _ in range(2))
+    for case, seconds in tried.seconds.items():
+        if case < len(rate):  # others follow from words
+            own.learn([case], seconds)
     for case, row in tried.rows.items():
         if case < len(rate):
-            part = float(row["steps"]) / max(costs.steps[case], 1.0)
-            if row["certificate"] >= 0.0:  # what followed took no steps
-                part *= float(row["certificate"]) / float(row["duration"])
-            seconds = tried.seconds[case] / max(part, LITTLE)
-            whole[case] = max(seconds, float(rate[case]))
-    return _learned(costs, whole) if whole else costs
+            whole_run = tried.seconds[case] / max(_marched(row, costs, case), LITTLE)
+            whole.learn([case], max(whole_run, float(rate[case])))
+    return own, whole, _error(own.factor[np.isfinite(own.factor)])
 
 
-def _learned(costs: Costs, seconds: Mapping[int, float]) -> Costs:
-    """Return costs with what some cases took, of those that no word has asked for."""
-    rate = costs.predict(np.arange(len(costs.nominal)))
-    own = Costs(rate, costs.places, costs.steps)
-    for case, each in seconds.items():
-        if case < len(rate):
-            own.learn([case], each)
-    return own
+def _marched(row: Record, costs: Costs, case: int) -> float:
+    """Return the steps that a case made, of those to its first end."""
+    part = float(row["steps"]) / max(costs.steps[case], 1.0)
+    if row["certificate"] < 0.0:
+        return part
+    return part * float(row["certificate"]) / float(row["duration"])  # the rest: none
 
 
 def _error(shares: NDArray[np.float64]) -> float:

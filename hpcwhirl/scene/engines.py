@@ -8,7 +8,7 @@ from importlib import resources
 from typing import Any
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.files import FILE, Value, flatten, full_name
+from hpcwhirl.scene.files import Value, flatten, full_name
 from hpcwhirl.scene.inputs import Scene
 
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
@@ -55,10 +55,11 @@ def check_label(scene: Scene) -> None:
     InputError
         naming what tells the engine's inputs
     """
-    label = scene.engine.name
-    name, values, default = FORMER.get(label, label), flatten(scene), flatten(Scene())
-    if values[FILE] or name not in engine_names() or label == default["engine.name"]:
+    label, usual = scene.engine.name, Scene()
+    name = FORMER.get(label, label)
+    if label == usual.engine.name or scene.engine.file or name not in engine_names():
         return
+    values, default = flatten(scene), flatten(usual)
     own = engine_inputs(name).keys() - {"engine.name"}
     if all(values[n] == default[n] for n in own):
         msg = f"engine.name = '{label}' sets no inputs, and none of those of '{name}' "
