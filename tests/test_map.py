@@ -3,6 +3,7 @@
 import csv
 import tracemalloc
 from collections import Counter
+from itertools import product
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -309,6 +310,14 @@ def test_cases_that_would_lie_behind_others_are_refused(tmp_path):
     folder = synthetic(tmp_path / "out", rows)
     with pytest.raises(ValueError, match=r"would be hidden|too many"):
         drawn(folder, y="gap")
+
+
+def test_panels_tell_the_unit_of_what_they_share(tmp_path):
+    at = product((300.0, 310.0), (1e-4, 2e-4), (0.1, 0.2))
+    rows = [{"speed": s, "gap": gap, "friction": mu} for s, gap, mu in at]
+    map_ = drawn(synthetic(tmp_path / "out", rows), x="speed", y="friction")
+    titles = {axes.get_title() for axes in map_.figure.axes}
+    assert titles == {"gap = 0.0001 m", "gap = 0.0002 m"}
 
 
 def test_speeds_may_be_told_in_rpm(made):

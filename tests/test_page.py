@@ -309,7 +309,7 @@ def test_a_campaign_leaves_its_page_beside_the_map(finished):
     ("auto", 1, False), ("auto", 2, True), ("yes", 1, True), ("no", 2, False),
 ])  # fmt: skip
 def test_a_page_is_written_unasked_where_it_is_cheap(
-    tmp_path, monkeypatch, wish, most, there
+    tmp_path, monkeypatch, capsys, wish, most, there
 ):
     monkeypatch.setattr(campaign, "MOST_ON_PAGE", most)
     folder = made_up.campaign(tmp_path / "out", {"sweep": {"speed": [1, 2]}})
@@ -317,3 +317,5 @@ def test_a_page_is_written_unasked_where_it_is_cheap(
     ended = Ending(complete=True, cases=2, failed=0, results=folder / "results.h5")
     assert bool(campaign._pages(args, ended)) == there
     assert (folder / "report.html").exists() == there
+    told_so = "no report.html: 2 cases, more than 1" in capsys.readouterr().err
+    assert told_so == (wish == "auto" and not there)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 import time
 from collections.abc import Mapping
@@ -233,6 +234,10 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
     from hpcwhirl.report.page.build import NAME, is_stale, write_page
 
     wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
+    if args.report == "auto" and not wanted["auto"]:
+        why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
+        how = shlex.join(["hpcwhirl", "report", str(args.out)])
+        print(f"hpcwhirl: no report.html: {why}: {how}", file=sys.stderr)
     if not wanted[args.report]:
         return []
     page = args.out / NAME

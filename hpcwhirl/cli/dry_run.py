@@ -65,7 +65,9 @@ def _step(found: Forecast) -> float:
 
 def _lines(found: Forecast, design: Design, ranks: int) -> list[str]:
     rest = f", {found.left} left" if found.left < found.cases else ""
-    told = [f"{found.cases} cases over {', '.join(design.swept) or 'nothing'}{rest}"]
+    cases = "1 case" if found.cases == 1 else f"{found.cases} cases"
+    over = f" over {', '.join(design.swept)}" if design.swept else ""
+    told = [f"{cases}{over}{rest}"]
     if design.grows:
         more, least, most = found.more
         told.append(

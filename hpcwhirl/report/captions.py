@@ -73,13 +73,8 @@ def _fixed(data: xarray.Dataset, name: str, value: Any, *, rpm: bool) -> str:
 
 
 def panel_title(values: dict[str, Any]) -> str:
-    """Return what the cases of a panel share."""
-    parts = []
-    for name, value in values.items():
-        text = told(value)
-        text = text if len(text) <= 30 else text[:29] + "…"
-        parts.append(f"{name.replace('_', ' ')} = {text}")
-    return ", ".join(parts)
+    """Return what the cases of a panel share, with units."""
+    return ", ".join(value_of(name, value) for name, value in values.items())
 
 
 def add_legend(

@@ -37,9 +37,9 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
     ----------
     name : of a variable
     value : number or text; a long text is cut
-    unit : of the value where it is not that of the table
+    unit : of the value where it is not that of `scene.quantities`
     """
-    known = KNOWN.get(name)
+    known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
     text = told(value)
     text = text if len(text) <= 40 else text[:39] + "…"
