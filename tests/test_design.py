@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hpcwhirl.campaign import design as designs
+from hpcwhirl.campaign import swept as values
 from hpcwhirl.campaign.design import design_of, load_design
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, digest
@@ -240,7 +240,7 @@ def test_a_wrong_range_is_told_in_one_line(span, words):
 
 
 def test_too_many_cases_are_refused_before_they_are_made(monkeypatch):
-    monkeypatch.setattr(designs, "MOST_CASES", 5)
+    monkeypatch.setattr(values, "MOST_CASES", 5)
     told = refusal("[sweep]\nspeed = [1, 2]\ngap = [1e-4, 2e-4, 3e-4]")
     assert "at most 5 cases, [sweep] asks for 6" in told
     assert "at most 5" in refusal(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -15,8 +14,9 @@ import numpy as np
 
 from hpcwhirl import __version__
 from hpcwhirl.campaign.sampling import Sample, check_scenes, sample_of, sampled_rows
+from hpcwhirl.campaign.swept import axes_of, check_count, listed_cases, swept_values
 from hpcwhirl.campaign.twins import Twins, check_spread, twins_of
-from hpcwhirl.errors import CaseError, InputError, one_line, shown, unknown
+from hpcwhirl.errors import CaseError, InputError, one_line, shown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     Scene,
@@ -33,15 +33,11 @@ from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
     Value,
-    by_full_name,
     full_name,
-    is_number,
     read_as,
-    takes_list,
-    undotted,
 )
 from hpcwhirl.scene.many import Many
-from hpcwhirl.scene.table import Axis, Block, OfCases, Table, column_of, listed
+from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.manifest import CONTENT, MEASURE, PHYSICS, SAMPLE, Manifest
 from hpcwhirl.store.neighbours import at_boundary
 
@@ -50,11 +46,8 @@ if TYPE_CHECKING:
     from hpcwhirl.case.resolve import Case
 
 Settings = dict[str, Value]
-RANGE_KEYS = ("start", "stop", "step", "num")
-MOST_CASES = 10_000_000
 MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
 MOST_TOLD = 200  # letters of what two cases share
-LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 
 class Scenes(OfCases[Scene]):
@@ -280,10 +273,9 @@ def design_of(
     first = first_inputs(document, settings or {})
     own = {**first, **(settings or {})}
     base = scene_of_document(document, DESIGN_TABLES, folder, own)
-    grid = _named(document, "sweep")
-    zipped = _named(document, "zip")
-    explicit = _explicit(document.get("cases", []))
-    product = [Block(_axes(grid, zipped))] if grid or zipped or not explicit else []
+    grid, zipped = swept_values(document, "sweep"), swept_values(document, "zip")
+    explicit = listed_cases(document.get("cases", []))
+    product = [Block(axes_of(grid, zipped))] if grid or zipped or not explicit else []
     rows = _anchored(Table([*product, *Table.of(explicit).blocks]), folder)
     sample = sample_of(document)
     rows = sampled_rows(sample, rows, base)
@@ -291,9 +283,7 @@ def design_of(
     _check_unset(swept, map(full_name, settings or {}), "--set or --preset")
     _check_unset(swept, preset_in(document), "[solver] preset:")
     _check_unset(swept, first, "[refine] first:")
-    if len(rows) > MOST_CASES:
-        msg = f"a campaign has at most {MOST_CASES} cases, got {len(rows)}"
-        raise InputError(msg)
+    check_count(len(rows), "got")
     twins = twins_of(document, base)
     if twins:
         _check_twins(twins, base, rows)
@@ -340,91 +330,6 @@ def rules_of(document: Mapping[str, Any]) -> dict[str, Any]:
         msg = f"[campaign] must be a table, got {shown(content)}"
         raise InputError(msg)
     return dict(content)
-
-
-def _named(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
-    content = document.get(table, {})
-    if not isinstance(content, Mapping):
-        msg = f"[{table}] must be a table, got {shown(content)}"
-        raise InputError(msg)
-    flat = _flat(content)
-    full = by_full_name(flat.items(), f"[{table}]")
-    return {name: _values(table, name, given) for name, given in full.items()}
-
-
-def _flat(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted name: value}, of which a range is one."""
-    return dict(undotted(content, lambda table: bool(table.keys() & set(RANGE_KEYS))))
-
-
-def _values(table: str, name: str, given: Any) -> list[Value]:
-    if isinstance(given, Mapping):
-        return _range(name, given)
-    kinds = list if takes_list(name) else bool | int | float | str
-    if isinstance(given, list) and given and all(isinstance(v, kinds) for v in given):
-        return list(given)
-    msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
-    raise InputError(msg + f"got {shown(given)}")
-
-
-def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
-    for key, value in given.items():
-        if key not in RANGE_KEYS:
-            raise unknown(f"key of range {name}", key, RANGE_KEYS)
-        if not is_number(value) or not abs(value) < LARGEST:
-            msg = f"range {name}: {key} must be a finite number, got {shown(value)}"
-            raise InputError(msg)
-    if not {"start", "stop"} <= given.keys() or len(given) != 3:
-        msg = (
-            f"range {name} takes start, stop and either step or num, got {shown(given)}"
-        )
-        raise InputError(msg)
-    start, stop = given["start"], given["stop"]
-    if "num" in given:
-        return _spaced(name, start, stop, given["num"])
-    step = given["step"]
-    if step == 0 or (stop - start) / step < 0 or (stop - start) / step > MOST_CASES:
-        msg = f"range {name}: step must lead from start to stop, got {shown(given)}"
-        raise InputError(msg)
-    # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
-    a, b, d = (Decimal(str(v)) for v in (start, stop, step))
-    count = int((b - a) / d + Decimal("1e-9")) + 1
-    whole = isinstance(start, int) and isinstance(step, int)
-    return [int(v) if whole else float(v) for v in (a + i * d for i in range(count))]
-
-
-def _spaced(name: str, start: float, stop: float, num: float) -> list[Value]:
-    if not isinstance(num, int) or not 1 <= num <= MOST_CASES:
-        msg = f"range {name}: num must be a whole number > 0, got {shown(num)}"
-        raise InputError(msg)
-    return [float(v) for v in np.linspace(start, stop, num)]
-
-
-def _axes(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Axis]:
-    """Return the axes of a grid, and that of lists side by side, which is the last."""
-    lengths = {name: len(values) for name, values in zipped.items()}
-    if len(set(lengths.values())) > 1:
-        msg = f"[zip] lists must have one length, got {lengths}"
-        raise InputError(msg)
-    both = sorted(grid.keys() & zipped.keys())
-    if both:
-        msg = f"{both[0]} is in [sweep] and in [zip]"
-        raise InputError(msg)
-    total = float(np.prod([float(len(v)) for v in grid.values()]))
-    if total > MOST_CASES:
-        msg = f"a campaign has at most {MOST_CASES} cases, [sweep] asks for {total:.3g}"
-        raise InputError(msg)
-    axes = [Axis((name,), (column_of(values),)) for name, values in grid.items()]
-    if zipped:
-        axes.append(Axis(tuple(zipped), tuple(map(column_of, zipped.values()))))
-    return axes
-
-
-def _explicit(given: Any) -> list[Settings]:
-    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
-        msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
-        raise InputError(msg)
-    return [by_full_name(_flat(case).items(), "[[cases]]") for case in given]
 
 
 def _check_distinct(columns: Many) -> None:
