@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import atexit
 import os
+import signal
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -160,9 +162,7 @@ def alien_library() -> str:
     """
     if not (alien := alien_family()):
         return ""
-    import mpi4py
-
-    mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    without_mpi()
     from mpi4py import MPI
 
     if family(told := library()) == alien:
@@ -171,6 +171,35 @@ def alien_library() -> str:
         MPI.Init_thread()
         atexit.register(MPI.Finalize)
     return ""
+
+
+def without_mpi() -> None:
+    """Let no import begin MPI here, such as that of an h5py which writes in parallel.
+
+    A process that a rank has begun would call itself that rank.
+    """
+    import mpi4py
+
+    mpi4py.rc.initialize = mpi4py.rc.finalize = False
+
+
+def interpreter(module: str, *words: str) -> list[str]:
+    """Return the command that calls `main` of a module of this very program.
+
+    Its path is that of this process: another version of the program that lies in the
+    working directory is not taken for it.
+    """
+    path = ascii(sys.path)
+    run = f"import sys; sys.path[:] = {path}; from {module} import main; main()"
+    return [sys.executable, "-P", "-c", run, *words]
+
+
+def fate(code: int) -> str:
+    """Return how a process ended, by its return code, to follow its name."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
+    return f"died of {signal.Signals(-code).name}{hint}"
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """What several test files share: campaigns of a few milliseconds, strict JSON."""
 
+import importlib
 import json
 import subprocess
 
@@ -9,6 +10,9 @@ from hypothesis import settings
 
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import march as marching
+
+for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in here
+    importlib.import_module(name)
 
 settings.register_profile("no clock", deadline=None)  # a busy machine is no failure
 settings.load_profile("no clock")

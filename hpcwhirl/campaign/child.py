@@ -24,6 +24,7 @@ from hpcwhirl.campaign.stop import SIGNALS, Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import without_mpi
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.packing import packed
@@ -112,6 +113,7 @@ def main() -> None:
     for name in SIGNALS:  # the parent says when to stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()
+    without_mpi()
     sink = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     with contextlib.suppress(BrokenPipeError):

@@ -11,9 +11,7 @@ import contextlib
 import math
 import os
 import select
-import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +19,7 @@ from pathlib import Path
 from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop
+from hpcwhirl.launch import fate, interpreter
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.lines import Record, opened, sealed
 from hpcwhirl.store.packing import unpacked
@@ -98,8 +97,8 @@ class Child:
     def _begin(self) -> subprocess.Popen[bytes]:
         # a session of its own: Ctrl-C is for the parent, which tells the child
         self._process = subprocess.Popen(
-            [sys.executable, "-m", MODULE], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, bufsize=0, start_new_session=True,
+            interpreter(MODULE), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            bufsize=0, start_new_session=True,
         )  # fmt: skip
         self._come, self._head = bytearray(), None
         self._send(sealed(self._first))
@@ -174,8 +173,4 @@ class Child:
         """Return what the child died of, unless it was sent a stop as this process."""
         code = self._reap()
         between()
-        if code >= 0:
-            return DiedError(f"the case's process ended with exit code {code}")
-        name = signal.Signals(-code).name
-        hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
-        return DiedError(f"the case's process died of {name}{hint}")
+        return DiedError(f"the case's process {fate(code)}")

@@ -254,10 +254,10 @@ def _maps(ending: Any, out: Path) -> list[Path]:
     known = [out / "map.png", out / "map.svg"]
     if not ending.gathered and _is_after(ending.results, known):
         return known
-    from hpcwhirl.report.maps import draw_map
+    from hpcwhirl.report.apart import draw_apart
 
     try:
-        return draw_map(ending.results, out)
+        return draw_apart(ending.results, out)
     except InputError as refused:
         print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
         return []
