@@ -239,3 +239,12 @@ def test_json_rows_have_the_numbers_of_the_file(folder, data, capsys):
     told = json.loads(capsys.readouterr().out)["cases"]
     for row in told[:10]:
         assert row["late_lost"] == float(data.late_lost[row["case"]])
+
+
+def test_rows_of_csv_are_printed_some_at_a_time(finished, monkeypatch, capsys):
+    assert main(["cases", str(finished), "--csv"]) == 0
+    whole = capsys.readouterr().out
+    monkeypatch.setattr("hpcwhirl.cli.cases.AT_ONCE", 1)
+    assert main(["cases", str(finished), "--csv"]) == 0
+    assert capsys.readouterr().out == whole
+    assert whole.count("\n") == 3

@@ -136,10 +136,13 @@ def growths(rows: Floats) -> list[tuple[float, float]]:
 
 def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
     """Return (rate, standard error), 1/s, of levels (m, count) at times (count,)."""
-    if not np.isfinite(level).all():
-        if len(level) == 1:
-            return [(_come_to_rest(at, level[0]), 0.0)]
-        return [_fitted(at, own[None])[0] for own in level]
+    moving = np.asarray(np.isfinite(level).all(axis=1))
+    if not moving.all():
+        fits = iter(_fitted(at, level[moving]))
+        return [
+            next(fits) if moves else (_come_to_rest(at, own), 0.0)
+            for moves, own in zip(moving, level, strict=True)
+        ]
     away = at - np.add.reduce(at) / len(at)
     spread = away @ away
     rise = level[:, 1:] - level[:, :-1]

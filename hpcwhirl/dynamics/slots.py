@@ -33,6 +33,7 @@ from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
 MOST_KEPT = 32  # models, as in `reduction.model`: some 50 kB each
+MOST_RUBBED = 128  # models at a friction: some 10 kB each, of 100 blades 100
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
@@ -227,13 +228,22 @@ def _lobes(model: Model, diameter: int, direction: str) -> Floats:
     return np.asarray(lobe_load(model, diameter, direction) @ model.casing.shapes)
 
 
+@lru_cache(maxsize=MOST_RUBBED)
+def _rubbed_ring(model: Model, step: float, mu: str, *, flies: bool) -> Floats:
+    """Return a ring's items with friction.
+
+    mu : `float.hex` of it: as a key, -0.0 is another than 0.0, as in arithmetic
+    """
+    return _pushed(_ring(model, step, flies=flies).items, float.fromhex(mu))
+
+
 def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     """Return (items (ITEMS size,), load (size,), rows); none of a rigid casing."""
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
     step = scene.solver.time_step
-    ring = _ring(model, step, flies=_flies(scene))
-    items = _pushed(ring.items, friction_with_sign(scene))
+    ring, mu = _ring(model, step, flies=_flies(scene)), friction_with_sign(scene).hex()
+    items = _rubbed_ring(model, step, mu, flies=_flies(scene)).copy()
     spin = ring.turns * scene.speed
     turn = np.exp(1j * (spin * step))
     items[passes.TURN_RE, ring.row, ring.slot] = turn.real
@@ -319,29 +329,43 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     return q
 
 
+@lru_cache(maxsize=MOST_RUBBED)
+def _rubbed(
+    model: Model, step: float, mu: str, *, flies: bool
+) -> tuple[Floats, Floats, Floats, int]:
+    """Return what cyclic arrays have of a friction, whatever the speed.
+
+    Returns
+    -------
+    (items of the rotor, packed; hub; column of W to blade 0, m/N; rows of the rotor)
+    """
+    items, hub, rows = _rotor(model, step, flies=flies)
+    rotor = _pushed(items, float.fromhex(mu))
+    symbol = _symbol(rotor[:, :, 0])
+    if model.casing is not None and isinstance(model.ring, FourierOperator):
+        symbol = symbol + _symbol(_rubbed_ring(model, step, mu, flies=flies))
+    half = model.blades // 2 + 1
+    column = (blade_waves(model.blades) @ symbol[:half]).real.copy()
+    return passes.packed(rotor.ravel()), hub, column, rows
+
+
 def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, int]:
     """Return (arrays of the cyclic kernel, rows of rotor, rows of ring).
 
     beat : steps between rows of evidence
     """
-    blades = model.blades
-    flies = _flies(scene)
-    own, hub, rows = _rotor(model, scene.solver.time_step, flies=flies)
-    rotor = _pushed(own, friction_with_sign(scene)).ravel()
+    blades, mu = model.blades, friction_with_sign(scene).hex()
+    step, flies = scene.solver.time_step, _flies(scene)
+    rotor, hub, column, rows = _rubbed(model, step, mu, flies=flies)
     ring, lobe, casing_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
-    symbol = _symbol(rotor.reshape(passes.ITEMS, rows, 2, -1)[:, :, 0])
-    if casing_rows:
-        symbol = symbol + _symbol(ring.reshape(passes.ITEMS, casing_rows, -1))
-    half = blades // 2 + 1
-    column = (blade_waves(blades) @ symbol[:half]).real.copy()  # W of j to blade 0
-    flight = flight_arrays(scene, beat, rotor, ring)
+    flight = flight_arrays(scene, beat, passes.unpacked(rotor), ring) if flies else ()
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
-        CyclicRotor(passes.packed(rotor), hub),
+        CyclicRotor(rotor, hub),
         CyclicCasing(passes.packed(ring), slot, sign),
-        CyclicContact(column, turns, wave, flight),
+        CyclicContact(column.copy(), turns, wave, flight),
     )
     return arrays, rows, casing_rows
 
