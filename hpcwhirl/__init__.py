@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from hpcwhirl.analysis.shares import shares
-    from hpcwhirl.campaign.design import Design
+    from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.python import campaign
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
     from hpcwhirl.scene import Scene
-    from hpcwhirl.store.grid import grid
-    from hpcwhirl.store.reader import open_results, words
+    from hpcwhirl.store.reading.grid import grid
+    from hpcwhirl.store.reading.reader import open_results, words
 
 __version__ = "0.1.0"
 __all__ = [
@@ -38,14 +38,14 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Design": "hpcwhirl.campaign.design",
+    "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
     "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",
-    "open_results": "hpcwhirl.store.reader",
-    "words": "hpcwhirl.store.reader",
-    "grid": "hpcwhirl.store.grid",
+    "open_results": "hpcwhirl.store.reading.reader",
+    "words": "hpcwhirl.store.reading.reader",
+    "grid": "hpcwhirl.store.reading.grid",
 }
 
 

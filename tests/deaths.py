@@ -4,7 +4,7 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.store.states import stored_states
+from hpcwhirl.store.directory.states import stored_states
 
 SLICE = 512  # steps
 MOST = 400

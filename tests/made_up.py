@@ -6,15 +6,15 @@ import numpy as np
 
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.analysis.rules import first_words
-from hpcwhirl.campaign.design import design_of
 from hpcwhirl.campaign.ending import facts_of
 from hpcwhirl.campaign.growing import Wanted
-from hpcwhirl.campaign.stages import Ended
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.stages import Ended
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal, next_run
-from hpcwhirl.store.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journal, next_run
+from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.results.gather import gather
 
 INTERVAL = 2e-4  # s
 WHERE = {"rank": 0, "host": "node", "seconds": 0.5, "microseconds_per_step": 1.0}

@@ -4,8 +4,8 @@ import numpy as np
 
 from hpcwhirl.scene.quantities import ROW, TRACES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
 
 SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
 SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result

@@ -10,8 +10,8 @@ import pytest
 from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT
 
 from hpcwhirl.campaign.agenda import MOST, Agenda, Questions
-from hpcwhirl.campaign.cost import Costs, costs_of
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.cost import Costs, costs_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.ranks import Tally, map_ranks, told
 from hpcwhirl.launch import ALONE
 
@@ -25,7 +25,7 @@ import json, sys, time
 from mpi4py import MPI
 import numpy as np
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import Tally, map_ranks
 
 comm, found = MPI.COMM_WORLD, []
@@ -58,7 +58,7 @@ import json, sys, time
 from mpi4py import MPI
 import numpy as np
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import Tally, map_ranks
 
 comm, found, cases = MPI.COMM_WORLD, [], 60

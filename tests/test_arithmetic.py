@@ -11,9 +11,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hpcwhirl.campaign.cost import Places, costs_of, predicted
-from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.refined import RefinedDesign
+from hpcwhirl.campaign.plan.cost import Places, costs_of, predicted
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.refined import RefinedDesign
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.errors import InputError, StoreError, one_line, shown
 from hpcwhirl.scene import Scene, apply_settings, digest, flatten, many
@@ -21,8 +21,8 @@ from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.files import full_name
 from hpcwhirl.scene.many import RULES
 from hpcwhirl.scene.table import Table
-from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.neighbours import at_boundary
+from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.neighbours import at_boundary
 
 PATTERNS = [[], [0.01] * 6, [0.0, 1, -0.5, 0.1, 0.2, 0.3], [0.02] * 5]
 VALUES = {

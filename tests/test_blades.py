@@ -7,10 +7,10 @@ from launch import launch, root_variables
 import hpcwhirl
 from hpcwhirl.analysis.blades import blade_amplitudes, blade_numbers, localisation
 from hpcwhirl.analysis.shares import shares
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.blades import amplification
+from hpcwhirl.store.directory.blades import amplification
 
 SMALL = {
     "scene": {"duration": 3e-3},

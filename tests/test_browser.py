@@ -19,7 +19,7 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.words import word_of
-from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.reading.excerpt import Excerpt
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 EXPECTED = os.environ.get("HPCWHIRL_EXPECT_BROWSER") == "1"

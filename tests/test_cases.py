@@ -13,7 +13,7 @@ import hpcwhirl
 from hpcwhirl.cli import main
 from hpcwhirl.cli.cases import source_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.store.query import matching
+from hpcwhirl.store.reading.query import matching
 
 ROWS = grid_of(
     speed=[300.0, 400.0, 500.0], gap=[1e-4, 4e-4], **{"casing.thickness": [0.02, 0.03]}

@@ -20,9 +20,9 @@ from specimen import begin
 from hpcwhirl.cli import main
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import INPUTS, TRACES, variable_name
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.layout import CONVENTIONS
-from hpcwhirl.store.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.results.gather import gather
+from hpcwhirl.store.results.layout import CONVENTIONS
 
 ASIDE = "check_spatiotemporal_dims_have_coordinate_vars"
 SHORT = ["--set", "duration=0.02", "--set", "traces=full", "--quiet"]

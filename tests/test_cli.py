@@ -10,7 +10,7 @@ from launch import LIMIT
 
 import hpcwhirl
 from hpcwhirl.campaign import resume as campaigns
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command

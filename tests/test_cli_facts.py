@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.scene.schemes import NAMES
-from hpcwhirl.store.reader import words
+from hpcwhirl.store.reading.reader import words
 
 SHORT = ("--set", "duration=2e-3", "--set", "time_step=2e-6", "--set", "interval=5e-5")
 INPUTS = {"duration": 2e-3, "time_step": 2e-6, "interval": 5e-5}

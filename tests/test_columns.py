@@ -6,23 +6,23 @@ import zlib
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.ends import ends_of
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.ends import ends_of
+from hpcwhirl.campaign.plan.stages import Stages
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.stages import Stages
 from hpcwhirl.scene.words import is_open
-from hpcwhirl.store.columns import told_by
-from hpcwhirl.store.contents import contents_of
-from hpcwhirl.store.journal import (
+from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.journal import (
     Journal,
     claim_run,
     journal_name,
     read_at,
     whole_records,
 )
-from hpcwhirl.store.lines import AT, OWN, Layout
-from hpcwhirl.store.manifest import read_manifest, write_manifest
+from hpcwhirl.store.directory.lines import AT, OWN, Layout
+from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
+from hpcwhirl.store.results.contents import contents_of
 
 CASES = 40
 TABLES = {

@@ -8,13 +8,13 @@ import h5py
 import pytest
 
 from hpcwhirl.analysis.regimes import threshold_facts
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
-from hpcwhirl.store.current import is_current
-from hpcwhirl.store.journal import Journal, read_records
-from hpcwhirl.store.reader import open_results
+from hpcwhirl.store.directory.journal import Journal, read_records
+from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.results.current import is_current
 
 DOCUMENT = {
     "scene": {"duration": 2e-3},

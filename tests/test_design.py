@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hpcwhirl.campaign import swept as values
-from hpcwhirl.campaign.design import design_of, load_design
+from hpcwhirl.campaign.plan import swept as values
+from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, digest
 

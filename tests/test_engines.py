@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign.design import design_of, load_design
+from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
@@ -31,8 +31,8 @@ from hpcwhirl.scene import (
     scene_from,
     to_toml,
 )
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.reader import open_results
+from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.results.gather import gather
 from hpcwhirl.structure import bladed_disk
 from hpcwhirl.structure.bladed_disk import NODE, blade
 

@@ -10,7 +10,7 @@ from launch import launch, root_variables
 from on_engine import on_engine
 
 import hpcwhirl
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import planned, prepare
@@ -19,9 +19,9 @@ from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.journal import read_records
-from hpcwhirl.store.manifest import MEASURE, read_manifest, write_manifest
-from hpcwhirl.store.states import stored_states
+from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.manifest import MEASURE, read_manifest, write_manifest
+from hpcwhirl.store.directory.states import stored_states
 
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
 TABLES = {

@@ -20,7 +20,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report import campbell, figures, growth, motions, ranges, shapes, sweeps
 from hpcwhirl.scene import Rotor, Scene, apply_settings
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 FULL = """

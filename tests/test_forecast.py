@@ -5,19 +5,19 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcwhirl.campaign import cost as costs
-from hpcwhirl.campaign import forecast as forecasts
-from hpcwhirl.campaign.cost import time_steps
-from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.forecast import forecast
-from hpcwhirl.campaign.foreseen import followers
-from hpcwhirl.campaign.rehearsal import Rehearsal, drawn, rehearse
+from hpcwhirl.campaign.foresight import forecast as forecasts
+from hpcwhirl.campaign.foresight.forecast import forecast
+from hpcwhirl.campaign.foresight.foreseen import followers
+from hpcwhirl.campaign.foresight.rehearsal import Rehearsal, drawn, rehearse
+from hpcwhirl.campaign.plan import cost as costs
+from hpcwhirl.campaign.plan.cost import time_steps
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.stages import Stages
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.stages import Stages
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.scene.many import end_times
-from hpcwhirl.store.journal import read_records
+from hpcwhirl.store.directory.journal import read_records
 
 SHORT = {
     "scene": {"duration": 2e-3},

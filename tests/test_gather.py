@@ -21,14 +21,14 @@ from hpcwhirl.launch import Alone
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store import blocks
-from hpcwhirl.store.blocks import ranges
-from hpcwhirl.store.contents import contents_of
-from hpcwhirl.store.gather import _blocks, gather, has_mpi_io
-from hpcwhirl.store.journal import read_records, read_traces
-from hpcwhirl.store.manifest import Manifest, write_manifest
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.runs import write_run
+from hpcwhirl.store.directory.journal import read_records, read_traces
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.runs import write_run
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.results import blocks
+from hpcwhirl.store.results.blocks import ranges
+from hpcwhirl.store.results.contents import contents_of
+from hpcwhirl.store.results.gather import _blocks, gather, has_mpi_io
 from hpcwhirl.store.schema import dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=pytest.mark.mpi)]

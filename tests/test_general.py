@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.tips import delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.store.single import write_arrays
+from hpcwhirl.store.results.single import write_arrays
 
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110}
 place_of, recall, guess = (  # parts, for Python

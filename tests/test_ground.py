@@ -11,10 +11,10 @@ import pytest
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
-from hpcwhirl.store.cases import Cases
-from hpcwhirl.store.journal import read_records
-from hpcwhirl.store.lines import opened, sealed
-from hpcwhirl.store.running import Running
+from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.lines import opened, sealed
+from hpcwhirl.store.directory.running import Running
+from hpcwhirl.store.reading.cases import Cases
 
 NOWHERE = "/proc/nowhere"  # not even root can make it
 ASK = """

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from launch import ENVIRONMENT, LIMIT, ROOT
 
-from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.ending import _as_text
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.stop import parse_walltime, time_left
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
@@ -19,7 +19,7 @@ from hpcwhirl.errors import InputError, WhirlError, one_line, shown
 from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.files import parse_setting
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.reading.reader import count_statuses
 
 LONGEST = 2300  # characters of any message
 DIGITS = "9" * 5000

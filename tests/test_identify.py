@@ -27,7 +27,7 @@ from identify.space import (
     swing,
 )
 
-from hpcwhirl.campaign.design import design_of, load_design
+from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.scene import engine_inputs, engine_names, flatten, named_scene
 
 

@@ -9,7 +9,7 @@ from identify.full import DECIDING, Found
 from identify.guide import WORDS
 from identify.space import UNKNOWNS, default_engine, scattered
 
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.scene import apply_settings, engine_names, engine_shows, named_scene
 
 

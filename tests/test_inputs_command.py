@@ -5,9 +5,10 @@ import re
 
 import pytest
 
-from hpcwhirl.campaign import policy, refine, sampling, twins
-from hpcwhirl.campaign.distributions import LAWS
-from hpcwhirl.campaign.tables import tables
+from hpcwhirl.campaign import policy
+from hpcwhirl.campaign.plan import refine, sampling, twins
+from hpcwhirl.campaign.plan.distributions import LAWS
+from hpcwhirl.campaign.plan.tables import tables
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.rule import SCALES, WORDS

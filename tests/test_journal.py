@@ -14,17 +14,17 @@ import pytest
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store import journal as journal_module
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import (
+from hpcwhirl.store.directory import journal as journal_module
+from hpcwhirl.store.directory.journal import (
     Journal,
     next_run,
     read_at,
     read_records,
     read_traces,
 )
-from hpcwhirl.store.lines import Layout, is_packed, line_of, opened, sealed
-from hpcwhirl.store.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.lines import Layout, is_packed, line_of, opened, sealed
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.results.gather import gather
 
 AWKWARD = [0.1 + 0.2, 5e-324, -0.0, 1.7976931348623157e308, 1 / 3]
 TRACES = {

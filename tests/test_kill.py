@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from launch import LIMIT, finish, kill, launch, records, root_variables, start, tree
 
-from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.store.journal import read_records, read_traces
+from hpcwhirl.store.directory.journal import read_records, read_traces
 
 CAMPAIGN = """
 scene = {{duration = {duration}}}

@@ -9,12 +9,12 @@ from specimen import BASE
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store import many
-from hpcwhirl.store.blocks import block_size, ranges, read_block
-from hpcwhirl.store.contents import contents_of
-from hpcwhirl.store.journal import journal_name
-from hpcwhirl.store.lines import OWN, is_packed, line_of, opened, sealed
-from hpcwhirl.store.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory import many
+from hpcwhirl.store.directory.journal import journal_name
+from hpcwhirl.store.directory.lines import OWN, is_packed, line_of, opened, sealed
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.results.blocks import block_size, ranges, read_block
+from hpcwhirl.store.results.contents import contents_of
 
 CASES = 40
 

@@ -12,8 +12,8 @@ from launch import records
 from specimen import begin
 
 from hpcwhirl.campaign import evaluate
-from hpcwhirl.campaign.cost import costs_of
-from hpcwhirl.campaign.design import design_of, load_design
+from hpcwhirl.campaign.plan.cost import costs_of
+from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
@@ -22,19 +22,19 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import (
+from hpcwhirl.store.directory.journal import (
     Journal,
     claim_run,
     next_run,
     read_journals,
     read_records,
 )
-from hpcwhirl.store.lines import sealed
-from hpcwhirl.store.listing import listed
-from hpcwhirl.store.manifest import is_sealed, read_manifest, write_manifest
-from hpcwhirl.store.running import Running, crashes, notes
-from hpcwhirl.store.runs import read_runs, write_run
+from hpcwhirl.store.directory.lines import sealed
+from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.manifest import is_sealed, read_manifest, write_manifest
+from hpcwhirl.store.directory.running import Running, crashes, notes
+from hpcwhirl.store.directory.runs import read_runs, write_run
+from hpcwhirl.store.results.gather import gather
 
 
 def statuses(folder):

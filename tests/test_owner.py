@@ -27,18 +27,19 @@ from specimen import begin
 
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
-from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError
-from hpcwhirl.store import gather as gathering
-from hpcwhirl.store import owner, relabel
-from hpcwhirl.store import process as processes
 from hpcwhirl.store.atomic import part_of, replacing, sweep, write_whole
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.owner import Asking, claim, claimed, in_the_way, owners
-from hpcwhirl.store.process import begun, is_alive, machine
+from hpcwhirl.store.directory import owner
+from hpcwhirl.store.directory import process as processes
+from hpcwhirl.store.directory.owner import Asking, claim, claimed, in_the_way, owners
+from hpcwhirl.store.directory.process import begun, is_alive, machine
+from hpcwhirl.store.results import gather as gathering
+from hpcwhirl.store.results import relabel
+from hpcwhirl.store.results.gather import gather
 
 SHORT = """
 scene = {duration = 2e-3}
@@ -50,7 +51,7 @@ sweep = {speed = [300, 410]}
 HOLDER = """
 import sys
 from pathlib import Path
-from hpcwhirl.store.owner import claim
+from hpcwhirl.store.directory.owner import claim
 held = claim(Path(sys.argv[1]), sys.argv[2])
 print("held", flush=True)
 sys.stdin.read()

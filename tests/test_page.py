@@ -24,8 +24,8 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.page import build, data, thin
 from hpcwhirl.scene import digest
-from hpcwhirl.store import excerpt as excerpt_of
-from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.reading import excerpt as excerpt_of
+from hpcwhirl.store.reading.excerpt import Excerpt
 
 GRID = {"sweep": {"speed": [300, 350.5, 1e3 / 7], "gap": [1e-4, 2e-4]}}
 HURT = "<img src=x onerror=hurt()>"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS, word_of
-from hpcwhirl.store.shown import words_of
+from hpcwhirl.store.reading.shown import words_of
 
 # Machado, Oliveira, Fernandes, IEEE TVCG 15 (2009), severity 1, on linear RGB
 BLIND = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import hpcwhirl
-from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
 
 pytestmark = [pytest.mark.paper, pytest.mark.slow]

@@ -339,7 +339,7 @@ def test_a_campaign_of_regimes_alone(tmp_path, capsys):
     assert json.loads(said.out)["failed"] == 0
     assert "2 cases" in said.err
     assert "left out:" in said.err
-    from hpcwhirl.store.cases import Cases
+    from hpcwhirl.store.reading.cases import Cases
 
     rows = Cases(tmp_path / "out").rows
     assert [row["regime"] for row in rows] == ["damped", "damped"]

@@ -3,13 +3,13 @@
 import pytest
 from launch import records, root_variables
 
-from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.ending import Ending
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import engine_inputs, flatten
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 SHORT = """
 scene = {duration = 4e-3}
@@ -149,7 +149,7 @@ def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
 
 def test_another_model_version_is_refused_by_name(run, monkeypatch):
     assert run(SHORT + SPEEDS)[0] == 0
-    monkeypatch.setattr("hpcwhirl.campaign.design.PHYSICS_VERSION", 99)
+    monkeypatch.setattr("hpcwhirl.campaign.plan.design.PHYSICS_VERSION", 99)
     code, err = run(SHORT + SPEEDS)
     assert code == 2
     assert "was begun with physics version = " in err

@@ -3,8 +3,8 @@
 import h5py
 import pytest
 
-from hpcwhirl.campaign.design import load_design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.cli import COMMANDS, main
 
 ROOT = Path(__file__).parent.parent

@@ -14,7 +14,7 @@ from made_up import refined_campaign
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.cli import main
@@ -27,8 +27,8 @@ from hpcwhirl.refinement.tree import MOST
 from hpcwhirl.report.maps import drawing_of
 from hpcwhirl.report.picture import Wish
 from hpcwhirl.scene import preset_inputs
-from hpcwhirl.store.cases import Cases
-from hpcwhirl.store.reader import count_statuses
+from hpcwhirl.store.reading.cases import Cases
+from hpcwhirl.store.reading.reader import count_statuses
 
 
 def lattice_of(*sides, depth=3):

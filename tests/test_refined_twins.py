@@ -11,7 +11,7 @@ from launch import records, root_variables
 from made_up import refined_campaign
 
 import hpcwhirl
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare

@@ -12,9 +12,9 @@ import pytest
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.regular import open_regular, read_regular
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.running import Running, notes
-from hpcwhirl.store.states import read_state, write_state
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.running import Running, notes
+from hpcwhirl.store.directory.states import read_state, write_state
 
 pytestmark = pytest.mark.timeout(900)
 

@@ -17,8 +17,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, NoRoomError, unwritable
 from hpcwhirl.store import hdf5
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.gather import gather
 from hpcwhirl.store.hdf5 import refusal, writing
+from hpcwhirl.store.results.gather import gather
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 SHORT = """

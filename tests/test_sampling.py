@@ -11,17 +11,17 @@ from launch import kill, launch, records, root_variables, start, wait_for
 
 import hpcwhirl
 from hpcwhirl.analysis.shares import shares
-from hpcwhirl.campaign import sampling
-from hpcwhirl.campaign.design import design_of
-from hpcwhirl.campaign.distributions import drawn, law_of
-from hpcwhirl.campaign.sampling import Sample, as_begun
+from hpcwhirl.campaign.plan import sampling
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.distributions import drawn, law_of
+from hpcwhirl.campaign.plan.sampling import Sample, as_begun
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.maps import drawing_of
 from hpcwhirl.report.picture import Wish
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.shares import interval
+from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.reading.shares import interval
 
 GAP = {"distribution": "uniform", "low": 1e-4, "high": 3e-4}
 FORCE = {"distribution": "lognormal", "median": 75e3, "deviation": 0.2}

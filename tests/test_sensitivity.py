@@ -11,10 +11,10 @@ from scipy.stats import norm, sobol_indices
 
 import hpcwhirl
 from hpcwhirl.analysis.sensitivity import indices, intervals, sensitivity
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.store.sampled import sample_attribute
+from hpcwhirl.store.results.sampled import sample_attribute
 
 FAST = {
     "scene": {"duration": 2e-3},

@@ -10,8 +10,8 @@ from launch import finish, launch, records, root_variables, start
 
 from hpcwhirl.campaign.work import share
 from hpcwhirl.launch import Shard, parse_shard
-from hpcwhirl.store.journal import claim_run
-from hpcwhirl.store.manifest import Manifest, read_manifest, write_manifest
+from hpcwhirl.store.directory.journal import claim_run
+from hpcwhirl.store.directory.manifest import Manifest, read_manifest, write_manifest
 
 SWEPT = """
 scene = {duration = 4e-3}

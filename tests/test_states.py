@@ -13,8 +13,13 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.store.running import Running, crashes, forget_crashes
-from hpcwhirl.store.states import drop_state, read_state, stored_states, write_state
+from hpcwhirl.store.directory.running import Running, crashes, forget_crashes
+from hpcwhirl.store.directory.states import (
+    drop_state,
+    read_state,
+    stored_states,
+    write_state,
+)
 
 SCHEMES = {
     "modal": {},

@@ -18,10 +18,10 @@ from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.scene.quantities import SHARES
-from hpcwhirl.store.journal import Journal, claim_run
-from hpcwhirl.store.lines import sealed
-from hpcwhirl.store.manifest import Manifest, write_manifest
-from hpcwhirl.store.running import Running
+from hpcwhirl.store.directory.journal import Journal, claim_run
+from hpcwhirl.store.directory.lines import sealed
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.running import Running
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s

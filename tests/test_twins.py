@@ -11,21 +11,21 @@ from on_engine import on_engine
 from scipy.stats import binomtest, kstest
 
 import hpcwhirl
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.twins import draw, identity
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.campaign.twins import draw, identity
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, digest
-from hpcwhirl.store.journal import read_records
-from hpcwhirl.store.neighbours import at_boundary
-from hpcwhirl.store.rows import regime_of
-from hpcwhirl.store.shares import interval, shares
+from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.neighbours import at_boundary
+from hpcwhirl.store.directory.rows import regime_of
+from hpcwhirl.store.reading.shares import interval, shares
 
 # at 250 rad/s hardly anything changes, at 330 a word is that of a coin
 TABLES = {

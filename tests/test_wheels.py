@@ -11,7 +11,7 @@ from scipy.sparse.linalg import eigsh
 
 from hpcwhirl.cli import main
 from hpcwhirl.reduction.imported import rotor_from
-from hpcwhirl.store.wheel_file import read_wheel
+from hpcwhirl.store.models.wheel_file import read_wheel
 
 ROOT = Path(__file__).parent.parent
 GRID = (4, 2, 2, 6)

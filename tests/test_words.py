@@ -13,10 +13,10 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene import words
-from hpcwhirl.store.cases import Cases
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.reader import count_statuses, open_results, words_in
-from hpcwhirl.store.relabel import relabel
+from hpcwhirl.store.reading.cases import Cases
+from hpcwhirl.store.reading.reader import count_statuses, open_results, words_in
+from hpcwhirl.store.results.gather import gather
+from hpcwhirl.store.results.relabel import relabel
 
 
 def varied(random):

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.sampled import SALTELLI, Drawn, drawn_of, points_of
-from hpcwhirl.store.shares import CONFIDENCE
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.shares import CONFIDENCE
+from hpcwhirl.store.results.sampled import SALTELLI, Drawn, drawn_of, points_of
 
 if TYPE_CHECKING:
     import xarray

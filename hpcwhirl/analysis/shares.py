@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.sampled import drawn_of, points_of
-from hpcwhirl.store.shares import interval
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.shares import interval
+from hpcwhirl.store.results.sampled import drawn_of, points_of
 
 if TYPE_CHECKING:
     import xarray

@@ -1,5 +1,8 @@
 """Designs of many cases, one case, and their distribution over MPI ranks.
 
+Its rooms: `plan`, which cases there are and as what each is computed; `foresight`, what
+they will take; what runs them is here.
+
 Called, as `hpcwhirl.campaign("whirl.toml", "results")`, it is the function `campaign`.
 
 Rank 0 hands out cases and computes too, point to point; a process alone is rank 0 of

@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 
 SORTED_ANEW = 20_000  # units at most: some 30 ms, in which rank 0 answers nobody
 EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of, claim_of
+from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare, put_aside
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.store.owner import CAMPAIGN, Claim, claim, claimed
+from hpcwhirl.store.directory.owner import CAMPAIGN, Claim, claim, claimed
 
 
 class Manner(NamedTuple):

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.begin import Manner, begin
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending
 from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.patience import Patience
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.sampling import as_begun
 from hpcwhirl.campaign.policy import CHECKS, Policy, options_of, retries, with_rules
 from hpcwhirl.campaign.resume import check_folder
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
 from hpcwhirl.errors import (
     InputError,
@@ -28,8 +28,8 @@ from hpcwhirl.errors import (
     unknown,
 )
 from hpcwhirl.launch import ALONE, Communicator, communicator
-from hpcwhirl.store.owner import Claim
-from hpcwhirl.store.reader import open_results
+from hpcwhirl.store.directory.owner import Claim
+from hpcwhirl.store.reading.reader import open_results
 
 if TYPE_CHECKING:
     import xarray

@@ -16,7 +16,7 @@ from hpcwhirl.dynamics.snapshot import (
     steps_of,
 )
 from hpcwhirl.errors import MissingFileError, StoreError
-from hpcwhirl.store.states import (
+from hpcwhirl.store.directory.states import (
     drop_state,
     hand_over,
     read_state,

@@ -15,22 +15,22 @@ from pathlib import Path
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of
-from hpcwhirl.campaign.stages import Stages, statuses
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.stages import Stages, statuses
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import ALONE, Communicator, library_of
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
-from hpcwhirl.store.current import is_current
-from hpcwhirl.store.gather import RESULTS, gather
-from hpcwhirl.store.journal import scan
-from hpcwhirl.store.owner import BrokenOffError
-from hpcwhirl.store.reader import count_failed_twins, count_statuses
-from hpcwhirl.store.refined import dropped_of, full_plan
-from hpcwhirl.store.running import forget_crashes, notes
+from hpcwhirl.store.directory.journal import scan
+from hpcwhirl.store.directory.owner import BrokenOffError
+from hpcwhirl.store.directory.refined import dropped_of, full_plan
+from hpcwhirl.store.directory.running import forget_crashes, notes
+from hpcwhirl.store.reading.reader import count_failed_twins, count_statuses
+from hpcwhirl.store.results.current import is_current
+from hpcwhirl.store.results.gather import RESULTS, gather
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 

@@ -20,20 +20,20 @@ from hpcwhirl.campaign.compute import (
     compute,
     message_of,
 )
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.refined import RefinedDesign
+from hpcwhirl.campaign.plan.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.refined import RefinedDesign
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.campaign.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.case.plan import FOLDING, folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.store.journal import Journal, Record
-from hpcwhirl.store.measured import WHY_NOT
-from hpcwhirl.store.running import Running
+from hpcwhirl.store.directory.journal import Journal, Record
+from hpcwhirl.store.directory.running import Running
+from hpcwhirl.store.results.measured import WHY_NOT
 
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
 

@@ -8,9 +8,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 import numpy as np
 
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import APART, Costs, predicted
-from hpcwhirl.campaign.refined import RefinedDesign
-from hpcwhirl.campaign.stages import Ended
+from hpcwhirl.campaign.plan.cost import APART, Costs, predicted
+from hpcwhirl.campaign.plan.refined import RefinedDesign
+from hpcwhirl.campaign.plan.stages import Ended
 from hpcwhirl.refinement.growth import Address
 
 FOLLOWING = 2  # what follows from words goes out before coarse cases: more may follow

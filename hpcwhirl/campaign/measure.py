@@ -20,9 +20,9 @@ from hpcwhirl.scene.quantities import (
     TUNED,
     variable_name,
 )
-from hpcwhirl.store.cells import BOUNDARIES, CELLS
-from hpcwhirl.store.measured import VALUES, WHY_NOT, one_case
-from hpcwhirl.store.shares import GROUP, SHARE
+from hpcwhirl.store.reading.shares import GROUP, SHARE
+from hpcwhirl.store.results.cells import BOUNDARIES, CELLS
+from hpcwhirl.store.results.measured import VALUES, WHY_NOT, one_case
 
 if TYPE_CHECKING:
     import xarray

@@ -7,15 +7,15 @@ import tempfile
 import time
 from pathlib import Path
 
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.errors import unwritable
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.atomic import publish
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.results.gather import gather
 
 
 def design_of_one(scene: Scene) -> Design:

@@ -12,8 +12,8 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.atomic import sweep
-from hpcwhirl.store.manifest import NAME
-from hpcwhirl.store.owner import (
+from hpcwhirl.store.directory.manifest import NAME
+from hpcwhirl.store.directory.owner import (
     CAMPAIGN,
     Asking,
     BrokenOffError,

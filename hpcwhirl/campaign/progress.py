@@ -18,14 +18,14 @@ from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.scene.many import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.columns import Told, told_by
-from hpcwhirl.store.journal import Record, newest, next_run, read_journals
-from hpcwhirl.store.manifest import Manifest
-from hpcwhirl.store.many import Known
-from hpcwhirl.store.refined import dropped_of, full_plan
-from hpcwhirl.store.rows import counting, extending
-from hpcwhirl.store.running import notes
-from hpcwhirl.store.runs import why_stopped
+from hpcwhirl.store.directory.columns import Told, told_by
+from hpcwhirl.store.directory.journal import Record, newest, next_run, read_journals
+from hpcwhirl.store.directory.manifest import Manifest
+from hpcwhirl.store.directory.many import Known
+from hpcwhirl.store.directory.refined import dropped_of, full_plan
+from hpcwhirl.store.directory.rows import counting, extending
+from hpcwhirl.store.directory.running import notes
+from hpcwhirl.store.directory.runs import why_stopped
 
 Floats = NDArray[np.float64]
 PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone

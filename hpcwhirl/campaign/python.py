@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from hpcwhirl.campaign.design import Design
+    from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.launch import Communicator
     from hpcwhirl.scene import Scene
 

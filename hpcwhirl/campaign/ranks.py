@@ -24,7 +24,7 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.launch import ALONE, Communicator
-from hpcwhirl.store.runs import Share, write_run
+from hpcwhirl.store.directory.runs import Share, write_run
 
 ASK, HUNGRY, BYE = "ask", "hungry", "bye"  # worker to rank 0, in a message
 WORK, HALT = 11, 12  # rank 0 to worker, as a tag

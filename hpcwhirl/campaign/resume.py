@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.twins import twins_of_plan
 from hpcwhirl.campaign.stop import refuse_stop_file
-from hpcwhirl.campaign.twins import twins_of_plan
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.many import Many
-from hpcwhirl.store.manifest import (
+from hpcwhirl.store.directory.manifest import (
     CONTENT,
     MEASURE,
     NAME,

@@ -10,22 +10,22 @@ from pathlib import Path
 
 from hpcwhirl.campaign.agenda import Agenda, cases_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.ending import Ending, conclude
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import owned
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.stages import Ended, Stages
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stages import Ended, Stages
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.owner import Claim
-from hpcwhirl.store.running import Running
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.owner import Claim
+from hpcwhirl.store.directory.running import Running
 
 PROGRESS_EVERY = 5.0  # s, at first
 PROGRESS_SHARE = 0.02  # of the time spent so far, later

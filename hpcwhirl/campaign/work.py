@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.agenda import Agenda, Singles, Unit
-from hpcwhirl.campaign.cost import Costs, costs_of
-from hpcwhirl.campaign.design import Design
-from hpcwhirl.campaign.ends import brief, ends_of
 from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
+from hpcwhirl.campaign.plan.cost import Costs, costs_of
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.ends import brief, ends_of
+from hpcwhirl.campaign.plan.refined import RefinedDesign
+from hpcwhirl.campaign.plan.stages import Ended, Stages, Todo
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.refined import RefinedDesign
-from hpcwhirl.campaign.stages import Ended, Stages, Todo
 from hpcwhirl.launch import Communicator, Shard
-from hpcwhirl.store.journal import claim_run, scan
-from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.running import crashes, forget_crashes
-from hpcwhirl.store.states import drop_state, stored_states
+from hpcwhirl.store.directory.journal import claim_run, scan
+from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.running import crashes, forget_crashes
+from hpcwhirl.store.directory.states import drop_state, stored_states
 
 CRASHES = 2  # of processes that a case was in flight at, from when on it is isolated
 

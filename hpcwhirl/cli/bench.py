@@ -103,7 +103,7 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     """Return engines made of a built-in one: mistuned, and both as files."""
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
-    from hpcwhirl.store.single import write_arrays
+    from hpcwhirl.store.results.single import write_arrays
 
     if scene.engine.file or scene.engine.rotor.mistuning:
         return {}

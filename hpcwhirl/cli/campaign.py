@@ -12,14 +12,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.design import Design
 from hpcwhirl.campaign.patience import Patience
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.sampling import as_begun
 from hpcwhirl.campaign.policy import (
     MOST_ON_PAGE,
     PATIENCE,
     Policy,
 )
-from hpcwhirl.campaign.sampling import as_begun
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli.campaign_options import (
     arguments,
@@ -113,7 +113,7 @@ def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> in
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
     """Say on rank 0 why nothing is computed; return the exit code."""
-    from hpcwhirl.store.owner import BrokenOffError
+    from hpcwhirl.store.directory.owner import BrokenOffError
 
     stopped = isinstance(failure, BrokenOffError | NoRoomError)
     if root and stopped:
@@ -163,7 +163,7 @@ def _prepared(
         _explain(design)
     if args.dry_run:
         check_steps(design)
-        from hpcwhirl.campaign.forecast import forecast
+        from hpcwhirl.campaign.foresight.forecast import forecast
         from hpcwhirl.campaign.resume import extended_by
         from hpcwhirl.cli.dry_run import tell
 
@@ -201,7 +201,7 @@ def _explain(design: Design) -> None:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
-    from hpcwhirl.store.reader import has_contact
+    from hpcwhirl.store.reading.reader import has_contact
 
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")

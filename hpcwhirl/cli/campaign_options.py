@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.design import Design, load_design
+from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.policy import (
     CHECKS,
     MOST_ON_PAGE,

@@ -18,7 +18,7 @@ from hpcwhirl.scene.quantity import with_unit
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.store.query import Source
+    from hpcwhirl.store.reading.query import Source
 
 SHOWN = 200  # rows of a table on a terminal
 AT_ONCE = 10_000  # rows of CSV: Python's objects take ten times what arrays do
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reader import open_results, results_of
+    from hpcwhirl.store.reading.reader import open_results, results_of
 
     if args.limit < 0:
         msg = f"--limit must be >= 0, got {args.limit}"
@@ -86,10 +86,10 @@ def source_of(data: xarray.Dataset) -> Source:
     """Return the columns of a file, and `case` and `word`, for conditions."""
     from hpcwhirl.errors import InputError, nearest
     from hpcwhirl.scene.words import ENUMS, SHOWN
-    from hpcwhirl.store.query import Source
-    from hpcwhirl.store.reader import words
-    from hpcwhirl.store.select import variable_of
-    from hpcwhirl.store.shown import words_of
+    from hpcwhirl.store.reading.query import Source
+    from hpcwhirl.store.reading.reader import words
+    from hpcwhirl.store.reading.select import variable_of
+    from hpcwhirl.store.reading.shown import words_of
 
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
 
@@ -116,8 +116,8 @@ def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
     """Return the numbers of the cases asked for, in the order asked for."""
-    from hpcwhirl.store.query import matching
-    from hpcwhirl.store.select import swept_of, where
+    from hpcwhirl.store.reading.query import matching
+    from hpcwhirl.store.reading.select import swept_of, where
 
     found = np.ones(source.cases, dtype=bool)
     at = where(args.at, {n: data[n].to_numpy() for n in swept_of(data)})
@@ -142,7 +142,7 @@ def _columns(
     source: Source,
     chosen: NDArray[np.intp],
 ) -> Columns:
-    from hpcwhirl.store.select import swept_of
+    from hpcwhirl.store.reading.select import swept_of
 
     swept = swept_of(data) or ["speed"]
     if args.columns:

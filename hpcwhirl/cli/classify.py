@@ -49,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
     """Rename every case from its stored evidence and say what changed."""
     from hpcwhirl.campaign.log import say
     from hpcwhirl.report.fresh import refresh
-    from hpcwhirl.store.owner import Asking
-    from hpcwhirl.store.relabel import relabel
+    from hpcwhirl.store.directory.owner import Asking
+    from hpcwhirl.store.results.relabel import relabel
 
     limits = thresholds_of(args.settings)
     path, words = args.folder / "results.h5", asdict(limits)

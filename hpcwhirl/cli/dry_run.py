@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.options import print_json
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.design import Design
-    from hpcwhirl.campaign.forecast import Forecast
+    from hpcwhirl.campaign.foresight.forecast import Forecast
+    from hpcwhirl.campaign.plan.design import Design
 
 
 def tell(found: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:

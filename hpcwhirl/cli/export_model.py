@@ -77,7 +77,7 @@ def arrays_of(model: Model) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Write the file."""
-    from hpcwhirl.store.single import write_arrays
+    from hpcwhirl.store.results.single import write_arrays
 
     scene = scene_of(args.scene, args.settings)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}

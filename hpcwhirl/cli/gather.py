@@ -29,8 +29,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.log import say
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.launch import communicator
-    from hpcwhirl.store.gather import gather
-    from hpcwhirl.store.owner import Asking
+    from hpcwhirl.store.directory.owner import Asking
+    from hpcwhirl.store.results.gather import gather
 
     comm = communicator()
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _code(path: Path) -> int:
     """Return the exit code of a results file; say how many cases have no result."""
-    from hpcwhirl.store.reader import count_statuses
+    from hpcwhirl.store.reading.reader import count_statuses
 
     found = count_statuses(path)
     cases = sum(found.values())

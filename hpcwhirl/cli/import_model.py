@@ -27,7 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", type=Path, metavar="FILE.toml",
         help="names the files of M and K and the unknowns of tips, centre and cuts; "
-        "its keys: hpcwhirl/store/wheel_file.py",
+        "its keys: hpcwhirl/store/models/wheel_file.py",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.h5")
     add_json(parser)
@@ -68,8 +68,8 @@ def run(args: argparse.Namespace) -> int:
     """Reduce the model and write the file."""
     check_writable(args.out, folder=False)
     from hpcwhirl.reduction.finite_elements import imported
-    from hpcwhirl.store.single import write_arrays
-    from hpcwhirl.store.wheel_file import read_wheel
+    from hpcwhirl.store.models.wheel_file import read_wheel
+    from hpcwhirl.store.results.single import write_arrays
 
     wheel = read_wheel(args.file)
     for source in (args.file, *wheel.sources):

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.campaign.tables import tables
+from hpcwhirl.campaign.plan.tables import tables
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.scene import (
     engine_inputs,

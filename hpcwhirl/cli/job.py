@@ -94,7 +94,7 @@ def _in_file(path: Path) -> dict[str, Any]:
 
     A script may be printed before the file is there, or on another machine.
     """
-    from hpcwhirl.campaign.design import rules_of
+    from hpcwhirl.campaign.plan.design import rules_of
     from hpcwhirl.campaign.policy import Policy, options_of, with_rules
     from hpcwhirl.scene import load_document
 

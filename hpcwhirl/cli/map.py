@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     """Draw map.png and map.svg, and write map.csv if asked."""
     from hpcwhirl.report.maps import drawing_of, save_map
     from hpcwhirl.report.picture import Wish
-    from hpcwhirl.store.reader import results_of
+    from hpcwhirl.store.reading.reader import results_of
 
     wish = Wish(
         args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,

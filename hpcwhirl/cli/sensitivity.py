@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     """Print indices with their intervals, and draw them."""
     from hpcwhirl.report.sensitivity import draw_sensitivity
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reader import open_results, results_of
+    from hpcwhirl.store.reading.reader import open_results, results_of
 
     place = results_of(args.folder)
     with open_results(place) as data, reading(place):
@@ -64,8 +64,8 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
     import numpy as np
 
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
-    from hpcwhirl.store.sampled import drawn_of
-    from hpcwhirl.store.select import where
+    from hpcwhirl.store.reading.select import where
+    from hpcwhirl.store.results.sampled import drawn_of
 
     names = [n.strip() for n in args.names.split(",")] if args.names else USUAL
     chosen = where(args.at, {n: data[n].to_numpy() for n in drawn_of(data).swept})

@@ -23,7 +23,7 @@ from hpcwhirl.reduction.cyclic import diameters, is_simple
 from hpcwhirl.reduction.factors import Tell
 from hpcwhirl.reduction.modes import Block, assembled, physical_columns
 from hpcwhirl.reduction.sparse_modes import Condensed, condensed, lowest_ritz
-from hpcwhirl.store.wheel_file import Cut, FiniteElements
+from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
 from hpcwhirl.structure.assembly import turn
 

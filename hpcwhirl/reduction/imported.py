@@ -23,7 +23,7 @@ from hpcwhirl.reduction.modes import (
 )
 from hpcwhirl.reduction.recognise import EQUAL, equal_sectors
 from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
-from hpcwhirl.store.engine_file import Given, read_rotor
+from hpcwhirl.store.models.engine_file import Given, read_rotor
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
-from hpcwhirl.store.engine_file import Given, read_casing
+from hpcwhirl.store.models.engine_file import Given, read_casing
 from hpcwhirl.structure import FourierOperator
 
 Table = dict[str, NDArray[Any]]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.store.select import told
+from hpcwhirl.store.reading.select import told
 
 Floats = NDArray[np.float64]
 WIDEST = 5.0  # largest over least value, from which an axis may be logarithmic

@@ -16,8 +16,8 @@ from hpcwhirl.report.colours import Colours
 from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import RPM, Picture, Wish
 from hpcwhirl.scene.words import WHIRLS
-from hpcwhirl.store.cells import Refined
-from hpcwhirl.store.select import told
+from hpcwhirl.store.reading.select import told
+from hpcwhirl.store.results.cells import Refined
 
 if TYPE_CHECKING:
     import xarray

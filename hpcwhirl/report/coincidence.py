@@ -17,8 +17,8 @@ from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report.axes import Axis, straight
 from hpcwhirl.report.picture import RPM, Picture
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.store.gather import RESULTS
-from hpcwhirl.store.refined import plan_of_results
+from hpcwhirl.store.directory.refined import plan_of_results
+from hpcwhirl.store.results.gather import RESULTS
 
 ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
 CLOSE = 0.035  # of the axis: nearer than that, names would be over each other

@@ -12,8 +12,8 @@ from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.palette import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.select import variable_of
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import variable_of
 
 if TYPE_CHECKING:
     import xarray

@@ -14,8 +14,8 @@ import numpy as np
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report import campbell, growth, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
-from hpcwhirl.store.cases import Cases
-from hpcwhirl.store.select import where
+from hpcwhirl.store.reading.cases import Cases
+from hpcwhirl.store.reading.select import where
 
 LONGEST = 80  # characters of the inputs in a file's name
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for

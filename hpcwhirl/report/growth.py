@@ -13,7 +13,7 @@ from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.sweeps import heading, regime_legend, shown_word
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 
 def draw_growth(cases: Cases, line: list[int]) -> Any:

@@ -13,7 +13,7 @@ from hpcwhirl.scene.quantities import (
     variable_name,
 )
 from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.store.select import told
+from hpcwhirl.store.reading.select import told
 
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): told for name, told in INPUTS.items()} | KNOWN

@@ -25,9 +25,9 @@ from hpcwhirl.report.shares import (
 )
 from hpcwhirl.report.sheet import figure_of
 from hpcwhirl.report.table import write_picture
-from hpcwhirl.store.cells import read_refined
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.reader import open_results
+from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.results.cells import read_refined
 
 if TYPE_CHECKING:
     import xarray

@@ -14,7 +14,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.sweeps import rotating
 from hpcwhirl.scene.quantities import TRACES
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"

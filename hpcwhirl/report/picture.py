@@ -15,11 +15,11 @@ from hpcwhirl.report.axes import Axis, axis_of, no_axis
 from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.labels import name_of
 from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.store.cells import Refined
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.refined import PLACE
-from hpcwhirl.store.select import MOST_TOLD, swept_of, told, variable_of, where
-from hpcwhirl.store.shown import words_of
+from hpcwhirl.store.directory.refined import PLACE
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import MOST_TOLD, swept_of, told, variable_of, where
+from hpcwhirl.store.reading.shown import words_of
+from hpcwhirl.store.results.cells import Refined
 
 if TYPE_CHECKING:
     import xarray

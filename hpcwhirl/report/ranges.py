@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.critical import campbell
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.reduction.families import Line, modal_table
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 Floats = NDArray[np.float64]
 MARGIN = 1.2

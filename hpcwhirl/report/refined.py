@@ -12,7 +12,7 @@ from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.axes import Axis, scale_of
 from hpcwhirl.report.cells import Mask, Part, draw_polygons, hatch_polygons
 from hpcwhirl.report.picture import Picture
-from hpcwhirl.store.cells import Refined
+from hpcwhirl.store.results.cells import Refined
 
 if TYPE_CHECKING:
     import xarray

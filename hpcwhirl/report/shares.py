@@ -15,8 +15,8 @@ from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.picture import Wish, label_of
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.sampled import drawn_of, is_sampled
-from hpcwhirl.store.select import told, variable_of, where
+from hpcwhirl.store.reading.select import told, variable_of, where
+from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 
 if TYPE_CHECKING:
     import xarray

@@ -22,7 +22,7 @@ from hpcwhirl.report.colours import Colours, colours_of
 from hpcwhirl.report.picture import Picture, Wish
 from hpcwhirl.report.refined import draw_refined
 from hpcwhirl.report.unsure import mark_unsure, unsure_key, unsure_of
-from hpcwhirl.store.shares import SURE
+from hpcwhirl.store.reading.shares import SURE
 
 if TYPE_CHECKING:
     import xarray

@@ -24,7 +24,7 @@ from hpcwhirl.report.ranges import (
     wave_limits,
 )
 from hpcwhirl.scene.words import SHOWN, word_of
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hpcwhirl.report.cells import Mask, Part, hatch_cells, hatch_grid
 from hpcwhirl.report.picture import Picture
 from hpcwhirl.report.refined import hatch_refined
-from hpcwhirl.store.shares import SURE
+from hpcwhirl.store.reading.shares import SURE
 
 if TYPE_CHECKING:
     import xarray

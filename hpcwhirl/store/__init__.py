@@ -1,5 +1,9 @@
 """Files: journals and traces while a campaign runs, `results.h5` when it is done.
 
+Its rooms: `directory`, a campaign's directory while it runs; `results`, how
+`results.h5` is written; `reading`, what either tells; `models`, files of engines and
+wheels. Any of them may use what lies here.
+
 What a campaign's directory holds; `format` in `campaign.json` holds for all of it but
 `results.h5`, which has one of its own, and an unknown one is refused:
 

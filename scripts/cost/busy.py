@@ -31,17 +31,17 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.cost import costs_of
-from hpcwhirl.campaign.design import Design, load_design
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
 from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.plan.cost import costs_of
+from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.ranks import Tally, keep_shares
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.running import Running
-from hpcwhirl.store.runs import read_runs
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.running import Running
+from hpcwhirl.store.directory.runs import read_runs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost.under_mpi import campaign, under_mpi

@@ -19,13 +19,13 @@ import time
 from pathlib import Path
 from statistics import median
 
-from hpcwhirl.campaign.design import Design, design_of
-from hpcwhirl.campaign.forecast import forecast
+from hpcwhirl.campaign.foresight.forecast import forecast
+from hpcwhirl.campaign.plan.design import Design, design_of
 from hpcwhirl.campaign.simulate import Result, simulate
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.gather import has_mpi_io
-from hpcwhirl.store.journal import Journal
-from hpcwhirl.store.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.results.gather import has_mpi_io
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost.under_mpi import under_mpi
@@ -37,7 +37,7 @@ GATHER = """
 import sys, time
 from pathlib import Path
 from hpcwhirl.launch import communicator
-from hpcwhirl.store.gather import gather
+from hpcwhirl.store.results.gather import gather
 def most():  # kB; ru_maxrss would count what started this process, too
     status = Path("/proc/self/status").read_text()
     return int(status.split("VmHWM:")[1].split()[0])

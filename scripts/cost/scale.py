@@ -27,16 +27,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
-from hpcwhirl.campaign.cost import Costs, Places, costs_of
-from hpcwhirl.campaign.design import Design, design_of, load_design
+from hpcwhirl.campaign.plan.cost import Costs, Places, costs_of
+from hpcwhirl.campaign.plan.design import Design, design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.store.gather import gather
-from hpcwhirl.store.journal import Journal, read_records, read_traces
-from hpcwhirl.store.manifest import read_manifest
-from hpcwhirl.store.runs import read_runs
+from hpcwhirl.store.directory.journal import Journal, read_records, read_traces
+from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.results.gather import gather
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost import gathering
@@ -58,7 +58,7 @@ PING = """
 import json, time
 from mpi4py import MPI
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import _Root, Tally, ASK
 import numpy as np
 comm, N = MPI.COMM_WORLD, 2000
@@ -94,7 +94,7 @@ import json, sys, time
 import numpy as np
 from mpi4py import MPI
 from hpcwhirl.campaign.agenda import Agenda
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import Tally, map_ranks
 comm = MPI.COMM_WORLD
 seconds, places = map(np.array, json.load(open(sys.argv[1])))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.agenda import Agenda, Answers, Questions
-from hpcwhirl.campaign.cost import Costs
+from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import IDLE
 from hpcwhirl.dynamics.march import SLICE_SECONDS
 

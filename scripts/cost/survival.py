@@ -25,7 +25,7 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, digest, named_scene
-from hpcwhirl.store.running import Running
+from hpcwhirl.store.directory.running import Running
 
 SHORT = {"duration": 0.01, "time_step": 2e-6, "interval": 1e-3}
 

@@ -29,7 +29,7 @@ from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.measure import bench
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.store.single import write_arrays
+from hpcwhirl.store.results.single import write_arrays
 
 MODAL = (
     "omega", "damping_ratio", "modal_tip_radial", "modal_tip_tangential",

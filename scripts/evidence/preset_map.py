@@ -26,7 +26,7 @@ import hpcwhirl
 from hpcwhirl.measure.trials import trials
 from hpcwhirl.scene import engine_inputs, preset_names
 from hpcwhirl.scene.files import full_name
-from hpcwhirl.store.reader import words
+from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost.under_mpi import campaign

@@ -44,9 +44,9 @@ from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import CONFIRM, Tree
-from hpcwhirl.store.nearest import nearest_cases
-from hpcwhirl.store.reader import words
-from hpcwhirl.store.runs import read_runs
+from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.reading.nearest import nearest_cases
+from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -28,12 +28,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcwhirl.campaign.design import Design
+from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.store.journal import Record, journal_name, read_records
-from hpcwhirl.store.lines import MARK, OWN, line_of, opened
-from hpcwhirl.store.manifest import write_manifest
-from hpcwhirl.store.many import read
+from hpcwhirl.store.directory.journal import Record, journal_name, read_records
+from hpcwhirl.store.directory.lines import MARK, OWN, line_of, opened
+from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.many import read
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)

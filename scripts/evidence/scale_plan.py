@@ -43,7 +43,7 @@ def megabytes() -> float:
 
 def plan(folder: Path, cases: int) -> None:
     """Plan and print a row of the table."""
-    from hpcwhirl.campaign.design import load_design
+    from hpcwhirl.campaign.plan.design import load_design
     from hpcwhirl.campaign.policy import Policy
     from hpcwhirl.campaign.resume import prepare
     from hpcwhirl.campaign.work import work_of

@@ -16,9 +16,9 @@ from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.files import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.contents import Contents
-from hpcwhirl.store.layout import LIBVER, define, stored, swept_extra
-from hpcwhirl.store.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.results.contents import Contents
+from hpcwhirl.store.results.layout import LIBVER, define, stored, swept_extra
 from hpcwhirl.store.schema import dtype, missing
 
 INTERVAL = 5e-3  # s between samples of made-up orbits

@@ -25,7 +25,7 @@ from scipy.sparse.linalg import eigsh
 
 from hpcwhirl.cli import main as hpcwhirl
 from hpcwhirl.reduction.imported import rotor_from
-from hpcwhirl.store.wheel_file import read_wheel
+from hpcwhirl.store.models.wheel_file import read_wheel
 
 COMPARED = 110  # frequencies of all unknowns
 MODES = {"wheel": (110, 440), "sector": (110, 440, 880)}

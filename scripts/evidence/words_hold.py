@@ -26,7 +26,7 @@ import tomli_w
 import hpcwhirl
 from hpcwhirl.scene import engine_inputs
 from hpcwhirl.scene.quantities import PERFORMANCE
-from hpcwhirl.store.reader import words
+from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost.under_mpi import campaign

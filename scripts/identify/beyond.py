@@ -34,7 +34,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, engine_names, named_scene
-from hpcwhirl.store.single import write_arrays
+from hpcwhirl.store.results.single import write_arrays
 
 PAGE = Path(__file__).with_suffix(".md")
 SPREAD = 0.1  # of each unknown, in its logarithm

@@ -22,10 +22,10 @@ from identify.screen import KINDS
 from identify.space import UNKNOWNS, Engine, neighbours
 
 from hpcwhirl import open_results
-from hpcwhirl.campaign.design import load_design
+from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.store.reader import words
+from hpcwhirl.store.reading.reader import words
 
 NUMBERS = ("orbit_radius", "line_frequency", "growth_rate", "speed", "gap",
            "centre_peak", "late_fed", "late_lost", "late_friction", "last_contact",

@@ -30,7 +30,7 @@ from identify.screen import motion
 from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
 
 from hpcwhirl.scene import engine_names, named_scene
-from hpcwhirl.store.shares import interval
+from hpcwhirl.store.reading.shares import interval
 
 SCATTERS = (0.01, 0.05)
 CHANGES = (0.01, 0.02, 0.05, 0.1, 0.2)

@@ -20,14 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.campaign.design import design_of
+from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report import growth, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from paper.found import PAPER_SPEEDS, Found

@@ -11,7 +11,7 @@ from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.spectrum import strongest
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.sweeps import frequency_spectra, rotating
-from hpcwhirl.store.cases import Cases
+from hpcwhirl.store.reading.cases import Cases
 
 PAPER_SPEEDS = (270.0, 410.0, 420.0, 520.0)  # rad/s, Figs. 9 to 14
 BANDS = {"1F": (30, 60), "suspension": (85, 125), "2F": (220, 270)}  # Hz

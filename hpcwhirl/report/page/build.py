@@ -20,7 +20,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.regular import open_regular
 from hpcwhirl.report.page.data import Told, told_of
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.reading.excerpt import Excerpt
 
 NAME = "report.html"
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")

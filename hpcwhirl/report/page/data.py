@@ -17,7 +17,7 @@ from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, si
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.excerpt import Excerpt
+from hpcwhirl.store.reading.excerpt import Excerpt
 
 FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",

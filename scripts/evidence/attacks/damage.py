@@ -45,7 +45,7 @@ def prepare(place: Path) -> tuple[Ground, ...]:
     A claim that is damaged may be one of another machine, and is waited for: a second
     here instead of two minutes.
     """
-    from hpcwhirl.store import owner
+    from hpcwhirl.store.directory import owner
 
     owner.STALE, owner.GRACE, owner.SOON = 1.0, 0.5, 0.2
     plain = replace(specimens.PLAIN, speeds=3)

@@ -17,7 +17,7 @@ from attacks.apart import Child, Words, command, fork, kill_tree, start, tree
 from attacks.family import Verdict, fault
 from attacks.specimens import Mode, Specimen, differs, pick, undisturbed
 from hpcwhirl.scene.words import is_open
-from hpcwhirl.store.journal import scan
+from hpcwhirl.store.directory.journal import scan
 
 MODES = {
     specimens.PLAIN: 5,

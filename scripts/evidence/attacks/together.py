@@ -13,7 +13,7 @@ from attacks import specimens
 from attacks.apart import Ended, command, fork, run
 from attacks.family import Verdict, fault
 from attacks.specimens import Specimen, Table, alters, differs, table, undisturbed
-from hpcwhirl.store.lines import AT, MARK
+from hpcwhirl.store.directory.lines import AT, MARK
 
 WORDS = ("outcome", "regime", "whirl")
 LIMITS = ("--set", "significance=1e-3", "--set", "drift=10", "--set", "rise=1e-9")

@@ -1,0 +1,385 @@
+"""What a campaign will cost, before it runs: time on so many ranks, bytes on disk.
+
+Steps are counted; what a step takes is measured, and so is what a case takes beside
+them and how many cases end before their time: some are computed to their end, see
+`rehearsal`. The range is that of what those cases tell of all others, and of machines:
+`APART` between one run and the next.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.campaign.ending import facts_of
+from hpcwhirl.campaign.foresight.foreseen import followers
+from hpcwhirl.campaign.foresight.rehearsal import (
+    Rehearsal,
+    drawn,
+    learned_of,
+    rehearse,
+)
+from hpcwhirl.campaign.plan.cost import Costs, costs_of, time_steps
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.ends import ends_of
+from hpcwhirl.campaign.plan.refined import RefinedDesign, mean_seconds
+from hpcwhirl.campaign.plan.stages import Ended, Stages, Todo
+from hpcwhirl.campaign.policy import MOST_ON_PAGE
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.work import share
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import Shard
+from hpcwhirl.refinement.growth import Address
+from hpcwhirl.scene import apply_settings
+from hpcwhirl.scene.many import end_times
+from hpcwhirl.store.directory.blades import DETAIL
+from hpcwhirl.store.directory.process import begun
+from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.results.contents import sizes_of
+from hpcwhirl.store.results.sizes import Bytes, bytes_of
+
+PROBE = 0.03  # s of computing a probe
+FIRST = 2000  # steps of its first slice
+KINDS = 12  # of scheme, engine, eta and step that are probed at most
+REHEARSED = 0.1  # of what all may take, is spent on computing some
+LEAST, MOST = 0.5, 20.0  # s of that
+APART = 0.1  # relative, between one run and the next
+SIDES = 2.0  # standard errors of a range
+GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
+# s on the machine where `LOADED` s passed until a program of many imports had begun
+LOADED = 1.0
+GATHERED, A_ROW, A_BYTE = 0.5, 6e-5, 3e-9
+DRAWN, A_CELL = 2.5, 5e-6
+PAGE, A_RECORD = 0.8, 3e-3
+KEEPING = ("orbit", "full")  # details with traces
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What is left of a campaign.
+
+    Attributes
+    ----------
+    cases, left : all, and those without a result; of those that words will ask for,
+        see `more`
+    steps : of those that are left, if they run to their end
+    seconds : of one core in the kernel for them; of those that go on while they are
+        undecided, to the next time that their word is asked for
+    most : the same if all run to their end, and those that are undecided for as long as
+        they may
+    range : least and most of `seconds` by what was measured
+    computations : how many there are, of cases and twins
+    overhead : s of a core for each beside its kernel
+    before, after : {what: s} that no further rank makes shorter
+    more : cases that words may ask for: as many as those of the cases computed here
+        would, least, most; (0, 0, 0) where there are none
+    probed, rehearsed, finished : cases that the cost is learned from: marched for
+        `PROBE` seconds, computed to their end, or finished in the directory before
+    longest : s of the longest case
+    compiled : whether kernels had to be compiled here
+    disk : of the whole campaign, if no case ends early
+    """
+
+    cases: int
+    left: int
+    steps: float
+    seconds: float
+    most: float
+    range: tuple[float, float]
+    computations: float
+    overhead: float
+    before: dict[str, float]
+    after: dict[str, float]
+    probed: int
+    rehearsed: int
+    finished: int
+    longest: float
+    compiled: bool
+    disk: Bytes
+    more: tuple[int, int, int] = (0, 0, 0)
+
+    def wall(self, ranks: int) -> tuple[float, float, float]:
+        """Return the seconds that the campaign takes on so many ranks: usual, range."""
+        alone = sum(self.before.values()) + sum(self.after.values())
+        beside = self.overhead * self.computations
+        usual, low, high = (
+            alone + max((kernel + beside) / ranks, self.longest)
+            for kernel in (self.seconds, *self.range)
+        )
+        return usual, low * (1.0 - APART), high * (1.0 + APART)
+
+
+def forecast(
+    design: Design,
+    folder: Path,
+    shard: Shard | None = None,
+    extended: Sequence[float] = (),
+    stopping: Callable[[], bool] = lambda: False,
+) -> Forecast:
+    """Return what is left to compute of a design, and the bytes it will all take.
+
+    Parameters
+    ----------
+    design : the campaign
+    folder : its directory; if it has finished cases, they are learned from
+    shard : whose cases alone are counted
+    extended : s, to what undecided cases go on, see `stages`
+    stopping : whether to compute no more cases for it
+    """
+    since, step = _age(), time_steps(design)
+    costs, stages = costs_of(design, step), Stages(design, extended)
+    mine = share(costs.steps, shard)
+    no_words = stages.is_plain and not design.grows
+    ends = ends_of(folder, stages, asked=() if no_words else None)
+    costs.learn_all(ends.seconds)
+    own = mine if isinstance(mine, range) else frozenset(mine)
+    todo = {c: stage for c, stage in ends.left(stages).items() if c in own}
+    left, longest = list(todo), _longest(stages)
+    spans = _all_spans(stages, todo, longest)
+    before = {"start": since, "plan": _age() - since}
+    finished = int(np.isfinite(costs.factor).sum())
+    budget = float(costs.predict(left) @ spans[:, 0]) * REHEARSED
+    budget *= design.most / max(len(design.settings), 1)
+    budget = 0.0 if finished else min(max(budget, LEAST), MOST)
+    asked = design, folder, drawn(left), budget, stopping
+    tried = rehearse(*asked) if left else Rehearsal()
+    probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
+    learned, whole, error = learned_of(costs, tried)
+    most = float(whole.predict(left) @ spans[:, 1])
+    each = learned.predict(left)
+    seconds = float(each @ spans[:, 0])
+    overhead = _overhead(folder, costs) if finished else tried.overhead
+    before["kernels"] = LOADED * _pace(since) if tried.compiled else tried.warm
+    before["models"] = tried.first
+    found = Forecast(
+        cases=len(mine),
+        left=len(left),
+        steps=float(np.asarray(costs.steps)[left] @ spans[:, 0]),
+        seconds=seconds,
+        most=most,
+        range=_range(seconds, most, error, tried),
+        computations=float(spans[:, 0].sum()),
+        overhead=overhead,
+        before=before,
+        after=_after(len(mine), 0, since),
+        probed=probed,
+        rehearsed=len(tried.seconds),
+        finished=finished,
+        longest=float((each * spans[:, 0]).max(initial=0.0)),
+        compiled=tried.compiled,
+        disk=_disk(design, longest, step),
+    )
+    if isinstance(design, RefinedDesign):
+        found = _grown(found, design, ends.told, tried)
+    traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
+    return replace(found, after=_after(found.cases + found.more[0], int(traces), since))
+
+
+def _age() -> float:
+    """Return for how many seconds this process has been there."""
+    ticks = begun(os.getpid())
+    if ticks is None:  # no Linux
+        return time.process_time()
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+
+
+def _pace(since: float) -> float:
+    """Return how long this machine takes over the one that constants are of."""
+    return min(max(since / LOADED, 0.3), 10.0)
+
+
+def _after(rows: int, traces: int, since: float) -> dict[str, float]:
+    """Return the seconds of what follows the last case."""
+    page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
+    every = {
+        "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
+        "map": DRAWN + A_CELL * rows,
+        "page": page,
+    }
+    return {name: seconds * _pace(since) for name, seconds in every.items()}
+
+
+def _range(
+    seconds: float, most: float, error: float, tried: Rehearsal
+) -> tuple[float, float]:
+    """Return least and most seconds by what was measured."""
+    if not tried.seconds and tried.reached < 1.0:  # no case has come to its end
+        return seconds * tried.reached, most
+    low = seconds * max(1.0 - SIDES * error, 0.0)
+    return max(low, sum(tried.seconds.values())), seconds * (1.0 + SIDES * error)
+
+
+def _overhead(folder: Path, costs: Costs) -> float:
+    """Return the seconds beside its kernel that a case of earlier runs took."""
+    shares = read_runs(folder)
+    count = sum(int(each["cases"]) for each in shares)
+    if not count:
+        return 0.0
+    known = np.isfinite(costs.factor)
+    mean = float((costs.factor * costs.nominal)[known].mean())
+    return max(sum(float(each["busy"]) for each in shares) / count - mean, 0.0)
+
+
+def _grown(
+    found: Forecast, design: RefinedDesign, ended: Mapping[str, Ended], tried: Rehearsal
+) -> Forecast:
+    """Return a forecast with the cases that words may ask for."""
+    rule, family = design.refinement, design.family
+    words: dict[Address, str | None] = {}
+    for case, address in enumerate(family.coarse):
+        if end := ended.get(design.digest(case)):
+            words[address] = rule.word_of(end._asdict()) if end.status == "ok" else None
+    words |= {family.address(c): rule.word_of(row) for c, row in tried.rows.items()}
+    first, again = followers(design, words)
+    more, most = first + again, design.most - len(design.settings)
+    one, two = mean_seconds(design)
+    beside = [tried.seconds[c] for c in tried.rows if c >= len(design.settings)
+              and not family.address(c).fidelity]  # fmt: skip
+    mean = found.seconds / max(found.computations, 1.0)
+    mean = float(np.mean(beside)) if beside else mean
+    beyond = mean * (first + again * two / one)
+    spread = GUESSED if more else 1.0
+    low, high = found.range
+    return replace(
+        found,
+        seconds=found.seconds + beyond,
+        range=(low + beyond / spread, high + beyond * spread),
+        most=found.most + most * mean * max(two / one, 1.0),
+        computations=found.computations + more,
+        more=(more, int(more / spread), min(math.ceil(more * spread), most)),
+    )
+
+
+def _longest(stages: Stages) -> Floats:
+    """Return how long each case is marched at most, over its time, (cases,)."""
+    columns, out = stages.design.columns, np.ones(len(stages))
+    for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
+        longest = np.maximum(last, max(stages.extended, default=0.0))
+        out[cases] = longest / end_times(columns.all(cases))
+    return out
+
+
+def _all_spans(stages: Stages, todo: Mapping[int, Todo], longest: Floats) -> Floats:
+    """Return `_spans` of all that is to do, (left, 2)."""
+    whole, own = stages.whole(), longest[list(todo)]
+    count = len(whole) + _beside(stages)
+    found = np.column_stack([np.full(len(own), float(len(whole))), count * own])
+    for place, (case, rest) in enumerate(todo.items()):
+        if rest != whole:
+            found[place] = _spans(stages, case, rest, float(longest[case]))
+    return found
+
+
+def _beside(stages: Stages) -> int:
+    """Return the twins of a case of which it is not yet known whether they are."""
+    twins = stages.design.twins
+    return twins.count if twins and twins.of == "boundary" else 0
+
+
+def _spans(
+    stages: Stages, case: int, todo: Todo, longest: float
+) -> tuple[float, float]:
+    """Return how long a case and twins are marched at least, at most, over its time."""
+    each = [_span(stages, case, s) if s else (1.0, longest) for _, s in todo]
+    least, most = np.sum(each, axis=0)
+    if todo[0][0] == 0:
+        most += _beside(stages) * longest
+    return float(least), float(most)
+
+
+def _span(stages: Stages, case: int, stage: int) -> tuple[float, float]:
+    """Return the same of one of these, from a later stage on."""
+    ends, times = stages.design.scenes[case].end_times, stages.times(case)
+    before = times[stage - 2] if stage > 1 else ends[-1]
+    soon = min(2.0 * before, times[stage - 1])
+    return (soon - before) / ends[0], (times[-1] - before) / ends[0]
+
+
+def _probes(design: Design) -> list[int]:
+    """Return the cases to measure: the first, middle and last of each kind."""
+    columns, own = design.columns, ("solver.scheme", "solver.modes", "solver.time_step")
+    kind = columns.labels(n for n in columns.columns if "engine." in n or n in own)
+    first = np.sort(np.unique(kind, return_index=True)[1])
+    chosen: set[int] = set()
+    for place in np.linspace(0, len(first) - 1, min(KINDS, len(first))).round():
+        cases = np.flatnonzero(kind == kind[first[int(place)]])
+        chosen |= {int(cases[i]) for i in (0, len(cases) // 2, -1)}
+    return sorted(chosen)
+
+
+def _probe(design: Design, case: int, costs: Costs) -> bool:
+    """March a case for a moment and learn; return whether it could be marched."""
+    try:
+        resolved = design.resolved(case)
+        march = March(resolved)
+        march.advance(1)  # compiles
+        march.seconds, size = 0.0, FIRST
+        while march.seconds < PROBE and not march.done:
+            march.advance(size)
+            size *= 2
+    except WhirlError:  # it will fail as a row
+        return False
+    step = march.seconds / max(march.steps - 1, 1)
+    costs.learn([case], step * resolved.steps)
+    return True
+
+
+def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
+    """Return the bytes of the campaign, if every case runs to its longest end."""
+    columns = design.columns
+    samples = np.zeros(len(design.settings), dtype=np.int64)
+    intervals = np.full(len(design.settings), np.nan)
+    for cases in columns.chunks():
+        get = columns.all(cases)
+        asked = end_times(get), step[cases], get("output.interval")
+        count, intervals[cases] = _sampling(*asked)
+        kept = np.isin(get(DETAIL), KEEPING)
+        samples[cases] = np.where(kept, longest[cases] * count, 0.0)
+    sizes = sizes_of(_kinds(design))
+    return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
+
+
+def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
+    """Return samples and the seconds between them, see `case.limits.step_counts`.
+
+    They are 0 and NaN where there is no step: those cases will fail as rows.
+    """
+    total = np.maximum(1.0, np.ceil(end / step - 1e-9))
+    stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
+    return np.nan_to_num(total // stride), stride * step
+
+
+def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
+    """Return {trace: shape without samples} of the cases with most in their traces."""
+    detail, found = design.columns.values(DETAIL), []
+    for case in sorted(_widest(design, detail)):
+        scene = design.scene(case)
+        step = scene.solver.time_step
+        short = {"duration": 20 * step, "revolutions": 0.0, "interval": step}
+        try:
+            traces = simulate(apply_settings(scene, short)).traces
+        except WhirlError:  # it will fail as a row
+            continue
+        found.append({name: values.shape[1:] for name, values in traces.items()})
+    return found
+
+
+def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
+    """Return, of each detail with traces, the cases of most blades and harmonics."""
+    found = set[int]()
+    for word in KEEPING:
+        cases = np.flatnonzero(detail == word)
+        for name in ("engine.rotor.blades", "engine.casing.harmonics"):
+            if len(cases):
+                found.add(int(cases[design.columns.values(name)[cases].argmax()]))
+    return found

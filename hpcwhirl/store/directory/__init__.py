@@ -1,0 +1,1 @@
+"""A campaign's directory while it runs: manifest, journals, states, owners."""

@@ -1,0 +1,64 @@
+"""Variables of blades in a plan: where they were looked at, and whose twin is tuned."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.scene.quantities import BLADES, TUNED
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.table import listed
+from hpcwhirl.store.directory.manifest import Manifest
+
+if TYPE_CHECKING:
+    from hpcwhirl.store.directory.journal import Record
+
+DETAIL = "output.traces"
+MISTUNING = "engine.rotor.mistuning"
+MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared
+LOOKED_AT = {"blades", "full"}
+
+
+def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
+    """Return the variables of blades that the results of a plan have."""
+    if not details_of(plan) & LOOKED_AT:
+        return {}
+    return BLADES | (TUNED if tuned_cases(plan) else {})
+
+
+def details_of(plan: Manifest) -> set[str]:
+    """Return what the traces of any case are to keep."""
+    base = plan.base.get(DETAIL)
+    return {str(base), *map(str, listed(plan.table.column(DETAIL, base).values))}
+
+
+def tuned_cases(plan: Manifest) -> dict[int, int]:
+    """Return {case: the one that is tuned and has the same other inputs}."""
+    if MISTUNING not in plan.swept:
+        return {}
+    keys = [_others(row) for row in plan.settings]
+    patterns = [row.get(MISTUNING, plan.base[MISTUNING]) for row in plan.settings]
+    tuned = {key: case for case, key in enumerate(keys) if not any(patterns[case])}
+    return {case: tuned[key] for case, key in enumerate(keys) if key in tuned}
+
+
+def _others(row: Mapping[str, Any]) -> str:
+    own = {name: value for name, value in row.items() if name != MISTUNING}
+    return json.dumps(own, sort_keys=True)
+
+
+def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
+    """Return {"amplification": value} of a case.
+
+    {} where one of both has no amplitude or went beyond the amplitude limit, the tuned
+    one is at rest, or they were modelled otherwise, as where `truncation` chooses.
+    """
+    own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
+    if any(own.get(name) != tuned.get(name) for name in MODEL):
+        return {}
+    if "amplitude" in {own.get("stop"), tuned.get("stop")}:
+        return {}
+    mine, size = (float(r.get("blade_amplitude", math.nan)) for r in (own, tuned))
+    return {"amplification": mine / size} if size > 0.0 and mine >= 0.0 else {}

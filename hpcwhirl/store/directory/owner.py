@@ -1,0 +1,363 @@
+"""Who computes in a campaign's directory, and who writes its results: one at a time.
+
+A claim is a file of its own in `owners/`. It is made first, and then all others are
+looked at; who finds another in the way takes the own one back and waits. As everyone
+looks after its own claim is there, of two at once one at most goes on. That needs no
+locks and no links, only that a new file is seen by others. Names are never used twice:
+to remove a dead claim cannot hit a living one.
+
+On its own machine a process is known to live or to have died. From another machine, a
+claim is alive as long as its time changes, and dead `STALE` after the last change: the
+clock is that of the file system, or the own one since the claim was first seen.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import shlex
+import socket
+import stat
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import InputError, MissingFileError, unwritable
+from hpcwhirl.store.atomic import NEW
+from hpcwhirl.store.directory.process import begun, is_alive, machine
+
+FOLDER = "owners"
+CAMPAIGN, RESULTS = "campaign", "results"
+NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
+PULSE = 15.0  # s between signs of life
+STALE = 120.0  # s without one after which a claim of another machine is dead
+GRACE = 10.0  # s for a process that is just dying, before a living one is an error
+SOON = 2.0  # s of waiting before it is told
+PAUSE = 0.02, 0.3  # s between looks
+MOST_BYTES = 10_000  # of a claim
+MOST_COMMAND = 200  # characters told
+TRIES = 100  # at making a file in a directory that others tidy
+CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+
+
+class BrokenOffError(MissingFileError):
+    """Waiting for another process was broken off, as this one was asked to."""
+
+
+def shard_claim(number: int, of: int) -> str:
+    """Return what a shard claims: its share of the computing."""
+    return f"shard-{number}-of-{of}"
+
+
+def in_the_way(one: str, other: str) -> bool:
+    """Return whether two claims exclude each other; shards of one division do not."""
+    if RESULTS in (one, other) or CAMPAIGN in (one, other):
+        return (one == RESULTS) == (other == RESULTS)
+    same_division = one.rpartition("-")[2] == other.rpartition("-")[2]
+    return one == other or not same_division
+
+
+@dataclass(frozen=True)
+class Owner:
+    """What a claim tells of who made it.
+
+    Attributes
+    ----------
+    path : of the claim
+    changed : when it last gave a sign of life, ns since 1970 by its file system
+    known : host, machine, pid, ticks, since, command; empty where it is not whole
+    """
+
+    path: Path
+    changed: int
+    known: dict[str, Any]
+
+    @property
+    def here(self) -> bool:
+        """Whether its process can be seen from here."""
+        return self.known.get("machine") == machine()
+
+    def __str__(self) -> str:
+        """Return process, host, since when and command."""
+        if not self.known:
+            return f"an unknown process ({self.path})"
+        since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(self.known["since"]))
+        who = f"process {self.known['pid']} on {self.known['host']} since {since}"
+        return f"{who} ({self.known['command'][:MOST_COMMAND]})"
+
+
+class Claim:
+    """A claim of this process, alive until it is released.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    kind : `CAMPAIGN`, `RESULTS` or a `shard_claim`
+    """
+
+    def __init__(self, folder: Path, kind: str) -> None:
+        self.folder, self.kind = folder, kind
+        self.path = folder / FOLDER / f"{kind}.{uuid.uuid4().hex}.claim"
+        self.when_lost: Callable[[str], None] = lambda _: None
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._made: list[Path] = []
+
+    def put(self) -> int:
+        """Make the claim; return its time, ns since 1970 by its file system.
+
+        Raises
+        ------
+        MissingFileError
+            where the directory cannot be written
+        """
+        try:
+            handle = self._make()
+        except OSError as failed:
+            msg = f"cannot write in {self.folder}: {failed.strerror}"
+            raise unwritable(msg, failed) from None
+        try:
+            with suppress(OSError):  # on a full disk it stands without its words
+                os.write(handle, _words())
+            return os.fstat(handle).st_mtime_ns
+        finally:
+            os.close(handle)
+
+    def _make(self) -> int:
+        place = self.path.parent
+        for _ in range(TRIES):
+            try:
+                self._make_folders(place)
+                return os.open(self.path, NEW, 0o644)
+            except (FileNotFoundError, FileExistsError):
+                # another has ended just now and tidied up, at worst within mkdir
+                time.sleep(random.uniform(0.0, PAUSE[0]))
+        return os.open(self.path, NEW, 0o644)
+
+    def _make_folders(self, place: Path) -> None:
+        """Make `owners`, and for a campaign its directory, too."""
+        if self.kind != RESULTS and not self.folder.exists():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._made = [self.folder]
+        place.mkdir(exist_ok=True)
+
+    def take_back(self) -> None:
+        """Remove the claim, and directories that it has made and nobody uses."""
+        with suppress(OSError):
+            self.path.unlink()
+        for place in (self.path.parent, *self._made):
+            with suppress(OSError):
+                place.rmdir()
+
+    def live(self) -> None:
+        """Give signs of life from now on."""
+        self._thread.start()
+
+    @property
+    def held(self) -> bool:
+        """Whether the claim still stands."""
+        return self.path.exists()
+
+    def release(self) -> None:
+        """End the claim."""
+        self._end.set()
+        self.take_back()
+
+    def moved(self, folder: Path) -> None:
+        """Know that the campaign's directory has been renamed."""
+        self.folder, self._made = folder, []
+        self.path = folder / FOLDER / self.path.name
+
+    def _beat(self) -> None:
+        while not self._end.wait(PULSE):
+            try:
+                os.utime(self.path)
+            except FileNotFoundError:
+                if not self._end.is_set():
+                    self.when_lost(f"another run has taken over {self.folder}")
+                return
+            except OSError:  # a file server that does not answer: at the next time
+                continue
+
+
+@dataclass
+class Asking:
+    """How a claim is asked for.
+
+    Attributes
+    ----------
+    take_over : whether claims of other machines count as dead
+    say : told in one line whom is waited for, and who was taken over
+    check : called while waiting; may raise to break off
+    """
+
+    take_over: bool = False
+    say: Callable[[str], None] = lambda _: None
+    check: Callable[[], None] = lambda: None
+    _seen: dict[Path, tuple[int, float]] = field(default_factory=dict)
+    _begun: float = field(default_factory=time.monotonic)
+    _told: bool = False
+    _now: int = 0
+
+    def is_dead(self, other: Owner, now: int) -> bool:
+        """Return whether a claim's process has ended; `now` is the own claim's time."""
+        if other.here:
+            return not is_alive(other.known["pid"], other.known["ticks"])
+        first = self._seen.setdefault(other.path, (other.changed, time.monotonic()))
+        seen_for, self._now = time.monotonic() - first[1], now
+        if self.take_over and (other.known or seen_for > GRACE):  # it has been made
+            return True
+        if other.changed != first[0]:
+            return False
+        return now - other.changed > 1e9 * STALE or seen_for > STALE
+
+    def is_alive(self, other: Owner) -> bool:
+        """Return whether a claim that is not dead is known to live."""
+        return other.here or self._seen[other.path][0] != other.changed
+
+    def waited(self, others: list[Owner], claim: Claim) -> None:
+        """Tell whom is waited for; end the waiting for a run that lives.
+
+        Raises
+        ------
+        InputError
+            naming who computes
+        """
+        waited = time.monotonic() - self._begun
+        if not self._told and waited >= SOON:
+            self._told = True
+            self.say(f"waiting for {others[0]}, which has claimed {claim.folder}")
+        alive = [other for other in others if self.is_alive(other)]
+        if claim.kind == RESULTS or waited < GRACE or not alive:
+            return
+        mend = "wait until it has ended, or end it"
+        if not alive[0].here:
+            age = max(self._now - alive[0].changed, 0) / 1e9
+            mend += f"; its last sign of life is {age:.0f} s old, and {STALE:g} s "
+            mend += "without one are its death (at once: --take-over)"
+        msg = f"{claim.folder} is being computed by {alive[0]}: {mend}"
+        raise InputError(msg)
+
+
+def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
+    """Return a claim on a campaign's directory once nobody else's is in the way.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    kind : `CAMPAIGN` or a `shard_claim`, refused where another one lives; `RESULTS`,
+        waited for
+    asking : how; None: without a word
+
+    Raises
+    ------
+    InputError
+        where another run computes there, naming it
+    MissingFileError
+        where the directory cannot be written
+    """
+    own, asking = Claim(folder, kind), asking or Asking()
+    while True:
+        try:
+            others = _others(own, own.put(), asking)
+            if not others:
+                own.live()
+                return own
+        except BaseException:
+            own.take_back()
+            raise
+        own.take_back()
+        asking.waited(others, own)
+        asking.check()
+        time.sleep(random.uniform(*PAUSE))
+
+
+@contextmanager
+def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[Claim]:
+    """Hold a `claim` while the block lasts."""
+    own = claim(folder, kind, asking)
+    try:
+        yield own
+    finally:
+        own.release()
+
+
+def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
+    """Return the living claims in the way; dead ones are removed."""
+    found = []
+    for other in owners(own.folder):
+        kind = other.path.name.partition(".")[0]
+        if other.path.name == own.path.name or not in_the_way(own.kind, kind):
+            continue
+        if not asking.is_dead(other, now):
+            found.append(other)
+            continue
+        with suppress(OSError):
+            other.path.unlink()
+        if not other.here:
+            asking.say(f"taken over from {other}, which gives no sign of life")
+    return found
+
+
+def owners(folder: Path) -> list[Owner]:
+    """Return all claims on a campaign's directory, of the living and of the dead."""
+    try:
+        names = sorted(os.listdir(folder / FOLDER))  # noqa: PTH208 - errors are told
+    except FileNotFoundError:
+        return []
+    except OSError as failed:
+        msg = f"cannot read {folder / FOLDER}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    found = (_owner(folder / FOLDER / name) for name in names if NAME.fullmatch(name))
+    return [owner for owner in found if owner is not None]
+
+
+def _owner(path: Path) -> Owner | None:
+    """Return what a claim tells; None where it has just gone or is none."""
+    data = b""
+    try:
+        state = path.lstat()
+        if not stat.S_ISREG(state.st_mode):
+            return None
+        with suppress(PermissionError):
+            handle = os.open(path, CAREFUL)
+            try:
+                state, data = os.fstat(handle), os.read(handle, MOST_BYTES)
+            finally:
+                os.close(handle)
+    except FileNotFoundError:
+        return None
+    except OSError as failed:
+        msg = f"cannot read {path}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    return Owner(path, state.st_mtime_ns, _known(data))
+
+
+def _known(data: bytes) -> dict[str, Any]:
+    """Return the words of a claim; {} where they are not whole."""
+    kinds = {"host": str, "machine": str, "pid": int, "command": str}
+    try:
+        known = json.loads(data)
+        whole = all(isinstance(known[name], kind) for name, kind in kinds.items())
+        time.localtime(known["since"])
+        return known if whole and isinstance(known["ticks"], int | None) else {}
+    except (ValueError, KeyError, TypeError, OverflowError, OSError, RecursionError):
+        return {}
+
+
+def _words() -> bytes:
+    pid = os.getpid()
+    known = {
+        "host": socket.gethostname(), "machine": machine(), "pid": pid,
+        "ticks": begun(pid), "since": time.time(),
+        "command": shlex.join(sys.argv)[:MOST_COMMAND],
+    }  # fmt: skip
+    return json.dumps(known).encode() + b"\n"

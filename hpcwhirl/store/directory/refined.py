@@ -1,0 +1,192 @@
+"""Plans of refined campaigns: what words in the journals, or rows of results, add."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import StoreError
+from hpcwhirl.refinement.growth import Address, Growth
+from hpcwhirl.refinement.rule import Family, rule_of
+from hpcwhirl.refinement.tree import CONFIRM
+from hpcwhirl.scene import preset_of
+from hpcwhirl.scene.quantities import REFINED, WHOLE, variable_name
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.directory.journal import Record, scan
+from hpcwhirl.store.directory.manifest import Manifest, digests_of, read_manifest
+from hpcwhirl.store.directory.neighbours import at_boundary
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.schema import dtype
+
+PLACE = "place_"  # before the name of an input: the variable of a case's place along it
+
+
+@dataclass(frozen=True)
+class RefinedPlan(Manifest):
+    """A plan with all cases that are wanted so far.
+
+    Attributes
+    ----------
+    addresses : of each case
+    family : of all cases that there may be
+    growth : what is wanted, and the cells that tell why; None where rows tell it
+    """
+
+    addresses: list[Address] = field(default_factory=list)
+    family: Family | None = None
+    growth: Growth | None = None
+
+
+def family_of(plan: Manifest) -> Family:
+    """Return the cases that there may be in a refined campaign."""
+    return Family(rule_of(plan.refine), plan.settings, WHOLE)
+
+
+def full_plan(folder: Path) -> Manifest:
+    """Return the plan of a directory with all cases that its journals ask for.
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where it is no campaign directory, or its plan is damaged
+    """
+    plan = read_manifest(folder)
+    if not plan.refine:
+        return plan
+    rule = rule_of(plan.refine)
+
+    def word(record: Record) -> str | None:
+        return rule.word_of(record.get("row"))
+
+    return grown_plan(plan, scan(folder, word))
+
+
+def grown_plan(plan: Manifest, words: Mapping[str, str | None]) -> RefinedPlan:
+    """Return a plan with all cases that words ask for.
+
+    Parameters
+    ----------
+    plan : with the coarse cases
+    words : {digest: word of a case that has ended, None without one}
+    """
+    family, digest = family_of(plan), _digests(plan)
+    growth = family.growth(str(plan.twins.get("of", "")))
+    growth.feed(lambda address: words[digest(address)], list(growth.wanted))
+    return _extended(plan, family, growth.ordered(), digest, growth)
+
+
+def _digests(plan: Manifest) -> Callable[[Address], str]:
+    """Return the digests of cases by their addresses, each worked out once."""
+    family, find = family_of(plan), digests_of(plan)
+    known = dict(zip(family.coarse, plan.digests, strict=True))
+
+    def digest(address: Address) -> str:
+        if address not in known:
+            known[address] = find.planned(family.settings(address))
+        return known[address]
+
+    return digest
+
+
+def _extended(
+    plan: Manifest,
+    family: Family,
+    more: Iterable[Address],
+    digest: Callable[[Address], str],
+    growth: Growth | None = None,
+) -> RefinedPlan:
+    more = list(more)
+    whole = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
+    whole["digests"] = [*plan.digests, *map(digest, more)]
+    whole["settings"] = [*plan.settings, *map(family.settings, more)]
+    return RefinedPlan(
+        **whole, addresses=[*family.coarse, *more], family=family, growth=growth
+    )
+
+
+def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
+    """Return which cases of a plan have twins, (cases,).
+
+    words : the regime of each case, "" for none
+    """
+    found = np.ones(len(plan.digests), dtype=bool)
+    if isinstance(plan, RefinedPlan) and plan.growth is not None:
+        twinned = set(plan.growth.twinned)
+        return np.array([address in twinned for address in plan.addresses], dtype=bool)
+    if plan.twins.get("of") == "boundary":
+        found = at_boundary(plan.settings, plan.swept, words)
+    return found
+
+
+def dropped_of(plan: Manifest) -> int:
+    """Return how many cases a budget has left out of a plan."""
+    growth = plan.growth if isinstance(plan, RefinedPlan) else None
+    return growth.dropped if growth else 0
+
+
+def plan_of_results(path: Path) -> Manifest:
+    """Return the plan of a results file with the cases of its rows, in their order.
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where there is no plan beside it, or they do not belong together
+    """
+    plan = read_manifest(path.parent)
+    if not plan.refine:
+        return plan
+    family, coarse = family_of(plan), len(plan.digests)
+    places = [PLACE + variable_name(name) for name in family.rule.over]
+    with reading(path), h5py.File(path, "r") as file:
+        if any(name not in file for name in ("fidelity", "panel", *places)):
+            return plan  # of before it was refined: other rows than the plan's
+        fidelity, panel = (file[n][coarse:] for n in ("fidelity", "panel"))
+        at = np.stack([file[name][coarse:] for name in places], axis=-1)
+    more = []
+    for fid, number, row in zip(fidelity, panel, at, strict=True):
+        sides = zip(family.lattice.sides, row.tolist(), strict=True)
+        point = tuple(side.place(place) for side, place in sides)
+        if not 0 <= number < len(family.panels) or not 0 <= fid <= 1:
+            msg = f"{path} and its campaign.json differ: gather the campaign again"
+            raise StoreError(msg)
+        level = family.lattice.level(point)
+        more.append(Address(int(fid), level, int(number), point))
+    return _extended(plan, family, more, _digests(plan))
+
+
+def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
+    """Return what results tell of the place of each case, {variable: (cases,)}.
+
+    None of a plan that is not refined.
+    """
+    if not isinstance(plan, RefinedPlan) or plan.family is None or plan.growth is None:
+        return {}
+    family, trees, rows = plan.family, plan.growth.trees, plan.addresses
+    names = preset_of(digests_of(plan).base), family.rule.confirm
+    second = [trees[a.panel].words[CONFIRM].get(a.point) is not None for a in rows]
+    columns: dict[str, list[Any]] = {
+        "preset": [names[a.fidelity].encode() for a in rows],
+        "final": [a.fidelity == int(s) for a, s in zip(rows, second, strict=True)],
+    }
+    for name in ("fidelity", "level", "panel"):
+        columns[name] = [getattr(a, name) for a in rows]
+    out = {n: np.array(v, dtype(REFINED[n])) for n, v in columns.items()}
+    for number, side in enumerate(family.lattice.sides):
+        name = PLACE + variable_name(side.name)
+        out[name] = np.array([side.position(a.point[number]) for a in rows])
+    return out
+
+
+def refined_quantities(plan: Manifest) -> dict[str, Quantity]:
+    """Return {variable: quantity} of `columns_of`."""
+    if not plan.refine:
+        return {}
+    told = "place along its coarse values: 3.25 is a quarter past the fourth"
+    names = [PLACE + variable_name(name) for name in rule_of(plan.refine).over]
+    return REFINED | {name: Quantity("1", told, kind="f8") for name in names}

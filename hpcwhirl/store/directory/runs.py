@@ -1,0 +1,88 @@
+"""`runs/`: what every rank did with its time, one file a run, written at its end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.regular import read_regular
+from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.directory.listing import listed
+
+Share = dict[str, Any]
+KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
+LARGEST = 1 << 53  # of the numbers
+
+
+def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") -> None:
+    """Keep what the ranks of a run did, and why it stopped early; see `read_runs`."""
+    path = folder / "runs" / f"{run:04d}.json"
+    told = {"run": run, "stopped": stopped, "ranks": shares}
+    text = json.dumps(told, indent=1) + "\n"
+    write_whole(path, text.encode())
+
+
+def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
+    """Return {run, rank, host, cases, busy, span, units} of each rank of each run.
+
+    In the order of the runs; busy, span in s. A run that was killed left no file, and
+    a file that is not whole is left out: results do not depend on either.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    say : told in one line what is left out
+    """
+    found: list[Share] = []
+    told: list[str] = []
+    try:
+        paths = listed(folder / "runs", ".json")
+    except MissingFileError as failed:
+        paths, told = [], [str(failed)]
+    for path in paths:
+        try:
+            found += _shares(json.loads(read_regular(path)))
+        except (ValueError, TypeError, RecursionError):
+            told.append(f"{path} is damaged")
+        except OSError as failed:
+            told.append(f"cannot read {path}: {failed.strerror}")
+    if told and say is not None:
+        more = f" ({len(told)} such files)" if len(told) > 1 else ""
+        say(f"{told[0]}{more}: the ranks' times of that run are left out")
+    return found
+
+
+def why_stopped(folder: Path, run: int) -> str:
+    """Return why a run stopped early, "" where it did not or nothing tells."""
+    try:
+        found = json.loads(read_regular(folder / "runs" / f"{run:04d}.json"))
+    except (OSError, ValueError, RecursionError):  # killed: it left no whole file
+        return ""
+    told = found.get("stopped") if isinstance(found, dict) else ""
+    return told if isinstance(told, str) else ""
+
+
+def _shares(data: Any) -> list[Share]:
+    """Return the shares of a run, or raise where one is not as it was written."""
+    if not isinstance(data, dict) or not isinstance(data.get("ranks"), list):
+        msg = "no run and ranks"
+        raise TypeError(msg)
+    shares = [{"run": data.get("run"), **dict(share)} for share in data["ranks"]]
+    for share in shares:
+        for name, kind in ({"run": int} | KEYS).items():
+            _check(share.get(name), kind)
+    return shares
+
+
+def _check(value: Any, kind: type) -> None:
+    """Raise where a value is not of its kind, or not a number that a file may hold."""
+    kinds: Any = (int, float) if kind is float else kind
+    if isinstance(value, bool) or not isinstance(value, kinds):
+        msg = f"{value!r:.40} is no {kind.__name__}"
+        raise TypeError(msg)
+    if kind is not str and not abs(value) < LARGEST:
+        msg = "no finite number"
+        raise ValueError(msg)

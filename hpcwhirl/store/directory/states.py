@@ -1,0 +1,129 @@
+"""States of cases on their way: a checksummed file each, replaced whole.
+
+The first line is sealed as a line of a journal: what the state belongs to, and name,
+type and shape of every array. The arrays' bytes follow, little-endian, in that order.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import StoreError
+from hpcwhirl.regular import open_regular
+from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.directory.lines import Record, opened, sealed
+from hpcwhirl.store.directory.listing import listed
+
+Arrays = dict[str, NDArray[Any]]
+FORMAT = 2
+TYPES = ("<f8", "<i8")
+
+
+def _path(folder: Path, digest: str) -> Path:
+    return folder / "states" / f"{digest}.state"
+
+
+def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> None:
+    """Keep the state of a case in place of an older one.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    digest : of the case
+    belongs : what must be the same for the state to fit, as JSON
+    arrays : {name: float64 or int64 array}
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be written; an older one stays
+    """
+    data = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays.values())
+    head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
+    head["arrays"] = {n: [a.dtype.str, list(a.shape)] for n, a in arrays.items()}
+    head |= {"bytes": len(data), "crc": zlib.crc32(data)}
+    write_whole(_path(folder, digest), sealed(head) + data)
+
+
+def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
+    """Return the arrays of a case's state, None where there is none.
+
+    Raises
+    ------
+    StoreError
+        where the state is damaged or belongs to something else
+    """
+    path = _path(folder, digest)
+    try:
+        with open_regular(path) as file:
+            head, data = opened(file.readline()), file.read()
+    except FileNotFoundError:
+        return None
+    except OSError as failed:
+        msg = f"cannot read {path}: {failed.strerror}"
+        raise StoreError(msg) from None
+    try:
+        return _arrays(head, data, {"format": FORMAT, "digest": digest, **belongs})
+    except (KeyError, TypeError, ValueError) as failed:
+        msg = f"{path} is not usable: {failed}"
+        raise StoreError(msg) from None
+
+
+def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
+    """Return the arrays, or raise where bytes, types or what they belong to differ."""
+    if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
+        msg = "it is damaged"
+        raise ValueError(msg)
+    for name, value in belongs.items():
+        if (head | head["belongs"]).get(name) != value:
+            msg = f"it is of another {name}"
+            raise ValueError(msg)
+    out, start = {}, 0
+    for name, (kind, shape) in head["arrays"].items():
+        if kind not in TYPES:
+            msg = f"an array of type {kind}, allowed {', '.join(TYPES)}"
+            raise ValueError(msg)
+        count = math.prod(shape)
+        out[name] = np.frombuffer(data, kind, count, start).reshape(shape)
+        start += 8 * count
+    return out
+
+
+def hand_over(folder: Path, digest: str, after: str) -> bool:
+    """Keep the state of a case as that of another, too, which it may go on as.
+
+    Returns
+    -------
+    whether there was one, whole; what it belongs to stays
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be written
+    """
+    try:
+        with open_regular(_path(folder, digest)) as file:
+            head, data = opened(file.readline()), file.read()
+        _arrays(head, data, {"format": FORMAT, "digest": digest})
+    except (OSError, KeyError, TypeError, ValueError):
+        return False
+    write_whole(_path(folder, after), sealed({**(head or {}), "digest": after}) + data)
+    return True
+
+
+def drop_state(folder: Path, digest: str) -> None:
+    """Remove the state of a case, if there is one."""
+    with suppress(OSError):  # it is in nobody's way
+        _path(folder, digest).unlink()
+
+
+def stored_states(folder: Path) -> set[str]:
+    """Return the digests of the cases that a state is kept of."""
+    return {path.stem for path in listed(folder / "states", ".state")}

@@ -1,0 +1,1 @@
+"""Files of engines and wheels: which arrays they have, of which kind. No mechanics."""

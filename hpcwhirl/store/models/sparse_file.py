@@ -1,0 +1,234 @@
+"""Reading a large sparse matrix of a finite element code. No mechanics.
+
+NAME.mtx         MatrixMarket, real or integer, general or symmetric
+NAME.npz         of scipy.sparse.save_npz, CSR or CSC; nothing in it is unpickled
+NAME.h5, .hdf5   CSR in a group of the matrix's name, `mass` or `stiffness`: data,
+                 indices, indptr, from 0; all in this one file
+
+Sizes and types are looked at before anything is read.
+"""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.regular import check_regular, open_regular
+from hpcwhirl.store.models.engine_file import Given, check_chunks, check_link, readable
+
+Array = NDArray[Any]
+MOST_BYTES = 1 << 34  # of a file
+MOST_UNKNOWNS = 10_000_000
+MOST_ENTRIES = 300_000_000  # 3.6 GB of them, and places in 32 bits
+SHORTEST = 2  # bytes of an entry as text: a digit and what parts it from the next
+SYMMETRIC = 1e-9  # relative to the largest entry
+PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
+UNREADABLE = (
+    OSError,
+    RuntimeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    ArithmeticError,
+    EOFError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+class _Source(Given):
+    """A matrix's file, as its complaints name it."""
+
+    def refusal(self, told: str) -> InputError:
+        """Return the error that names the file."""
+        return InputError(f"{self.file} {told}")
+
+    def wrong(self, name: str, allowed: str, got: object) -> InputError:
+        """Return the error of the matrix or of a part of it."""
+        return self.refusal(f"({name}) must {allowed}, got {got}")
+
+
+def read_matrix(path: Path, name: str) -> sparse.csr_array:
+    """Return a real symmetric matrix (n, n), both triangles, finite.
+
+    Parameters
+    ----------
+    path : of one of the three kinds
+    name : `mass` or `stiffness`
+
+    Raises
+    ------
+    MissingFileError
+        where it cannot be read as what its name says
+    InputError
+        where it is not such a matrix
+    """
+    source = _Source(str(path), {})
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise source.wrong(name, f"end in {', '.join(READERS)}", path.suffix or "none")
+    with readable(str(path), UNREADABLE):
+        size = check_regular(path)
+        if size > MOST_BYTES:
+            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
+        matrix = reader(source, name, size)
+    return _checked(source, name, matrix)
+
+
+def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
+    from scipy.io import mminfo, mmread
+
+    # By path, which is of a regular file: of a Python stream SciPy 1.17 aborts.
+    rows, columns, entries, _, field, symmetry = mminfo(source.file)
+    if field not in {"real", "integer"}:
+        raise source.wrong(name, "be real", field)
+    if symmetry not in {"general", "symmetric"}:
+        raise source.wrong(name, "be symmetric", symmetry)
+    _check_square(source, name, (rows, columns))
+    _check_entries(source, name, entries, size // SHORTEST)
+    return sparse.csr_array(mmread(source.file), dtype=np.float64)
+
+
+def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
+    del size
+    names = [*PARTS, "shape", "format"]
+    with open_regular(source.file) as file, zipfile.ZipFile(file) as archive:
+        for part in names:
+            if f"{part}.npy" not in archive.namelist():
+                told = "is not of scipy.sparse.save_npz in CSR or CSC"
+                raise source.refusal(f"has no {part}: it {told}")
+            kinds = PARTS.get(part, "iu" if part == "shape" else "SU")
+            shape, kind = _header(archive, part)
+            _check_part(source, f"{name}/{part}", shape, kind, kinds)
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as held:
+            arrays = {part: held[part] for part in names}
+    kind = arrays["format"].item()
+    if kind not in {"csr", b"csr", "csc", b"csc"}:
+        raise source.wrong(name, "be CSR or CSC", kind)
+    shape = tuple(arrays["shape"].tolist())
+    _check_square(source, name, shape)
+    if len(arrays["indptr"]) != shape[0] + 1:
+        raise source.wrong(
+            f"{name}/indptr",
+            f"have {shape[0] + 1} entries, its shape says",
+            len(arrays["indptr"]),
+        )
+    return _compressed(source, name, arrays)
+
+
+def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
+    """Return (shape, dtype) that an array of a .npz claims, if its bytes are there."""
+    member = archive.getinfo(f"{part}.npy")
+    with archive.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0
+        if version != (1, 0):
+            read = np.lib.format.read_array_header_2_0
+        shape, _, kind = read(file)
+    if int(np.prod(shape, dtype=object)) * kind.itemsize > member.file_size:
+        msg = f"{part} is cut short"
+        raise ValueError(msg)
+    return shape, kind
+
+
+def _hdf5(source: _Source, name: str, size: int) -> sparse.csr_array:
+    import h5py
+
+    del size
+    with open_regular(source.file) as file, h5py.File(file, "r") as root:
+        if name not in root:
+            raise source.refusal(f"has no group {name}: data, indices, indptr in it")
+        check_link(source, root, name, "")
+        group = root[name]
+        if not isinstance(group, h5py.Group):
+            raise source.wrong(name, "be a group", "an array")
+        for part in PARTS:
+            _check_dataset(source, group, name, part)
+        arrays = {part: group[part][()] for part in PARTS}
+    return _compressed(source, name, arrays)
+
+
+def _check_dataset(source: _Source, group: Any, name: str, part: str) -> None:
+    if part not in group:
+        raise source.refusal(f"has no {name}/{part}")
+    check_link(source, group, part, f"{name}/")
+    data = group[part]
+    shape = getattr(data, "shape", None)
+    if shape is None:
+        raise source.wrong(f"{name}/{part}", "be an array", "none")
+    _check_part(source, f"{name}/{part}", shape, data.dtype, PARTS[part])
+    if data.chunks:
+        check_chunks(source, f"{name}/{part}", data)
+
+
+READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
+
+
+def _check_part(
+    source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
+) -> None:
+    """Check dimensions, type and size of an array before it is read."""
+    if kind.kind not in kinds:
+        wanted = "be real" if "f" in kinds else "hold whole numbers"
+        raise source.wrong(name, wanted, "complex" if kind.kind == "c" else kind)
+    if len(shape) != (0 if "S" in kinds else 1):
+        raise source.wrong(name, "be a list", f"{len(shape)} dimensions")
+    _check_entries(source, name, *shape)
+
+
+def _check_square(source: _Source, name: str, shape: tuple[int, ...]) -> None:
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise source.wrong(name, "be square", shape)
+    if not 1 <= shape[0] <= MOST_UNKNOWNS:
+        allowed = f"have 1 to {MOST_UNKNOWNS} degrees of freedom"
+        raise source.wrong(name, allowed, shape[0])
+
+
+def _check_entries(
+    source: _Source, name: str, count: int = 0, most: int = MOST_ENTRIES
+) -> None:
+    if count > MOST_ENTRIES:
+        raise source.wrong(name, f"have at most {MOST_ENTRIES} entries", count)
+    if count > most:
+        raise source.refusal(f"is cut short: {count} entries do not go into it")
+
+
+def _compressed(
+    source: _Source, name: str, arrays: Mapping[str, Array]
+) -> sparse.csr_array:
+    """Return the matrix of data, indices, indptr; a CSC's transpose is its equal."""
+    size = len(arrays["indptr"]) - 1
+    _check_square(source, name, (size, size))
+    parts = tuple(arrays[part] for part in PARTS)
+    matrix = sparse.csr_array(parts, shape=(size, size), dtype=np.float64)
+    matrix.check_format(full_check=True)  # indices out of range crash SciPy
+    return matrix
+
+
+def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
+    """Return the symmetric part of what is symmetric to round-off."""
+    matrix.sum_duplicates()
+    wrong = ~np.isfinite(matrix.data)
+    if wrong.any():
+        raise source.wrong(name, "be finite", matrix.data[wrong][0])
+    largest = np.abs(matrix.data).max(initial=0.0)
+    if not largest > 0:
+        raise source.wrong(name, "have an entry that is not 0", "none")
+    miss = np.abs((matrix - matrix.T).data).max(initial=0.0) / largest
+    if not miss <= SYMMETRIC:
+        half = sparse.triu(matrix, 1).nnz * sparse.tril(matrix, -1).nnz == 0
+        hint = ": one triangle alone is there; write both" if half else ""
+        allowed = f"be symmetric to {SYMMETRIC:g} of its largest entry"
+        raise source.wrong(name, allowed, f"{miss:.2g}{hint}")
+    matrix = (matrix + matrix.T) / 2
+    places = (part.astype(np.int32) for part in (matrix.indices, matrix.indptr))
+    return sparse.csr_array((matrix.data, *places), shape=matrix.shape)

@@ -1,0 +1,308 @@
+"""Reading the TOML that says what a finite element model's unknowns are. No mechanics.
+
+Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad, against the
+clock. Of a whole wheel:
+
+[wheel]
+mass, stiffness   files beside this one, see `sparse_file`; kg, N/m (or t, N/mm, ...)
+blades            N
+modes             fixed-interface modes kept, at most (default 5 N)
+held              DoF that do not move (default none)
+[tips]
+x, y              N DoF each, blade 0, 1, ... against the clock: a pair of axes
+angle             of blade 0 from the pair's x axis, blade j 2 pi j / N further (default
+                  0), or a list of N
+or radial, tangential, N DoF each, with the angle (default 0) by which the tips' own
+axes are turned from these
+[centre]          none: clamped
+x, y              DoF of the shaft's centre
+angle             of blade 0 from its x axis (default: that of [tips] x, y)
+stiffness, mass   of the shaft, added to x and to y, N/m and kg (default 0)
+held              true: more than the centre and `stiffness` hold the wheel in K
+
+Of one sector, [sector] instead of [wheel], whose blade is blade 0: x, y, radial and
+tangential are one DoF, K and M of a shared centre are one sector's part, and
+
+[sector]
+left, right       DoF on both cuts, right[i] being left[i] of the next sector, against
+                  the clock, in axes that turn with the sectors (cylindrical; or along
+                  the shaft)
+left_x, left_y,   the same in the axes of this sector, not turned
+right_x, right_y
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene.files import is_number, is_whole, load_document
+from hpcwhirl.store.models.engine_file import LARGEST
+from hpcwhirl.store.models.sparse_file import read_matrix
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+MOST_BLADES = LARGEST // 2 - 1
+FAMILIES = 5  # of modes kept, where the file does not say
+EVEN = 1e-6  # rad, of 2 pi / N from blade to blade
+KEYS = {
+    "wheel": ("mass", "stiffness", "blades", "modes", "held"),
+    "tips": ("x", "y", "radial", "tangential", "angle"),
+    "centre": ("x", "y", "angle", "stiffness", "mass", "held"),
+}
+CUTS = ("left", "right", "left_x", "right_x", "left_y", "right_y")
+TABLES = {**KEYS, "sector": (*KEYS["wheel"], *CUTS)}
+
+
+@dataclass(frozen=True)
+class Centre:
+    """The shaft's centre: DoF, angle of blade 0 from its x axis, springs, mass."""
+
+    dofs: Integers
+    angle: float
+    stiffness: float
+    mass: float
+    held: bool
+
+
+@dataclass(frozen=True)
+class Cut:
+    """DoF on the two cuts of a sector.
+
+    Attributes
+    ----------
+    left, right : (s,), in axes that turn with the sectors
+    left_plane, right_plane : (p, 2), x and y, which do not
+    """
+
+    left: Integers
+    right: Integers
+    left_plane: Integers
+    right_plane: Integers
+
+
+@dataclass(frozen=True)
+class FiniteElements:
+    """A wheel of finite elements, or one of its sectors.
+
+    Attributes
+    ----------
+    file : that says so
+    sources : files of M and K
+    mass, stiffness : (n, n), symmetric
+    blades : N
+    tips : (N, 2), or (1, 2) of a sector: DoF of each tip
+    angle : (N,) or (1,), rad: radial, tangential axes from those of the DoF
+    centre : None where it is clamped
+    held : DoF that do not move
+    modes : fixed-interface modes to keep
+    cut : of a sector
+    """
+
+    file: str
+    sources: tuple[Path, ...]
+    mass: sparse.csr_array
+    stiffness: sparse.csr_array
+    blades: int
+    tips: Integers
+    angle: Floats
+    centre: Centre | None
+    held: Integers
+    modes: int
+    cut: Cut | None
+
+    def refusal(self, told: str) -> InputError:
+        """Return the error that names the file."""
+        return InputError(f"{self.file}: {told}")
+
+
+class _Table:
+    """A table of the document whose values are asked for by kind."""
+
+    def __init__(self, file: str, name: str, data: Any) -> None:
+        self.file, self.name, self.data = file, name, data
+        if not isinstance(data, Mapping):
+            msg = f"{file}: [{name}] must be a table, got {shown(data)}"
+            raise InputError(msg)
+        for key in data:
+            if key not in TABLES[name]:
+                raise unknown(f"key in {file}: [{name}]", key, TABLES[name])
+
+    def wrong(self, key: str, allowed: str, got: object) -> InputError:
+        return InputError(f"{self.file}: [{self.name}] {key} must {allowed}, got {got}")
+
+    def asked(self, key: str, default: Any = None) -> Any:
+        value = self.data.get(key, default)
+        if value is None:
+            msg = f"{self.file}: [{self.name}] has no {key}"
+            raise InputError(msg)
+        return value
+
+    def text(self, key: str) -> str:
+        value = self.asked(key)
+        if not isinstance(value, str):
+            raise self.wrong(key, "be the name of a file", shown(value))
+        return value
+
+    def flag(self, key: str) -> bool:
+        value = self.asked(key, default=False)
+        if not isinstance(value, bool):
+            raise self.wrong(key, "be true or false", shown(value))
+        return value
+
+    def whole(self, key: str, least: int, most: int, default: int | None = None) -> int:
+        value = self.asked(key, default)
+        if not is_whole(value) or not least <= value <= most:
+            raise self.wrong(key, f"be a whole number {least} to {most}", shown(value))
+        return int(value)
+
+    def number(self, key: str, default: float, *, positive: bool = False) -> float:
+        value = self.asked(key, default)
+        if not _is_number(value) or (positive and value < 0):
+            kind = "number >= 0" if positive else "number"
+            raise self.wrong(key, f"be a {kind}", shown(value))
+        return float(value)
+
+    def indices(self, key: str, size: int, count: int | None = None) -> Integers:
+        """Return DoF below `size`, `count` of them; a single one may be bare."""
+        value = self.asked(key, None if count else [])
+        value = value if isinstance(value, list) else [value]
+        if not all(map(is_whole, value)):
+            raise self.wrong(key, "hold whole numbers", shown(value))
+        if count and len(value) != count:
+            raise self.wrong(key, f"name {count} degrees of freedom", len(value))
+        wrong = [i for i in value if not 0 <= i < size]
+        if wrong:
+            hint = ": they count from 0" if max(value) == size else ""
+            raise self.wrong(key, f"be 0 to {size - 1}", f"{shown(wrong[0])}{hint}")
+        return np.array(value, dtype=np.int64)
+
+
+def _is_number(value: object) -> bool:
+    return is_number(value) and math.isfinite(value)
+
+
+def read_wheel(path: Path) -> FiniteElements:
+    """Return what a TOML file says of a wheel or a sector, and its matrices.
+
+    Raises
+    ------
+    MissingFileError, InputError
+        in one line: where a file cannot be read, and where it says what cannot be
+    """
+    document, file = load_document(path), str(path)
+    kinds = [name for name in ("wheel", "sector") if name in document]
+    if len(kinds) != 1:
+        msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
+        raise InputError(msg)
+    for name in document:
+        if name not in TABLES:
+            raise unknown(f"table in {file}", name, TABLES)
+    body, tips = (_Table(file, n, document.get(n, {})) for n in (kinds[0], "tips"))
+    is_sector = kinds[0] == "sector"
+    blades = body.whole("blades", 3 if is_sector else 1, MOST_BLADES)
+    kind = ("mass", "stiffness")
+    sources = tuple(path.parent / body.text(name) for name in kind)
+    mass, stiffness = map(read_matrix, sources, kind)
+    size = mass.shape[0]
+    if stiffness.shape != mass.shape:
+        told = f"{size} degrees of freedom, stiffness {stiffness.shape[0]}"
+        raise body.wrong("mass and stiffness", "be of one size", f"mass {told}")
+    pairs, angle = _tips(tips, size, blades, 1 if is_sector else blades)
+    centre = None
+    if "centre" in document:
+        table = _Table(file, "centre", document["centre"])
+        centre = _centre(table, size, float(angle[0]) if "x" in tips.data else 0.0)
+    most = LARGEST - 2 * blades - (2 if centre else 0)
+    wheel = FiniteElements(
+        file=file,
+        sources=sources,
+        mass=mass,
+        stiffness=stiffness,
+        blades=blades,
+        tips=pairs,
+        angle=angle,
+        centre=centre,
+        held=body.indices("held", size),
+        modes=body.whole("modes", 0, most, min(FAMILIES * blades, most)),
+        cut=_cut(body, size) if is_sector else None,
+    )
+    _check_once(wheel)
+    return wheel
+
+
+def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, Floats]:
+    """Return DoF (count, 2) of the tips, and how their axes are turned, (count,)."""
+    plane = "x" in table.data or "y" in table.data
+    if plane and ("radial" in table.data or "tangential" in table.data):
+        raise table.wrong("tips", "be x, y or radial, tangential", "both")
+    names = ("x", "y") if plane else ("radial", "tangential")
+    pairs = np.column_stack([table.indices(n, size, count) for n in names])
+    given = table.asked("angle", 0.0)
+    if not isinstance(given, list):
+        step = 2 * np.pi / blades if plane else 0.0
+        first = table.number("angle", 0.0)
+        return pairs, first + step * np.arange(count, dtype=np.float64)
+    if len(given) != count or not all(map(_is_number, given)):
+        raise table.wrong("angle", f"be a number or {count} of them", shown(given))
+    angle = np.array(given, dtype=np.float64)
+    steps = np.diff(angle) - 2 * np.pi / blades
+    if plane and (np.abs(np.angle(np.exp(1j * steps))) > EVEN).any():
+        allowed = "rise by 2 pi / N from blade to blade, against the clock"
+        raise table.wrong("angle", allowed, shown(given))
+    return pairs, angle
+
+
+def _centre(table: _Table, size: int, angle: float) -> Centre:
+    dofs = np.concatenate([table.indices(name, size, 1) for name in ("x", "y")])
+    return Centre(
+        dofs,
+        table.number("angle", angle),
+        table.number("stiffness", 0.0, positive=True),
+        table.number("mass", 0.0, positive=True),
+        table.flag("held"),
+    )
+
+
+def _cut(table: _Table, size: int) -> Cut:
+    """Return the two cuts of a sector, which must match."""
+    found = {name: table.indices(name, size) for name in CUTS}
+    for left, right in (
+        ("left", "right"),
+        ("left_x", "right_x"),
+        ("left_y", "right_y"),
+    ):
+        if len(found[left]) != len(found[right]):
+            told = f"{len(found[left])} and {len(found[right])}"
+            raise table.wrong(f"{left} and {right}", "be of one length", told)
+    if len(found["left_x"]) != len(found["left_y"]):
+        told = f"{len(found['left_x'])} and {len(found['left_y'])}"
+        raise table.wrong("left_x and left_y", "be of one length", told)
+    if not len(found["left"]) + len(found["left_x"]):
+        msg = f"{table.file}: [sector] has neither left and right nor left_x, left_y, "
+        raise InputError(msg + "right_x, right_y")
+    planes = [np.column_stack([found[f"{s}_x"], found[f"{s}_y"]]) for s in CUTS[:2]]
+    return Cut(found["left"], found["right"], *planes)
+
+
+def _check_once(wheel: FiniteElements) -> None:
+    """Refuse DoF that are named twice."""
+    cut = wheel.cut
+    sides = (
+        [] if cut is None else [cut.left, cut.right, cut.left_plane, cut.right_plane]
+    )
+    hub = [] if wheel.centre is None else [wheel.centre.dofs]
+    named = np.concatenate([a.ravel() for a in (wheel.tips, wheel.held, *hub, *sides)])
+    values, times = np.unique(named, return_counts=True)
+    if times.max() > 1:
+        kinds = "tips, centre, held" + (", left and right" if cut else "")
+        twice = values[times > 1][0]
+        raise wheel.refusal(f"degree of freedom {twice} is named twice among {kinds}")

@@ -1,0 +1,1 @@
+"""Reading what a campaign holds: cases, words, conditions, neighbours."""

@@ -1,0 +1,111 @@
+"""Cases of a campaign as a grid over what was swept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.store.reading.nearest import nearest_rows
+from hpcwhirl.store.reading.select import swept_of
+
+if TYPE_CHECKING:
+    import xarray
+
+SPARSEST = 4.0  # cells of a grid for each case, above which it is none
+
+
+def grid(data: xarray.Dataset) -> xarray.Dataset:
+    """Return results over the swept inputs instead of over `case`.
+
+    Only variables of one value a case are taken: traces stay in the file. An input that
+    another one tells, as in [zip] or where no value comes twice, becomes a coordinate
+    along it.
+
+    Of a refined campaign it is the grid of all values that its refined inputs have in
+    it, each point with the case nearest to it in the cell that it lies in, among its
+    corners; `computed` is 1 where that case is at the point itself.
+
+    Parameters
+    ----------
+    data : of `open_results`
+
+    Returns
+    -------
+    xarray.Dataset; combinations that were not computed are NaN or empty
+
+    Raises
+    ------
+    InputError
+        where the cases leave most cells of a grid empty
+    """
+    swept = swept_of(data)
+    if "final" in data:
+        data = nearest(data)
+    own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
+    table = data[own].reset_coords().drop_vars("case", errors="ignore")
+    numbers = data["number"] if "number" in data else np.arange(data.sizes["case"])
+    table = table.assign(number=("case", np.asarray(numbers)))
+    axes = _axes(table, swept)
+    if not axes:
+        return table.isel(case=0, drop=True).rename(number="case")
+    cells = float(np.prod([len(set(table[n].to_numpy().tolist())) for n in axes]))
+    count = data.sizes["case"]
+    if cells > SPARSEST * count:
+        msg = f"{count} cases over {' x '.join(axes)} are no grid of {cells:.0f} cells"
+        raise InputError(msg)
+    along = {n: _followed(table, n, axes) for n in swept if n not in axes}
+    told = {n: _levels(table, n, by) for n, by in along.items() if by}
+    rest = table.drop_vars(list(told))
+    if len(axes) == 1:
+        full = rest.set_coords(axes).swap_dims(case=axes[0]).sortby(axes[0])
+    else:
+        full = rest.set_index(case=axes).unstack("case")
+    coords = {
+        n: (by, [told[n][v] for v in full[by].to_numpy().tolist()], data[n].attrs)
+        for n, by in along.items()
+        if by
+    }
+    return full.assign_coords(coords).rename(number="case")
+
+
+def nearest(data: xarray.Dataset) -> xarray.Dataset:
+    """Return cases for all points of the finest grid of a refined campaign."""
+    rows, values = nearest_rows(data)
+    at = {n: data[n].to_numpy() for n in values}
+    own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
+    found = data[own].drop_vars("case", errors="ignore").isel(case=rows)
+    same = np.logical_and.reduce([at[n][rows] == v for n, v in values.items()])
+    new: dict[str, Any] = {n: ("case", v, data[n].attrs) for n, v in values.items()}
+    new |= {"computed": ("case", same.astype(np.int8)), "number": ("case", rows)}
+    return found.assign(new)
+
+
+def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
+    """Return {value of an axis: value of an input that it tells}."""
+    keys, values = (table[n].to_numpy().tolist() for n in (by, name))
+    return dict(zip(keys, values, strict=True))
+
+
+def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
+    """Return the swept inputs that no other one before them tells."""
+    varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
+    cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
+    if cells <= table.sizes["case"]:
+        return varied or swept[:1]
+    axes: list[str] = []
+    for name in varied:
+        if not _followed(table, name, axes):
+            axes.append(name)
+    return axes
+
+
+def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
+    """Return the axis that tells an input, "" for none."""
+    values = table[name].to_numpy().tolist()
+    for axis in axes:
+        known = table[axis].to_numpy().tolist()
+        if len(set(zip(known, values, strict=True))) == len(set(known)):
+            return axis
+    return ""

@@ -1,0 +1,294 @@
+"""Groups `cells` and `boundaries` of a refined campaign's results.
+
+- `cells`: of every cell that is not split, the cases at its corners, the last refined
+  input fastest (`corner`, -1: not computed, as a budget ended the refinement), `panel`,
+  `level`, `state` (even: words alike; mixed; speckle) and whether its corners are
+  `confirmed`. Attributes: what is refined (`over`), on which `scale`, by which `words`,
+  and how many cases a budget has left out (`dropped`).
+- `boundaries`: points where words change, see `refinement.boundary.Boundaries`, by the
+  names of the refined inputs; `line_begin` and `line_end` are the points that lines
+  join, where two inputs are refined. Attributes tell by which words, `classify` writes
+  them anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.refinement.boundary import (
+    EVIDENCE,
+    STATES,
+    Boundaries,
+    Cases,
+    Cells,
+    boundaries_of,
+)
+from hpcwhirl.refinement.growth import Address, Growth
+from hpcwhirl.refinement.lattice import Cell, Lattice
+from hpcwhirl.refinement.rule import rule_of
+from hpcwhirl.refinement.tree import CONFIRM, Node, Tree
+from hpcwhirl.scene.quantities import AXES, INPUTS, variable_name
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.manifest import Manifest
+from hpcwhirl.store.directory.refined import RefinedPlan, dropped_of
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.reader import words_in
+
+CELLS, BOUNDARIES = "cells", "boundaries"
+THRESHOLD = "threshold_"
+TOLD = {
+    "corner": Quantity("1", "case at a corner, -1: none", kind="i8"),
+    "panel": Quantity("1", "number of the panel", kind="i8"),
+    "level": Quantity("1", "bisections", kind="i8"),
+    "state": Quantity("1", "whether words at its corners differ", kind="enum"),
+    "confirmed": Quantity("1", "1 if all corners are confirmed", kind="i8"),
+    "along": Quantity("1", "refined input along which the edge lies, -1: none"),
+    "low": Quantity("1", "of that input where the edge begins, in its unit"),
+    "high": Quantity("1", "where it ends"),
+    "error": Quantity("1", "standard error of evidence, or half the edge"),
+    "placed": Quantity("1", "1 if evidence places the point, 0: middle of the edge"),
+    "before": Quantity("1", "case at the begin of the edge, -1: none"),
+    "behind": Quantity("1", "case at its end, -1: none"),
+    "line_begin": Quantity("1", "point from which a line leads"),
+    "line_end": Quantity("1", "point to which it leads"),
+}
+
+
+@dataclass(frozen=True)
+class Refined:
+    """What the map of a refined campaign needs beside its cases.
+
+    Attributes
+    ----------
+    over : variables of the refined inputs
+    scale : of each, "linear" or "log"
+    cells : not split
+    panel_of : (cases,), panel of each case
+    last : {refined input: (cases,)}, whether a case has the last value of it
+    at : {refined input: (p,)}, points of boundaries
+    panel : (p,), of each point
+    lines : (s, 2), points that lines join
+    """
+
+    over: list[str]
+    scale: list[str]
+    cells: Cells
+    panel_of: NDArray[np.int64]
+    last: dict[str, NDArray[np.bool_]]
+    at: dict[str, NDArray[np.float64]]
+    panel: NDArray[np.int64]
+    lines: NDArray[np.int64]
+
+
+def cells_of(plan: Manifest) -> Cells | None:
+    """Return the cells of a plan that are not split; None of a plan without any."""
+    if not isinstance(plan, RefinedPlan) or plan.growth is None:
+        return None
+    row = {address: number for number, address in enumerate(plan.addresses)}
+    found = [
+        _cell(plan.growth, panel, cell, node, row)
+        for panel, tree in enumerate(plan.growth.trees)
+        for cell, node in sorted(_unsplit(tree, plan.growth.lattice, panel, row))
+    ]
+    corner = np.array([cell[0] for cell in found], dtype=np.int64)
+    panel, level, state, confirmed = np.array([c[1:] for c in found], np.int64).T
+    return Cells(corner, panel, level, state, confirmed)
+
+
+def _unsplit(
+    tree: Tree, lattice: Lattice, panel: int, row: Mapping[Address, int]
+) -> list[tuple[Cell, Node]]:
+    """Return the cells that have no parts, or some whose corners are not wanted."""
+
+    def is_wanted(cell: Cell) -> bool:
+        points = tree.cells[cell].corners
+        return all(Address(0, lattice.level(p), panel, p) in row for p in points)
+
+    out, todo = [], list(lattice.coarse())
+    while todo:
+        cell = todo.pop()
+        parts = lattice.children(cell) if tree.cells[cell].split else []
+        if parts and all(map(is_wanted, parts)):
+            todo += parts
+        else:
+            out.append((cell, tree.cells[cell]))
+    return out
+
+
+def _cell(
+    growth: Growth, panel: int, cell: Cell, node: Node, row: Mapping[Address, int]
+) -> tuple[Any, ...]:
+    tree, rows = growth.trees[panel], []
+    second = [tree.words[CONFIRM].get(point) is not None for point in node.corners]
+    for point, by in zip(node.corners, second, strict=True):
+        rows.append(row[Address(int(by), growth.lattice.level(point), panel, point)])
+    words = {tree.word(point) for point in node.corners} - {None}
+    speckle = len(words) > 1 and tree.is_speckle(cell)
+    state = "speckle" if speckle else ("mixed" if len(words) > 1 else "even")
+    return rows, panel, cell[0], STATES.index(state), int(all(second))
+
+
+def define_cells(
+    file: h5py.File,
+    plan: Manifest,
+    rows: Mapping[str, NDArray[Any]],
+    limits: Mapping[str, Any],
+) -> None:
+    """Write both groups, small and known before any case is read again.
+
+    Parameters
+    ----------
+    file : opened for writing, by one process or by all
+    plan : of the campaign; where it is not refined, nothing is written
+    rows : {variable: (cases,)}, words and evidence
+    limits : root attributes, thresholds among them
+    """
+    cells = cells_of(plan)
+    if cells is None:
+        return
+    group = file.create_group(CELLS)
+    for name in ("corner", "panel", "level", "state", "confirmed"):
+        _put(group, name, getattr(cells, name), CELLS)
+    group["state"].attrs["flag_values"] = np.arange(len(STATES), dtype="i1")
+    group["state"].attrs["flag_meanings"] = np.bytes_(" ".join(STATES))
+    rule = rule_of(plan.refine)
+    group.attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
+    group["corner"].attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
+    group.attrs["over_dotted"] = np.bytes_(" ".join(rule.over))
+    group.attrs["scale"] = np.bytes_(" ".join(rule.scale))
+    group.attrs["words"] = np.bytes_(rule.words)
+    group.attrs["dropped"] = np.int64(dropped_of(plan))
+    _define_boundaries(file, cells, rows, limits)
+
+
+def _define_boundaries(
+    file: h5py.File,
+    cells: Cells,
+    rows: Mapping[str, NDArray[Any]],
+    limits: Mapping[str, Any],
+) -> None:
+    told = {n: _text(file[CELLS].attrs[n]) for n in ("over", "scale", "words")}
+    over = told["over"].split()
+    cases = Cases(
+        np.array([rows[name] for name in over], dtype=float),
+        told["scale"].split(),
+        _words(rows, told["words"]),
+        {name: np.asarray(rows[name], dtype=float) for name in EVIDENCE},
+        {n.removeprefix(THRESHOLD): v for n, v in limits.items()
+         if n.startswith(THRESHOLD)},
+    )  # fmt: skip
+    found = boundaries_of(cells, cases)
+    group = file.create_group(BOUNDARIES)
+    group.attrs["words"] = np.bytes_(told["words"])
+    dotted = _text(file[CELLS].attrs["over_dotted"]).split()
+    _put_points(group, found, over, dotted)
+
+
+def _put_points(
+    group: h5py.Group, found: Boundaries, over: list[str], dotted: list[str]
+) -> None:
+    at = np.array(found.at, dtype=float).reshape(-1, len(over))
+    for number, name in enumerate(over):
+        _put(group, name, at[:, number], BOUNDARIES, INPUTS[dotted[number]])
+    for name in ("low", "high", "error"):
+        _put(group, name, np.array(getattr(found, name), dtype=float), BOUNDARIES)
+    for name in ("along", "placed", "before", "behind", "panel"):
+        _put(group, name, np.array(getattr(found, name), dtype=np.int64), BOUNDARIES)
+    lines = np.array(found.lines, dtype=np.int64).reshape(-1, 2)
+    for number, name in enumerate(("line_begin", "line_end")):
+        _put(group, name, lines[:, number], "lines")
+
+
+def _put(
+    group: h5py.Group,
+    name: str,
+    values: NDArray[Any],
+    axis: str,
+    quantity: Quantity | None = None,
+) -> None:
+    """Write a variable over the axes of its group, defined where they are missing."""
+    axes = {CELLS: "cell", BOUNDARIES: "point", "lines": "line"}[axis]
+    quantity = quantity or TOLD[name]
+    kind = "i1" if quantity.kind == "enum" else values.dtype
+    data = group.create_dataset(name, data=values.astype(kind))
+    _tell(data, quantity)
+    for place, dimension in enumerate([axes, "vertex"][: values.ndim]):
+        if dimension not in group:
+            scale = group.create_dataset(dimension, data=np.arange(values.shape[place]))
+            _tell(scale, AXES[dimension])
+            scale.make_scale(dimension)
+        data.dims[place].attach_scale(group[dimension])
+
+
+def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write the unit and the meaning of a variable."""
+    data.attrs["units"] = np.bytes_(quantity.unit)
+    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+
+
+def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
+    """Return the words by which cells were split, "" for cases without one."""
+    regime, whirl = (np.asarray(rows[n], dtype=str) for n in ("regime", "whirl"))
+    both = np.char.add(np.char.add(regime, " "), whirl)
+    found = {"regime": regime, "whirl": whirl, "both": both}[by]
+    lost = (rows["status"] != "ok") | (rows["outcome"] == "unstable")
+    return np.asarray(np.where(lost, "", found))
+
+
+def write_boundaries(file: h5py.File, limits: Mapping[str, float]) -> None:
+    """Find the boundaries of other words, and whether cells are mixed by them.
+
+    Parameters
+    ----------
+    file : of results, opened for writing; where it is not refined, nothing is done
+    limits : thresholds by the names of attributes
+    """
+    if CELLS not in file:
+        return
+    group = file[CELLS]
+    own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
+    names = [n for n in ("status", "outcome", "regime", "whirl") if n in ENUMS]
+    rows: dict[str, Any] = {name: words_in(file, name) for name in names}
+    over = _text(group.attrs["over"]).split()
+    rows |= {name: file[name][:] for name in (*EVIDENCE, *over)}
+    word = _words(rows, _text(group.attrs["words"]))
+    known = np.where(own["corner"] < 0, "", word[own["corner"]])
+    differ = [len(set(each.tolist()) - {""}) > 1 for each in known]
+    still = own["state"] == STATES.index("speckle")
+    own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
+    group["state"][:] = own["state"]
+    del file[BOUNDARIES]
+    _define_boundaries(file, Cells(**own), rows, limits)
+
+
+def read_refined(path: Path) -> Refined | None:
+    """Return the cells and boundaries of a results file; None where it has none."""
+    with reading(path), h5py.File(path, "r") as file:
+        if CELLS not in file:
+            return None
+        group, lines = file[CELLS], file[BOUNDARIES]
+        over = _text(group.attrs["over"]).split()
+        names = ("corner", "panel", "level", "state", "confirmed")
+        joined = np.column_stack([lines["line_begin"][:], lines["line_end"][:]])
+        return Refined(
+            over,
+            _text(group.attrs["scale"]).split(),
+            Cells(*(group[n][:] for n in names)),
+            file["panel"][:],
+            {name: file[name][:] == file[name][:].max() for name in over},
+            {name: lines[name][:] for name in over},
+            lines["panel"][:],
+            joined,
+        )
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)

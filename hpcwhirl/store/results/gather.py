@@ -1,0 +1,262 @@
+"""Journals and traces to `results.h5`: by one process, or by all through MPI-IO.
+
+Both writers define the same file with the same calls; they differ in who writes which
+cases. Cases are read and written in blocks, so that memory does not grow with their
+traces; each rank at its own pace, in step with the others only where HDF5 asks for it.
+The file is written under a temporary name of its own, synced and renamed.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
+from hpcwhirl.launch import ALONE, Communicator
+from hpcwhirl.store.atomic import part_of, publish, sweep
+from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.owner import RESULTS as OWNER_OF_RESULTS
+from hpcwhirl.store.directory.owner import Asking, Claim, claimed
+from hpcwhirl.store.hdf5 import refusal, writing
+from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
+from hpcwhirl.store.results.contents import Contents, contents_of
+from hpcwhirl.store.results.current import stamp
+from hpcwhirl.store.results.layout import LIBVER, define
+from hpcwhirl.store.results.sizes import results_bytes
+
+RESULTS = "results.h5"
+STOPPED, WRONG = 75, 2  # exit codes: the same command continues, or does not
+MORE = 1 << 16  # bytes beyond what is known to be needed
+
+
+def has_mpi_io() -> bool:
+    """Return whether h5py was built with parallel HDF5."""
+    return bool(h5py.get_config().mpi)
+
+
+def gather(
+    folder: Path,
+    facts: Mapping[str, str | float],
+    comm: Communicator = ALONE,
+    *,
+    compress: int = 0,
+    asking: Asking | None = None,
+) -> Path:
+    """Write `results.h5` of a campaign directory and return its path.
+
+    One at a time does so, and what another writes is waited for: what is published
+    last is what was read last.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    facts : further root attributes
+    comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
+        its first. Every rank must call
+    compress : level of gzip for traces, 1 to 9; 0 for none
+    asking : who is told what is waited for and left out; the same on every rank
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        on every rank, where one of them cannot read or write; an older file stays
+    """
+    rank, parallel = comm.rank, comm.size > 1 and has_mpi_io()
+    final = folder / RESULTS
+    with ExitStack() as stack:
+        asking = asking or Asking()
+        told = {**facts, "gather": _how(parallel, comm.size)}
+        fit = partial(_fitting, folder, told if parallel else None, asking.say)
+        begin = partial(_begin, folder, stack, asking, fit) if rank == 0 else None
+        begun = _agreed(begin, final, comm)
+        write = end = None
+        if parallel or rank == 0:
+            part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
+            among = comm if parallel else ALONE
+            write = partial(_write_file, part, content, told, compress, among)
+            write = partial(_or_all_end, write, part, final, among)
+        _agreed(write, final, comm)
+        if rank == 0:
+            end = partial(_end, begun[0], begun[1], final)
+        _agreed(end, final, comm)
+    return final
+
+
+def _begin(
+    folder: Path, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
+) -> tuple[Claim, Path, Contents]:
+    """Return the claim, a temporary file and its contents, until the stack ends."""
+    if not folder.is_dir():
+        read_manifest(folder)  # which tells that there is no campaign
+    own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
+    content = fit()
+    sweep(folder, RESULTS)
+    part = part_of(folder / RESULTS)
+    stack.callback(part.unlink, missing_ok=True)
+    return own, part, content
+
+
+def _end(own: Claim, part: Path, final: Path) -> None:
+    """Publish, unless this process was believed dead and another has written since."""
+    if not own.held:
+        msg = f"{final} is not written: another process has taken over meanwhile"
+        raise StoreError(msg)
+    publish(part, final)
+    stamp(final)
+
+
+def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -> Any:
+    """Return what `action` does here; the error of one rank is raised on all."""
+    value: Any = None
+    error: Exception | None = None
+    try:
+        value = action() if action else None
+    except WhirlError as failed:
+        error = failed
+    except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
+        error = refusal(final, failed)
+    except Exception as failed:  # noqa: BLE001 - raised below
+        error = RuntimeError(f"{type(failed).__name__}: {failed}")
+        error.__cause__ = failed
+    for found in (error, *comm.allgather(error)):
+        if found is not None:
+            raise found
+    return value
+
+
+def _write_file(
+    part: Path,
+    contents: Contents,
+    facts: Mapping[str, str | float],
+    compress: int,
+    comm: Communicator,
+) -> None:
+    """Write the whole file alone, or on several ranks each its share of the cases."""
+    parallel = comm.size > 1
+    options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
+    with writing(part, libver=LIBVER, **options) as file:
+        define(file, contents, facts, compress)
+        in_step = parallel and compress > 0
+        for cases, block in _blocks(contents, part, comm, in_step=in_step):
+            for name, values in block.items():
+                _put(file[name], cases, values, in_step=in_step)
+
+
+def _blocks(
+    contents: Contents, part: Path, comm: Communicator, *, in_step: bool
+) -> Iterator[tuple[range, Block]]:
+    """Yield what this rank writes; what one cannot read is raised on all of them.
+
+    In step, all have as many blocks at the same time, of no cases where none are left:
+    compressed traces can be written in no other way. Otherwise each goes on by itself.
+    """
+    mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
+    error: Exception | None = None
+    for cases in mine:
+        read = partial(read_block, contents, cases)
+        if in_step:
+            yield cases, _agreed(read, part, comm)
+            continue
+        try:
+            block = read()
+        except Exception as failed:  # noqa: BLE001 - raised below, on every rank
+            error = failed
+            break
+        yield cases, block
+    _agreed(partial(_raise, error), part, comm)
+
+
+def _raise(error: Exception | None) -> None:
+    if error is not None:
+        raise error
+
+
+def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
+    """Write the rows `cases` of a variable, which may be none.
+
+    All ranks at once only where they must: in step they wait for one another in every
+    write, hundreds of times, which took longer than the writing.
+    """
+    if not (in_step and data.chunks):
+        if len(cases):
+            data[cases.start : cases.stop] = values
+        return
+    whole, rest = data.id.get_space(), data.shape[1:]
+    if len(cases) and all(rest):
+        start = (cases.start, *(0 for _ in rest))
+        whole.select_hyperslab(start, (len(cases), *rest))
+        memory = h5py.h5s.create_simple((len(cases), *rest))
+    else:
+        whole.select_none()
+        memory = h5py.h5s.create_simple((1,))
+        memory.select_none()
+    how = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    how.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    plain = np.ascontiguousarray(values, dtype=data.dtype)
+    data.id.write(memory, whole, plain, dxpl=how)
+
+
+def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
+    return f"MPI-IO by {size} ranks" if parallel else "serial"
+
+
+def _or_all_end(
+    write: Callable[[], None], part: Path, final: Path, comm: Communicator
+) -> None:
+    """Write; where a rank among others cannot, end the job, with 75 if it may pass.
+
+    HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
+    for this one in a collective call. Nothing of a campaign is lost: its journals are.
+    """
+    try:
+        write()
+    except (OSError, RuntimeError) as failed:
+        if comm.size == 1 or isinstance(failed, WhirlError):  # of reading: on all ranks
+            raise
+        told = refusal(final, _cause(part, failed))
+        time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
+        line = f"hpcwhirl: stopped early: {told}; the same command continues"
+        print(line, file=sys.stderr, flush=True)  # noqa: T201 - before all end
+        comm.Abort(STOPPED if isinstance(told, NoRoomError) else WRONG)
+
+
+def _cause(part: Path, failed: Exception) -> Exception:
+    """Return why MPI-IO failed, which does not tell: what a byte more would meet."""
+    try:
+        with part.open("r+b") as file:
+            os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)
+    except OSError as found:
+        return found
+    return failed
+
+
+def _fitting(
+    folder: Path, facts: Mapping[str, str | float] | None, say: Callable[[str], None]
+) -> Contents:
+    """Return what is to be written; raise before a byte is where there is no room.
+
+    For MPI-IO, which meets a full disk badly, all of the file with its `facts` is to
+    fit; serially, its values alone. A quota, which no call tells, it meets still.
+    """
+    contents = contents_of(folder, say)
+    size = contents.size
+    if facts is not None:
+        size = int(1.01 * results_bytes(contents, facts)) + MORE
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        need, have = size / 1e6, free / 1e6
+        why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
+        msg = f"cannot write {folder / RESULTS}: {why}"
+        raise NoRoomError(msg)
+    return contents

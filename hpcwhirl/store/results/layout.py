@@ -1,0 +1,243 @@
+"""The empty `results.h5`: every dimension, variable and attribute of a campaign.
+
+The file is netCDF-4: every axis is a dimension scale. A refined campaign has groups
+`cells` and `boundaries`, too: see `store.cells`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import StoreError
+from hpcwhirl.scene.quantities import (
+    AXES,
+    INPUTS,
+    PERFORMANCE,
+    ROW,
+    SHARES,
+    STATUS,
+    TRACES,
+    variable_name,
+)
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.table import listed
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.blades import blade_quantities
+from hpcwhirl.store.directory.manifest import Manifest
+from hpcwhirl.store.directory.refined import refined_quantities
+from hpcwhirl.store.directory.runs import Share
+from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
+from hpcwhirl.store.results.cells import define_cells
+from hpcwhirl.store.results.contents import Contents
+from hpcwhirl.store.results.current import SOURCE
+from hpcwhirl.store.results.measured import measured_of
+from hpcwhirl.store.results.sampled import sample_attribute
+from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
+
+LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
+CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
+CONVENTIONS = "CF-1.11"  # from 1.9 it knows integers of 64 bits
+# The same on every day, after every kill: who ran when stands in other attributes.
+HISTORY = (
+    "cases integrated and gathered by hpcwhirl, see version and command; "
+    "words named by the thresholds in threshold_*"
+)
+WORKER = "worker"  # dimension: the ranks of all runs
+
+
+def swept_extra(plan: Manifest) -> dict[str, str]:
+    """Return {variable: dotted name} of swept inputs that no row has."""
+    names = {variable_name(dotted): dotted for dotted in plan.swept}
+    return {v: d for v, d in names.items() if v not in ROW}
+
+
+def stored(value: float | str | list[float]) -> float | bytes:
+    """Return a swept value as it is stored: words and lists as text."""
+    if isinstance(value, list):
+        value = json.dumps(value)
+    return value.encode() if isinstance(value, str) else value
+
+
+def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write the unit and the meaning of a variable."""
+    data.attrs["units"] = np.bytes_(quantity.unit)
+    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+
+
+def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
+    """Define an axis: of values, or of so many numbers from 0."""
+    if isinstance(values, int):
+        values = np.arange(values, dtype="i8")
+    axis = group.create_dataset(name, data=values)
+    _tell(axis, AXES[name])
+    axis.make_scale(name)
+
+
+def _attach(data: h5py.Dataset, root: h5py.Group, axes: tuple[str, ...]) -> None:
+    for place, axis in enumerate(axes):
+        data.dims[place].attach_scale(root[axis])
+
+
+def _define_table(
+    group: h5py.Group, axis: h5py.Dataset, table: dict[str, Quantity]
+) -> None:
+    for name, variable in table.items():
+        kind = dtype(variable)
+        # No fill value for text: netCDF-C overruns its buffer where one is set.
+        fill = None if kind.kind == "S" else missing(variable)
+        data = group.create_dataset(name, axis.shape, kind, fillvalue=fill)
+        _tell(data, variable)
+        if variable.kind == "enum":
+            mark_words(data, name)
+        data.dims[0].attach_scale(axis)
+
+
+def mark_words(data: h5py.Dataset, name: str) -> None:
+    """Say in the file what the codes of a variable of words mean."""
+    data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
+    data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+
+
+def write_words(data: h5py.Dataset, words: list[str]) -> None:
+    """Write the words of all cases with what their codes mean, which may have changed.
+
+    Raises
+    ------
+    StoreError
+        where this version has no such word
+    """
+    name = data.name.rpartition("/")[2]
+    alien = set(words) - {*ENUMS[name]}
+    if alien:
+        msg = f"{name} has the word {min(alien)}, which this version does not know"
+        raise StoreError(msg)
+    codes = [ENUMS[name].index(word) for word in words]
+    data[:] = np.array(codes, dtype=data.dtype).reshape(data.shape)
+    mark_words(data, name)
+
+
+def define(
+    file: h5py.File,
+    contents: Contents,
+    facts: Mapping[str, str | float],
+    compress: int = 0,
+) -> None:
+    """Define everything that the file will hold; values of cases are still to come.
+
+    Parameters
+    ----------
+    file : opened for writing, by one process or by all
+    contents : of the campaign
+    facts : further root attributes
+    compress : level of gzip for traces, 0 for none
+    """
+    plan = contents.plan
+    _define_head(file, plan, facts)
+    _axis(file, "case", contents.cases)
+    _define_table(file, file["case"], ROW | STATUS)
+    for name, dotted in swept_extra(plan).items():
+        column = plan.table.column(dotted, plan.base[dotted])
+        values = [stored(value) for value in listed(column.values)]
+        texts = [len(value) for value in values if isinstance(value, bytes)]
+        kind = f"S{max(64, *texts)}" if texts else "f8"
+        data = file.create_dataset(name, (contents.cases,), kind)
+        _tell(data, INPUTS[dotted])
+        _attach(data, file, ("case",))
+    _define_table(file, file["case"], refined_quantities(plan))
+    _define_table(file, file["case"], blade_quantities(plan) | measured_of(plan))
+    if contents.plan.twins:
+        _define_twins(file, contents)
+    performance = file.create_group("performance")
+    performance.attrs[SOURCE] = np.bytes_(contents.source)
+    _define_table(performance, file["case"], PERFORMANCE)
+    if contents.shares:
+        _define_shares(performance, contents.shares)
+    if contents.found:
+        define_cells(file, plan, contents.found, facts)
+    if contents.kept:
+        _define_traces(file, contents, compress)
+
+
+def _define_twins(file: h5py.File, contents: Contents) -> None:
+    """Define the shares that twins give, and a group of the twins' own rows."""
+    file.attrs[SURE] = np.float64(contents.plan.twins["sure"])
+    _define_table(file, file["case"], SHARE)
+    group, count = file.create_group(GROUP), contents.plan.twins["count"]
+    _axis(group, TWIN, np.arange(1, count + 1))
+    for name, variable in TWIN_ROW.items():
+        shape, fill = (contents.cases, count), missing(variable)
+        data = group.create_dataset(name, shape, dtype(variable), fillvalue=fill)
+        _tell(data, variable)
+        if variable.kind == "enum":
+            mark_words(data, name)
+        data.dims[0].attach_scale(file["case"])
+        data.dims[1].attach_scale(group[TWIN])
+
+
+def _define_head(
+    file: h5py.File, plan: Manifest, facts: Mapping[str, str | float]
+) -> None:
+    head = {
+        "Conventions": CONVENTIONS,
+        "title": f"hpcwhirl campaign, {plan.engine}",
+        "history": HISTORY,
+    }
+    for name, value in {**head, **facts, **sample_attribute(plan)}.items():
+        plain = value.encode() if isinstance(value, str) else value
+        file.attrs[name] = np.asarray(plain)[()]
+    file.attrs["format"] = np.int64(FORMAT)
+    inputs = [variable_name(dotted) for dotted in plan.swept]
+    file.attrs["swept"] = np.bytes_(" ".join(inputs))
+    coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
+    file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
+
+
+def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
+    """Define and fill what the ranks of all runs did: few, and known now."""
+    _axis(group, WORKER, len(shares))
+    _define_table(group, group[WORKER], SHARES)
+    values = {name: [share[name.removeprefix("worker_")] for share in shares]
+              for name in SHARES if name != "busy_fraction"}  # fmt: skip
+    values["busy_fraction"] = [
+        s["busy"] / s["span"] if s["span"] else 0.0 for s in shares
+    ]
+    for name, column in values.items():
+        kind = dtype(SHARES[name])
+        group[name][:] = np.array([encode(name, SHARES[name], v) for v in column], kind)
+
+
+def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
+    axis, shapes = contents.sample_axis, contents.trace_shapes()
+    samples = int(contents.samples.max())
+    interval = contents.common_interval
+    if interval is not None:
+        _axis(file, "time", (1 + np.arange(samples)) * interval)
+    else:
+        _axis(file, "sample", samples)
+    sizes = {"xy": 2, "component": 2, "phase": 2} | contents.sizes
+    for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
+        _axis(file, name, sizes[name])
+    known = TRACES | {"time": AXES["time"]}
+    for name, shape in shapes.items():
+        whole = (contents.cases, *shape)
+        # every value is written, so none is filled in first
+        options = {"fillvalue": np.nan, "fill_time": "never"} | _chunks(shape, compress)
+        data = file.create_dataset(name, whole, "f8", **options)
+        _tell(data, known[name])
+        data.attrs["_FillValue"] = np.float64(np.nan)
+        _attach(data, file, ("case", axis, *known[name].axes))
+
+
+def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
+    """Return how a trace is stored; a compressed piece is of one case alone."""
+    if not compress or not all(shape):
+        return {}
+    samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))
+    packed = {"compression": "gzip", "compression_opts": compress, "shuffle": True}
+    return {"chunks": (1, samples, *shape[1:]), **packed}

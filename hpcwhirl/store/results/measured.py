@@ -1,0 +1,77 @@
+"""A user's own variables: what a plan declares of them, and the case that they see."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene.quantities import AXES, BLADES, ROW, TRACES
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.directory.manifest import MEASURE, Manifest
+from hpcwhirl.store.schema import dtype
+
+if TYPE_CHECKING:
+    import xarray
+
+VALUES, WHY_NOT = "measured", "measure_message"  # of a record; the latter a variable
+REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
+
+
+def measured_of(plan: Manifest) -> dict[str, Quantity]:
+    """Return the variables that a plan's user has added, and why a case lacks them."""
+    declared = plan.base.get(MEASURE) or {}
+    if not declared:
+        return {}
+    found = {name: Quantity(*told) for name, told in declared.items()}
+    return found | {WHY_NOT: REASON}
+
+
+def measured_row(record: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what a record holds of them."""
+    record = record or {}
+    return {**record.get(VALUES, {}), WHY_NOT: record.get(WHY_NOT, "")}
+
+
+def bytes_measured(plan: Manifest) -> int:
+    """Return the bytes that a case takes of them."""
+    return sum(dtype(quantity).itemsize for quantity in measured_of(plan).values())
+
+
+def one_case(
+    scene: Scene, row: Mapping[str, Any], traces: Mapping[str, NDArray[Any]]
+) -> xarray.Dataset:
+    """Return one case as `open_results(...).isel(case=i)` has it.
+
+    Parameters
+    ----------
+    scene : its inputs, which become attributes by their dotted names
+    row : {variable of `ROW`: value}
+    traces : as in `campaign.simulate.Result`
+
+    Returns
+    -------
+    xarray.Dataset of numbers and words without a dimension, and of traces over `time`;
+    of `performance` nothing, which depends on the machine
+    """
+    import xarray
+
+    known = {**ROW, **BLADES, **TRACES, "time": AXES["time"]}
+    variables = {
+        name: (
+            dims,
+            value,
+            {"units": known[name].unit, "long_name": known[name].meaning},
+        )
+        for name, value, dims in [
+            *((name, value, ()) for name, value in row.items()),
+            *((name, a, _dims(name)) for name, a in traces.items()),
+        ]
+    }
+    return xarray.Dataset(variables, attrs=flatten(scene))
+
+
+def _dims(name: str) -> tuple[str, ...]:
+    return ("time",) if name == "time" else ("time", *TRACES[name].axes)

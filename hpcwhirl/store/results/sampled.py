@@ -1,0 +1,122 @@
+"""Drawn inputs in a plan and its results: which case is which draw of which point."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError, StoreError
+from hpcwhirl.scene.quantities import variable_name
+from hpcwhirl.scene.table import Axis
+from hpcwhirl.store.directory.manifest import SAMPLE, Manifest
+from hpcwhirl.store.reading.select import swept_of
+
+if TYPE_CHECKING:
+    import xarray
+
+SALTELLI, TUNED = "saltelli", "tuned"
+EACH = "each"  # cases at a point, beside what a plan tells
+
+
+def drawn_axis(plan: Manifest) -> Axis:
+    """Return the draws of a plan's first point, which are those of every point."""
+    laws = plan.base[SAMPLE]["inputs"]
+    blocks = plan.table.blocks
+    if blocks and blocks[0] and blocks[0][-1].names == tuple(laws):
+        own = blocks[0][-1]
+        if len(blocks[0]) > 1 or plan.is_arithmetic:
+            return own
+    first = {n: v for n, v in plan.settings[0].items() if n not in laws}
+    found = itertools.takewhile(
+        lambda row: {n: v for n, v in row.items() if n not in laws} == first,
+        plan.settings,
+    )
+    rows = list(found)
+    return Axis(tuple(laws), tuple([row[name] for row in rows] for name in laws))
+
+
+def sample_attribute(plan: Manifest) -> dict[str, str]:
+    """Return the root attribute that tells a plan's sample, {} for none."""
+    if SAMPLE not in plan.base or not plan.settings:
+        return {}
+    told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
+    return {SAMPLE: json.dumps(told)}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The draws behind some results.
+
+    Attributes
+    ----------
+    method : as in [sample]
+    inputs : variables of the drawn inputs
+    swept : variables of the others that were swept
+    point, draw : (cases,), which point of the sweep, and which of its draws a case is
+    each : draws at a point
+    tuned : whether the first of them is no draw, but the tuned engine
+    """
+
+    method: str
+    inputs: tuple[str, ...]
+    swept: tuple[str, ...]
+    point: NDArray[np.int64]
+    draw: NDArray[np.int64]
+    each: int
+    tuned: bool = False
+
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """Which of A, B, A with input 0 of B, ... a draw of `saltelli` is, (cases,)."""
+        return self.draw % (len(self.inputs) + 2)
+
+    @property
+    def independent(self) -> NDArray[np.bool_]:
+        """Whether a draw shares no number with another one, (cases,)."""
+        if self.method != SALTELLI:
+            return np.asarray(self.draw >= self.tuned)
+        return np.asarray(self.block < 2)
+
+
+def points_of(
+    data: xarray.Dataset, drawn: Drawn
+) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Return the points of a sweep, and what was swept as coordinates over `point`."""
+    points, first = np.unique(drawn.point, return_index=True)
+    swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
+             for n in drawn.swept}  # fmt: skip
+    return points, swept
+
+
+def is_sampled(data: xarray.Dataset) -> bool:
+    """Return whether inputs of some results were drawn."""
+    return SAMPLE in data.attrs
+
+
+def drawn_of(data: xarray.Dataset) -> Drawn:
+    """Return the draws behind the results of a campaign, or a part of its cases.
+
+    Raises
+    ------
+    InputError
+        where nothing was drawn
+    """
+    if not is_sampled(data):
+        msg = "this campaign has no [sample]: its inputs were not drawn"
+        raise InputError(msg)
+    try:
+        told = json.loads(data.attrs[SAMPLE])
+        method, each = str(told["method"]), int(told[EACH])
+        inputs = tuple(map(variable_name, told["inputs"]))
+    except (ValueError, KeyError, TypeError):
+        msg = f"the attribute {SAMPLE} of these results is damaged"
+        raise StoreError(msg) from None
+    number = data["case"].to_numpy()
+    swept = tuple(name for name in swept_of(data) if name not in inputs)
+    point, draw = number // each, number % each
+    return Drawn(method, inputs, swept, point, draw, each, TUNED in told)
