@@ -123,7 +123,7 @@ def test_what_presets_lose_is_the_median_and_what_nine_in_ten_stay_below():
 @pytest.mark.parametrize("name", preset_names())
 def test_a_preset_tells_of_which_engines_its_numbers_are(name):
     told = preset_loss(name)
-    assert "on the engine mostly_damped and one other words as" in told
+    assert "on the engine four_motions and one other words as" in told
     assert "of it: orbit radius" in told
     assert ("engines at random" in told) == bool(preset_bounds(name))
     assert (ELSEWHERE in told) != bool(preset_bounds(name))

@@ -16,7 +16,7 @@ from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError, ModelError
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
 
 SCHEMES = ["modal", "general", "paper", "exact"]
 SLOW_EXACT = [*SCHEMES[:3], pytest.param("exact", marks=pytest.mark.slow)]
@@ -235,13 +235,16 @@ def shape_of(harmonics, angles):
     return np.cos(phase) @ harmonics[:, 0] + np.sin(phase) @ harmonics[:, 1]
 
 
+@pytest.mark.parametrize("engine", ["mostly_damped", "four_motions"])
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme):
-    settings = {"speed": -390.0, "interval": 5e-4, "duration": 3e-3}
+def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme, engine):
+    settings = engine_inputs(engine) | {"speed": -390.0, "interval": 5e-4}
+    settings["duration"] = 3e-3
     march, angles = (
         March(resolve(scene(scheme=scheme, **settings))),
         np.linspace(0, 6, 50),
     )
+    compared = 0
     while not march.done:
         march.advance(march.stride)
         _, casing = march.displacements()
@@ -250,7 +253,10 @@ def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme):
         assert found.shape == (march.steps // march.stride, 21, 2)
         assert not found[:, 0, 1].any()  # sin 0
         near = pytest.approx(shape, abs=1e-9 * np.abs(shape).max())
-        assert shape_of(found[-1], angles) == near
+        if march.steps == len(found) * march.stride:  # else `exact` flew past a sample
+            compared += 1
+            assert shape_of(found[-1], angles) == near
+    assert compared >= 2
     first = found[0]  # the pulse squeezes at theta = 0, where blades have come by since
     assert first[1, 0] < -10 * abs(first[1, 1])
     assert np.abs(found[-1][2:, 1]).max() > 1e-3 * np.abs(found[-1]).max()

@@ -1,6 +1,8 @@
 """What accuracy costs: errors are zero where they must be and fall as they must."""
 
 import json
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from hpcwhirl.measure.trials import (
 from hpcwhirl.report.tradeoff import Row, front_of, markdown, table_of
 from hpcwhirl.scene import apply_settings, flatten, named_scene
 
+LIGHT_RING = Path(__file__).parents[1] / "jobs" / "light_ring.toml"
 FINE = {"scheme": "modal", "time_step": 2.5e-7}
 REFERENCE = FINE | {"modes_a_blade": 5, "harmonics": 20, "elements": 10}
 COARSE = [Setting("step", f"{s:g}", {"time_step": s}) for s in (8e-6, 4e-6, 2e-6)]
@@ -112,8 +115,14 @@ def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
     for setting in settings_of(trials.axes()):
         applied(base, setting.inputs)  # a wrong name or value raises
     kinds = default_scenes(base)
-    assert len(kinds) == 6
-    assert flatten(kinds["divergent"])["engine.casing.width"] == 0.16
+    assert len(kinds) == 7
+    # whose sustained backward motion the pictures of the README show
+    own = tomllib.loads(LIGHT_RING.read_text())
+    given = flatten(kinds["sustained backward"])
+    for body in ("casing", "rotor"):
+        for name, value in own["engine"][body].items():
+            assert given[f"engine.{body}.{name}"] == value
+    assert given["pulse"] == own["scene"]["pulse"]
 
 
 @pytest.mark.usefixtures("cheap")

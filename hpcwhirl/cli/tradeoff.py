@@ -20,7 +20,7 @@ from hpcwhirl.cli.options import (
     scene_of,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import NAMED, Scene, apply_settings, named_scene
+from hpcwhirl.scene import NAMED, Scene, apply_settings
 
 NOT_OFFERED = (
     "single precision is not offered, and contact has no tolerance: "
@@ -96,7 +96,7 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
     from hpcwhirl.measure.trials import default_scenes
 
     if not args.scenes:
-        kinds = default_scenes(named_scene("mostly_damped"))
+        kinds = default_scenes(Scene())
         given = parsed(args.settings)
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
     found = {name: scene_of(name, args.settings) for name in args.scenes}

@@ -35,12 +35,8 @@ def trials() -> dict[str, Any]:
 
 def default_scenes(base: Scene) -> dict[str, Scene]:
     """Return a motion of each kind and one near a boundary, {name: scene}."""
-    table, out = trials(), {}
-    for name, inputs in table["scenes"].items():
-        own = {n: v for n, v in inputs.items() if n != "rubbing"}
-        ring = table["rubbing"] if inputs.get("rubbing") else {}
-        out[name] = apply_settings(base, ring | own)
-    return out
+    table = trials()["scenes"]
+    return {name: apply_settings(base, inputs) for name, inputs in table.items()}
 
 
 def applied(scene: Scene, inputs: Settings) -> Scene:

@@ -5,6 +5,7 @@
     python scripts/evidence/agreement.py general    modal against mode by mode
     python scripts/evidence/agreement.py paper      modal against Algorithm 1
     options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6
+             --engine mostly_damped (four_motions else, the default)
              --speeds 520 420 270 (Table 2 at these)  --sweep (at all of its speeds)
 
 Cases are drawn over the paper's ranges: speed 20 ... 520 rad/s, k = 1 or 2, gap 0.128
@@ -29,7 +30,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.scene import Scene, apply_settings, engine_names, named_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from evidence.confusion import alike, confusion
@@ -93,7 +94,7 @@ def numbers(found: dict[str, Any]) -> str:
 def compare(args: argparse.Namespace) -> int:
     """Integrate all cases both ways, print what differs, return the unexplained."""
     base = apply_settings(
-        named_scene("mostly_damped"),
+        named_scene(args.engine),
         {"duration": args.duration, "time_step": args.time_step, "traces": "orbit"},
     )
     speeds = range(20, 521, 10) if args.sweep else args.speeds
@@ -159,6 +160,7 @@ def main() -> int:
     """Parse the command line and compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("way", choices=WAYS)
+    parser.add_argument("--engine", default="four_motions", choices=engine_names())
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--duration", type=float, default=2.5)

@@ -3,10 +3,11 @@
     python scripts/evidence/decided.py [FILE] [--write]
 
 Draws cells of the maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm)
-of four engines: `rubbing` of the trade-off, `mostly_damped`, two of `words_hold`. Each
-is marched to 20 s in `draft`, and its word asked at 2.5, 5, 10 and 20 s, as a run of
-that length has it. Rows go to FILE (JSON lines, resumable; default a
-temporary file). Prints the share of undecided at each time, what words of earlier times
+of five engines: `rubbing` of `preset_map`, `four_motions`, the default,
+`mostly_damped`, two of `words_hold`. Each is marched to 20 s in `draft`, and its word
+asked at 2.5, 5, 10 and 20 s, as a run of that length has it. Rows go to FILE (JSON
+lines, resumable; default a temporary file). Prints the share of undecided at each time,
+what words of earlier times
 are at 20 s, and what is left undecided, and spent, by cases that end when they are
 decided. With --write, the tables go to scripts/evidence/decided.md.
 """
@@ -27,10 +28,10 @@ from scipy.stats import binomtest
 
 from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.measure.trials import trials
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from evidence.preset_map import inputs_of
 from evidence.words_hold import ENGINES
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -38,8 +39,8 @@ TIMES = (2.5, 5.0, 10.0, 20.0)
 SPEEDS, GAPS = np.linspace(40.0, 520.0, 121), np.geomspace(0.8e-4, 4e-4, 41)
 WORDS = ("damped", "sustained", "divergent", "undecided")
 CELLS = {
-    "rubbing": 250, "diverging, 22 blades": 60, "mostly_damped": 60,
-    "light ring, 12 blades": 60,
+    "rubbing": 250, "four_motions": 250, "diverging, 22 blades": 60,
+    "mostly_damped": 60, "light ring, 12 blades": 60,
 }  # fmt: skip
 SEED = 16
 Row = dict[str, Any]
@@ -47,7 +48,8 @@ Row = dict[str, Any]
 
 def engines() -> dict[str, dict[str, Any]]:
     """Return {name: inputs by which an engine differs from `mostly_damped`}."""
-    own = {"rubbing": trials()["rubbing"], "mostly_damped": {}}
+    own = {name: inputs_of(name) for name in ("rubbing", "four_motions")}
+    own["mostly_damped"] = {}
     return own | {name: ENGINES[name] for name in CELLS if name not in own}
 
 
@@ -169,7 +171,7 @@ def page(rows: list[Row]) -> str:
     """Return all tables, as Markdown."""
     told = (
         "Written by `python scripts/evidence/decided.py --write`: cells drawn from the "
-        "maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm) of four "
+        "maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm) of five "
         "engines, in `draft`; each marched to 20 s and judged at four times, as a run "
         "of that length is. Shares with their 95 % interval (Wilson)."
     )

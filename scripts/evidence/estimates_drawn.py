@@ -1,9 +1,11 @@
 """The engines that estimates are held against, and what is measured of each.
 
 An engine is drawn from (seed, index) alone. Of truncation: 12 to 36 blades, k = 0 .. 4,
-every other without friction, rings of 6 to 30 mm, damping of both bodies over two
-decades; loads so strong that most touch within 2 ms, and those that do not left out.
-Presets: 13, 17 and 22 blades (a kernel is compiled for each), k = 1 .. 3.
+every other without friction, rings of 6 to 45 mm by 0.08 to 0.5 m, damping of both
+bodies over two decades, of support and suspension that or their own; loads so strong
+that most touch within 2 ms, and those that do not left out. Presets: 13, 17 and 22
+blades (a kernel is compiled for each), k = 1 .. 3, the same freedoms, pulses of 0.5 to
+1 ms.
 """
 
 from __future__ import annotations
@@ -26,9 +28,9 @@ from hpcwhirl.scene import (
     preset_names,
 )
 
-BASE = named_scene("mostly_damped")
+BASE = named_scene("four_motions")
+WIDTH = 0.2  # m, of rings that the drawn forces are for
 FINEST, FAMILIES = 80, 8  # harmonics, and fixed-interface modes a blade
-TOUCHED = 20  # contacts of blades and steps, at least
 TWIN = 1e-7
 LEAST = 0.01  # of the gap: what a radius is compared with, at least
 ASKED = (0.3, 0.05, 0.01)
@@ -52,6 +54,20 @@ def _damping(random: np.random.Generator) -> dict[str, float]:
     }
 
 
+def _freedoms(
+    random: np.random.Generator, thickness: tuple[float, float]
+) -> dict[str, float]:
+    """Return a ring, and the dampings that engines have of their own, or have not."""
+    own = random.random(2) < 0.5
+    return {
+        "casing.width": _between(random, 0.08, 0.5),
+        "casing.thickness": _between(random, *thickness),
+        "casing.support_frequency": _between(random, 10.0, 25.0),
+        "casing.support_damping": _between(random, 0.03, 0.6) if own[0] else -1.0,
+        "rotor.suspension_damping": _between(random, 0.01, 0.6) if own[1] else -1.0,
+    }
+
+
 def touched_engine(seed: int, index: int) -> dict[str, Any]:
     """Return inputs of an engine and a load that is likely to make it touch."""
     random, lobes = np.random.default_rng([seed, index]), index % 5
@@ -59,15 +75,15 @@ def touched_engine(seed: int, index: int) -> dict[str, Any]:
     gaps, forces = (
         ((1e-5, 1e-4), (2e5, 2e6)) if lobes == 0 else ((1e-4, 5e-4), (3e4, 3e5))
     )
-    return {
+    own = _freedoms(random, (6e-3, 45e-3))
+    return own | {
         "blades": int(random.integers(12, 37)),
         "nodal_diameter": lobes,
         "friction": float(random.uniform(0.02, 0.2)) * (index // 5 % 2),
         "gap": _between(random, *gaps),
         "speed": float(random.uniform(20.0, 520.0)),
         "pulse": _between(random, 2e-4, 1.25e-3),
-        "force": _between(random, *forces),
-        "casing.thickness": _between(random, 6e-3, 30e-3),
+        "force": _between(random, *forces) * own["casing.width"] / WIDTH,
         **_damping(random),
     }
 
@@ -102,7 +118,7 @@ def of_truncation(seed: int, index: int) -> Record:
     inputs = touched_engine(seed, index)
     scene = _shortly(inputs)
     finest = simulate(scene)
-    if finest.row["contacts"] < TOUCHED:
+    if not finest.row["contacts"]:
         return {"inputs": inputs, "left_out": "no contact"}
     true, rows = finest.traces["tips"], []
     for way, tried, stated in left_out_of(scene):
@@ -110,7 +126,7 @@ def of_truncation(seed: int, index: int) -> Record:
         shown = min(len(tips), len(true))
         missed = ((tips[:shown] - true[:shown]) ** 2).sum() / (true[:shown] ** 2).sum()
         rows.append({"way": way, "found": float(np.sqrt(missed)), "stated": stated})
-    return {"inputs": inputs, "rows": rows}
+    return {"inputs": inputs, "contacts": finest.row["contacts"], "rows": rows}
 
 
 def _turned(omega: float, ratio: float, step: float) -> float:
@@ -147,15 +163,13 @@ def of_accuracy(seed: int, index: int) -> Record:
 def moving_engine(seed: int, index: int) -> dict[str, Any]:
     """Return inputs of an engine whose motion presets are held against."""
     random = np.random.default_rng([seed, index])
-    return {
+    return _freedoms(random, (12e-3, 45e-3)) | {
         "blades": (13, 17, 22)[index % 3],
         "nodal_diameter": int(random.choice([1, 1, 2, 3])) if index % 3 < 2 else 1,
         "friction": float(random.uniform(0.02, 0.2)) * float(random.random() < 0.75),
         "gap": _between(random, 8e-5, 4e-4),
         "speed": float(random.uniform(40.0, 520.0)),
-        "casing.thickness": _between(random, 12e-3, 30e-3),
-        "casing.support_damping": -1.0,
-        "rotor.suspension_damping": float(random.choice([-1.0, 0.05, 0.2])),
+        "pulse": _between(random, 5e-4, 1e-3),
         "rotor.damping": _between(random, 3e-3, 0.03),
         "casing.damping": _between(random, 0.02, 0.3),
     }

@@ -1,20 +1,21 @@
 """Chooses the presets from a measured trade-off and writes what each loses.
 
     hpcwhirl tradeoff --out DIR
-    python scripts/evidence/presets.py DIR [--write]
+    python scripts/evidence/presets.py DIR [--keep] [--write]
 
 Candidates are the combinations of accuracy and truncation. A preset is the cheapest of
 them whose words are all those of the reference and whose median error, the worst number
 of each scene, is at most that of `RULES`; `reference` is the most accurate. Prints the
 choice, and with --write replaces hpcwhirl/scene/presets.toml, which then tells of the
 trade-off's engines alone: preset_map.py and evidence/estimates.py, both with --write,
-add to it.
+add to it. With --keep no preset is chosen: what today's lose is told anew.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ import tomli_w
 import hpcwhirl.scene
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
+from hpcwhirl.scene import preset_inputs, preset_names
 
 RULES = {"draft": 0.06, "standard": 0.01}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}
@@ -51,6 +53,23 @@ def chosen(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
     return out
 
 
+def kept(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
+    """Return the presets as they are, like `chosen`."""
+    rows = {row.label: row for row in table_of(facts)}
+    measured = [(rows[r["label"]], r["inputs"]) for r in facts["compared"]]
+    out = {}
+    for name in preset_names():
+        own = flat(preset_inputs(name))
+        out[name] = next(pair for pair in measured if pair[1] == own)
+    return out
+
+
+def flat(inputs: dict[str, Any]) -> dict[str, Any]:
+    """Return inputs without those of `FIXED`, by the names of the trade-off."""
+    short = {name.rsplit(".", 1)[-1]: value for name, value in inputs.items()}
+    return {name: value for name, value in short.items() if name not in FIXED}
+
+
 def loss(row: Row, facts: dict[str, Any]) -> str:
     """Return what a preset costs and loses, in a sentence."""
     errors = ", ".join(
@@ -59,7 +78,7 @@ def loss(row: Row, facts: dict[str, Any]) -> str:
     )
     return (
         f"{row.cost:.2g} times the time of the default inputs; on the engine "
-        f"mostly_damped and one other words as a finer reference in {row.agree} of "
+        f"four_motions and one other words as a finer reference in {row.agree} of "
         f"{row.runs} runs; median (largest) error over {len(facts['words'])} scenes of "
         f"it: {errors}"
     )
@@ -75,13 +94,16 @@ def main() -> int:
     """Choose, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--keep", action="store_true")
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     facts = json.loads((args.folder / "tradeoff.json").read_text())
+    old = tomllib.loads(PATH.read_text()) if args.keep else {}
     table = {}
-    for name, (row, inputs) in chosen(facts).items():
+    for name, (row, inputs) in (kept if args.keep else chosen)(facts).items():
         print(f"{name}: {row.label}: {loss(row, facts)}")
-        table[name] = {"inputs": {**inputs, **FIXED}, "loses": loss(row, facts)}
+        anew = {"inputs": {**inputs, **FIXED}, "loses": loss(row, facts)}
+        table[name] = old.get(name, {}) | anew
     if args.write:
         write(table)
         print(PATH)

@@ -24,12 +24,12 @@ import numpy as np
 import tomli_w
 
 import hpcwhirl
-from hpcwhirl.scene import engine_inputs
 from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from cost.under_mpi import campaign
+from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
 TIMES = (1.0, 1.25, 2.5, 5.0, 10.0)
@@ -42,15 +42,10 @@ KEPT: dict[str, dict[str, Any]] = {
     "tips every 7 ms": {"traces": "full", "interval": 0.007},
 }
 CASING, ROTOR = "engine.casing.", "engine.rotor."
-BASE = engine_inputs("mostly_damped")
-BASE.pop("engine.name")
+BASE = inputs_of("mostly_damped")
 ENGINES: dict[str, dict[str, Any]] = {  # what differs from it
     "mostly_damped, 22 blades": {},
-    "heavy ring, 22 blades": {
-        CASING + "thickness": 0.039, CASING + "width": 0.322, CASING + "damping": 0.064,
-        CASING + "support_damping": 0.375, CASING + "support_frequency": 15.0,
-        ROTOR + "damping": 0.0085, ROTOR + "suspension_damping": 0.034,
-    },
+    "four_motions, 22 blades": inputs_of("four_motions"),
     "diverging, 22 blades": {
         CASING + "thickness": 0.036, CASING + "width": 0.345,
         CASING + "damping": 0.0756, CASING + "support_damping": 0.266,
