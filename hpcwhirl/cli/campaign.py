@@ -163,12 +163,13 @@ def _prepared(
         _explain(design)
     if args.dry_run:
         check_steps(design)
-        from hpcwhirl.campaign.foresight.forecast import forecast
+        from hpcwhirl.campaign.foresight.forecast import age, forecast
         from hpcwhirl.campaign.resume import extended_by
         from hpcwhirl.cli.dry_run import tell
 
         times = extended_by(design, args.out, args.to)
-        found = forecast(design, args.out, policy.shard, times, stopping)
+        loaded = age() - (time.monotonic() - args.began)
+        found = forecast(design, args.out, policy.shard, times, stopping, loaded)
         tell(found, design, ranks, as_json=args.json)
     return design, policy
 

@@ -55,11 +55,12 @@ LEAST, MOST = 0.5, 20.0  # s of that
 APART = 0.1  # relative, between one run and the next
 SIDES = 2.0  # standard errors of a range
 GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
-# s on the machine where `LOADED` s passed until a program of many imports had begun
-LOADED = 1.0
-GATHERED, A_ROW, A_BYTE = 0.5, 6e-5, 3e-9
-DRAWN, A_CELL = 2.5, 5e-6
-PAGE, A_RECORD = 0.8, 3e-3
+# s on the machine where `LOADED` s passed until the program had begun: of all, a row, a
+# byte of traces; of a map, a case of it; of a page, a case with traces on it
+LOADED, LAUNCHED, WARMED = 0.27, 0.6, 0.18
+GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
+DRAWN, A_CELL = 1.7, 4e-6
+PAGE, A_RECORD = 0.07, 8e-4
 KEEPING = ("orbit", "full")  # details with traces
 Floats = NDArray[np.float64]
 
@@ -81,6 +82,7 @@ class Forecast:
     computations : how many there are, of cases and twins
     overhead : s of a core for each beside its kernel
     before, after : {what: s} that no further rank makes shorter
+    launch : s until ranks know each other, where there are several
     more : cases that words may ask for: as many as those of the cases computed here
         would, least, most; (0, 0, 0) where there are none
     probed, rehearsed, finished : cases that the cost is learned from: marched for
@@ -106,11 +108,13 @@ class Forecast:
     longest: float
     compiled: bool
     disk: Bytes
+    launch: float = 0.0
     more: tuple[int, int, int] = (0, 0, 0)
 
     def wall(self, ranks: int) -> tuple[float, float, float]:
         """Return the seconds that the campaign takes on so many ranks: usual, range."""
         alone = sum(self.before.values()) + sum(self.after.values())
+        alone += self.launch if ranks > 1 else 0.0
         beside = self.overhead * self.computations
         usual, low, high = (
             alone + max((kernel + beside) / ranks, self.longest)
@@ -125,6 +129,7 @@ def forecast(
     shard: Shard | None = None,
     extended: Sequence[float] = (),
     stopping: Callable[[], bool] = lambda: False,
+    loaded: float | None = None,
 ) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
 
@@ -135,8 +140,11 @@ def forecast(
     shard : whose cases alone are counted
     extended : s, to what undecided cases go on, see `stages`
     stopping : whether to compute no more cases for it
+    loaded : s that this process took to begin, before it read its inputs; None: all
+        the time that it has been there
     """
-    since, step = _age(), time_steps(design)
+    since, step = age(), time_steps(design)
+    pace = _pace(since if loaded is None else loaded)
     costs, stages = costs_of(design, step), Stages(design, extended)
     mine = share(costs.steps, shard)
     no_words = stages.is_plain and not design.grows
@@ -146,11 +154,10 @@ def forecast(
     todo = {c: stage for c, stage in ends.left(stages).items() if c in own}
     left, longest = list(todo), _longest(stages)
     spans = _all_spans(stages, todo, longest)
-    before = {"start": since, "plan": _age() - since}
+    before = {"start": since, "plan": age() - since}
     finished = int(np.isfinite(costs.factor).sum())
-    budget = float(costs.predict(left) @ spans[:, 0]) * REHEARSED
-    budget *= design.most / max(len(design.settings), 1)
-    budget = 0.0 if finished else min(max(budget, LEAST), MOST)
+    known = float(costs.predict(left) @ spans[:, 0])
+    budget = 0.0 if finished else _budget(design, known)
     asked = design, folder, drawn(left), budget, stopping
     tried = rehearse(*asked) if left else Rehearsal()
     probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
@@ -159,8 +166,8 @@ def forecast(
     each = learned.predict(left)
     seconds = float(each @ spans[:, 0])
     overhead = _overhead(folder, costs) if finished else tried.overhead
-    before["kernels"] = LOADED * _pace(since) if tried.compiled else tried.warm
-    before["models"] = tried.first
+    warm = WARMED * pace if tried.compiled else tried.warm
+    before |= {"kernels": warm, "models": tried.first}
     found = Forecast(
         cases=len(mine),
         left=len(left),
@@ -171,21 +178,28 @@ def forecast(
         computations=float(spans[:, 0].sum()),
         overhead=overhead,
         before=before,
-        after=_after(len(mine), 0, since),
+        after=_after(len(mine), 0, pace),
         probed=probed,
         rehearsed=len(tried.seconds),
         finished=finished,
         longest=float((each * spans[:, 0]).max(initial=0.0)),
         compiled=tried.compiled,
         disk=_disk(design, longest, step),
+        launch=LAUNCHED * pace,
     )
     if isinstance(design, RefinedDesign):
         found = _grown(found, design, ends.told, tried)
     traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
-    return replace(found, after=_after(found.cases + found.more[0], int(traces), since))
+    return replace(found, after=_after(found.cases + found.more[0], int(traces), pace))
 
 
-def _age() -> float:
+def _budget(design: Design, seconds: float) -> float:
+    """Return for how many seconds cases are computed, of a campaign of so many."""
+    grown = design.most / max(len(design.settings), 1)
+    return min(max(REHEARSED * seconds * grown, LEAST), MOST)
+
+
+def age() -> float:
     """Return for how many seconds this process has been there."""
     ticks = begun(os.getpid())
     if ticks is None:  # no Linux
@@ -193,12 +207,12 @@ def _age() -> float:
     return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
 
 
-def _pace(since: float) -> float:
+def _pace(loaded: float) -> float:
     """Return how long this machine takes over the one that constants are of."""
-    return min(max(since / LOADED, 0.3), 10.0)
+    return min(max(loaded / LOADED, 0.3), 10.0)
 
 
-def _after(rows: int, traces: int, since: float) -> dict[str, float]:
+def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
     """Return the seconds of what follows the last case."""
     page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
@@ -206,7 +220,7 @@ def _after(rows: int, traces: int, since: float) -> dict[str, float]:
         "map": DRAWN + A_CELL * rows,
         "page": page,
     }
-    return {name: seconds * _pace(since) for name, seconds in every.items()}
+    return {name: seconds * pace for name, seconds in every.items()}
 
 
 def _range(
