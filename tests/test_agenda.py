@@ -182,6 +182,16 @@ def test_a_worker_gets_one_long_unit_or_a_moment_s_worth_of_short_ones():
         assert 1 <= len(many.bundle()) <= max(fair, least)
 
 
+@pytest.mark.parametrize(("cases", "ranks"), [(999, 1000), (1000, 300), (20, 3)])
+def test_no_rank_begins_with_much_while_another_has_nothing(cases, ranks):
+    units = [(case,) for case in range(cases)]
+    begun = [
+        len(one) for one in Agenda(units, known(np.full(cases, 1e-4)), ranks).first()
+    ]
+    assert max(begun) <= math.ceil(cases / ranks)
+    assert min(begun[1:]) >= 1
+
+
 @pytest.mark.parametrize("seconds", [0.0, 1e-7])
 def test_units_that_are_foretold_to_cost_nothing_are_shared(seconds):
     costs = Costs(np.full(120, seconds), np.zeros((120, 1)))

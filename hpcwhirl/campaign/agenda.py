@@ -110,18 +110,22 @@ class Agenda:
         """Return the next unit, for the rank that holds the agenda."""
         return self.queue.pop()
 
-    def bundle(self) -> list[int]:
+    def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next units for one answer to a worker; empty at the end.
 
         One unit, or as many short ones as keep the worker busy for a while: a little
         with few ranks, with many as long as rank 0 needs to answer them all.
+
+        Parameters
+        ----------
+        most_units : of the answer
         """
         most = min(MOST, max(len(self.queue) // (FAIR * self.ranks), 1))
         out: list[int] = []
         seconds = 0.0
         while (
             self.queue
-            and len(out) < MOST
+            and len(out) < most_units
             and (seconds < self.least or (len(out) < most and seconds < self.hold))
         ):
             seconds += max(float(self.predicted[self.queue[-1]]), FASTEST)
@@ -129,8 +133,12 @@ class Agenda:
         return out
 
     def first(self) -> list[list[int]]:
-        """Return what each rank begins with, rank 0 with nothing: it takes its own."""
-        return [[], *(self.bundle() for _ in range(self.ranks - 1))]
+        """Return what each rank begins with, rank 0 with nothing: it takes its own.
+
+        No more than an even share, however short: nobody has asked, rank 0 is free.
+        """
+        even = min(MOST, max(len(self.queue) // self.ranks, 1))
+        return [[], *(self.bundle(even) for _ in range(self.ranks - 1))]
 
     @property
     def may_grow(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
-from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.agenda import MOST, Agenda
 from hpcwhirl.campaign.plan.cost import APART, Costs, predicted
 from hpcwhirl.campaign.plan.refined import RefinedDesign
 from hpcwhirl.campaign.plan.stages import Ended
@@ -170,9 +170,9 @@ class GrowingAgenda(Agenda):
         """Return the next case."""
         return self.cases[super().take()]
 
-    def bundle(self) -> list[int]:
+    def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next cases for one answer."""
-        return [self.cases[unit] for unit in super().bundle()]
+        return [self.cases[unit] for unit in super().bundle(most_units)]
 
     def drop(self) -> None:
         """Hand out nothing more, of what is still to come neither."""

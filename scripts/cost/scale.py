@@ -69,7 +69,7 @@ if comm.rank == 0:
     root = _Root(agenda, lambda u, s: None, lambda: False, comm, Tally())
     comm.Barrier()
     serve = 0.0
-    while root.left > 3 * N:
+    while agenda.left > 3 * N:
         start = time.perf_counter()
         if root.serve():
             serve += (time.perf_counter() - start) / N
