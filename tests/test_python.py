@@ -7,12 +7,15 @@ import pydoc
 import signal
 import subprocess
 import sys
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
 from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, records, root_variables
 
 import hpcwhirl
+from hpcwhirl.campaign.mark import differ, mark_of
 from hpcwhirl.campaign.measure import measure_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
@@ -106,9 +109,9 @@ def test_what_the_function_raises_is_a_reason_and_no_failed_case(
         assert data.status.to_numpy().tolist() == ["ok", "ok"]
         assert data.measure_message.to_numpy().tolist() == ["KeyError: 'tips'", ""]
         np.testing.assert_equal(data.one.to_numpy(), [np.nan, 1.0])
-    assert (
-        "case 0: measure gave no numbers: KeyError: 'tips'" in capsys.readouterr().err
-    )
+    err = capsys.readouterr().err
+    assert "case 0: measure gave no numbers: KeyError: 'tips'" in err
+    assert "no numbers in 1 of 2 cases, first KeyError: 'tips'" in err
     added = {"one", "measure_message"}
     own, other = root_variables(out), root_variables(finished)
     assert {n: v for n, v in own.items() if n not in added} == other  # the same words
@@ -178,16 +181,88 @@ def test_other_variables_than_it_was_begun_with_are_refused(measured, tmp_path, 
     assert (measured / "campaign.json").read_bytes() == before
 
 
-def test_a_stop_is_an_error_that_says_how_to_go_on(measured, tmp_path):
+def test_another_function_is_refused_and_its_numbers_are_not_taken(tmp_path, capsys):
+    """In a notebook a function is changed and the cell is run again."""
+
+    def measure(factor):
+        return lambda case: {"one": factor * float(case.speed)}
+
+    told = {"out": tmp_path / "out", "variables": {"one": "1"}}
+    with hpcwhirl.campaign(TABLES, measure=measure(1.0), **told):
+        pass
+    with pytest.raises(InputError, match=r"numbers of another measure.*fresh=True"):
+        hpcwhirl.campaign(TABLES, measure=measure(1000.0), **told)
+    with hpcwhirl.campaign(TABLES, measure=measure(1.0), **told) as same:
+        assert same.one.to_numpy().tolist() == [300.0, 410.0]
+    again = {"measure": measure(1000.0), "fresh": True}
+    with hpcwhirl.campaign(TABLES, **again, **told) as fresh:
+        assert fresh.one.to_numpy().tolist() == [300e3, 410e3]
+    assert "gave no numbers" not in capsys.readouterr().err
+
+
+@dataclass
+class Called:
+    """What is called as a function."""
+
+    scale: float
+
+    def __call__(self, case):
+        return {"one": self.scale * (case in {"a", "b"})}
+
+
+SCALE, OFFSET = 2.0, np.arange(3.0)
+
+
+def helped(case):
+    return SCALE * case + OFFSET.sum()
+
+
+def of_helper(case):
+    return helped(case)
+
+
+def test_a_mark_is_of_what_a_function_does(monkeypatch):
+    def named(case, scale=1.0):  # a comment and another name count for nothing
+        return {"one": scale * case}
+
+    def renamed(case, scale=1.0):
+        return {"one": scale * case}
+
+    def scaled(case, scale=2.0):
+        return {"one": scale * case}
+
+    def other(case, scale=1.0):
+        return {"one": scale + case}
+
+    assert mark_of(named) == mark_of(renamed)
+    others = [scaled, other, partial(named, scale=3.0), Called(1.0), Called(2.0)]
+    marks = [mark_of(one) for one in (named, *others)]
+    assert len(set(marks)) == len(marks)
+    assert "" not in marks
+    before = mark_of(of_helper)
+    monkeypatch.setitem(globals(), "SCALE", 3.0)  # that the helper reads
+    assert mark_of(of_helper) != before
+    monkeypatch.setitem(globals(), "SCALE", 2.0)
+    assert mark_of(of_helper) == before
+    monkeypatch.setitem(globals(), "OFFSET", np.arange(4.0))
+    assert mark_of(of_helper) != before
+    assert not differ(before, "pypy39:0")  # of another interpreter: nothing is known
+    assert mark_of(len) == ""
+
+
+def test_a_stop_is_an_error_that_says_how_to_go_on(measured, tmp_path, monkeypatch):
     def stops(case):
-        os.kill(os.getpid(), signal.SIGTERM)
+        if os.environ.get("STOP_HERE"):
+            os.kill(os.getpid(), signal.SIGTERM)
         return widest(case)
 
-    told = {"out": tmp_path / "out", "variables": UNITS}
+    told = {"out": tmp_path / "out", "variables": UNITS, "measure": stops}
+    monkeypatch.setenv("STOP_HERE", "yes")
     with pytest.raises(hpcwhirl.StoppedError, match=r"TERM.*the same call continues"):
-        hpcwhirl.campaign(TABLES, measure=stops, **told)
+        hpcwhirl.campaign(TABLES, **told)
     assert len(records(tmp_path / "out")) == 1
-    with hpcwhirl.campaign(TABLES, measure=widest, **told):
+    monkeypatch.delenv("STOP_HERE")
+    with hpcwhirl.campaign(TABLES, **told):
         assert root_variables(tmp_path / "out") == root_variables(measured)
 
 

@@ -53,7 +53,7 @@ def begin(
                 say(f"what was in {folder} is now {aside}")
     own = claim(folder, claim_of(policy.shard), asking)
     try:
-        prepare(design, folder, manner.extend)
+        prepare(design, folder, manner.extend, mends="failed" in policy.retry)
     except BaseException:
         own.release()
         raise

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.begin import Manner, begin
 from hpcwhirl.campaign.ending import Ending
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.plan.design import Design
@@ -30,6 +31,7 @@ from hpcwhirl.errors import (
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.store.directory.owner import Claim
 from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.results.measured import WHY_NOT
 
 if TYPE_CHECKING:
     import xarray
@@ -58,9 +60,12 @@ class Call:
                 found = self._run(ALONE, stopping)
             else:
                 found = self._together(comm, stopping)
-        if isinstance(found, Path):
-            return open_results(found)
-        raise found
+        if not isinstance(found, Path):
+            raise found
+        data = open_results(found)
+        if comm.rank == 0 and self.function is not None:
+            _tell_unmeasured(data)
+        return data
 
     def _together(self, comm: Communicator, stopping: Stopping) -> Path | WhirlError:
         """Run as one rank of several; where it breaks, end all: others would wait."""
@@ -136,6 +141,18 @@ class Call:
                 msg = f"{name} must be True or False, got {shown(value)}"
                 raise InputError(msg)
         return {n: value for n, value in self.options.items() if n not in FLAGS}
+
+
+def _tell_unmeasured(data: xarray.Dataset) -> None:
+    """Say how many cases the user's function gave no numbers of."""
+    reasons = data[WHY_NOT].to_numpy()
+    missing = reasons != ""
+    if missing.any():
+        count = f"{missing.sum()} of {len(reasons)} cases"
+        say(
+            f"measure gave no numbers in {count}, first {reasons[missing][0]}; once it "
+            'is mended, retry="failed" computes them'
+        )
 
 
 def _policy(own: Mapping[str, Any]) -> Policy:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.campaign.mark import mark_of
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.errors import InputError, one_line, shown
 from hpcwhirl.scene import Scene
@@ -43,6 +44,11 @@ class Measure:
 
     function: Callable[[xarray.Dataset], Any] = field(compare=False)
     variables: dict[str, tuple[str, str]]
+
+    @property
+    def mark(self) -> str:
+        """The mark of the function's code, see `mark`."""
+        return mark_of(self.function)
 
     def plan(self) -> dict[str, list[str]]:
         """Return what a campaign's directory keeps of it; the function is not kept."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hpcwhirl.campaign.mark import differ
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.twins import twins_of_plan
 from hpcwhirl.campaign.stop import refuse_stop_file
@@ -17,6 +18,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.many import Many
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
+    MARK,
     MEASURE,
     NAME,
     Manifest,
@@ -33,7 +35,9 @@ FIXED = (
 )
 
 
-def prepare(design: Design, folder: Path, extend: float | None = None) -> None:
+def prepare(
+    design: Design, folder: Path, extend: float | None = None, *, mends: bool = False
+) -> None:
     """Begin a campaign directory, or check that it may be continued.
 
     Parameters
@@ -41,6 +45,7 @@ def prepare(design: Design, folder: Path, extend: float | None = None) -> None:
     design : the campaign
     folder : its directory
     extend : s, to what cases that are undecided go on from now on; None: as before
+    mends : whether another measure may go on, for cases that have no numbers yet
 
     Raises
     ------
@@ -54,11 +59,25 @@ def prepare(design: Design, folder: Path, extend: float | None = None) -> None:
     if (folder / NAME).exists():
         old = read_manifest(folder)
         check_same(old, manifest, folder)
+        if not mends:
+            _check_measure(old, manifest, folder)
     manifest = replace(manifest, extended=extended_by(design, folder, extend))
     if old == manifest and is_sealed(folder):
         return
     check_steps(design)
     write_manifest(folder, manifest)
+
+
+def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
+    """Refuse another function than the one whose numbers a directory has."""
+    was, now = (plan.base.get(MARK, "") for plan in (old, new))
+    if was and now and differ(was, now):
+        msg = (
+            f"{folder} has numbers of another measure, whose code differs: use another "
+            'out, or fresh=True to compute all anew; retry="failed" computes only what '
+            "has no numbers"
+        )
+        raise InputError(msg)
 
 
 def extended(

@@ -50,6 +50,7 @@ from hpcwhirl.scene.many import Many
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
+    MARK,
     MEASURE,
     PHYSICS,
     SAMPLE,
@@ -240,6 +241,7 @@ class Design:
         content[PHYSICS] = PHYSICS_VERSION
         if self.measure:
             content[MEASURE] = self.measure.plan()
+            content[MARK] = self.measure.mark
         if self.sample:
             content[SAMPLE] = self.sample.plan()
         return Manifest(

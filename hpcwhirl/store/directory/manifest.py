@@ -31,6 +31,7 @@ FORMAT = 5  # since plans are axes and lines of journals packed
 OLDER = 4  # every case listed, lines of JSON: read, too
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
 MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
+MARK = "measure's code"  # among the inputs: the mark of the function that gives them
 SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
 BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
@@ -84,7 +85,7 @@ class Manifest:
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
     """Return {dotted input: value} of a plan's `base`, without what stands beside."""
-    return {n: v for n, v in base.items() if n not in (CONTENT, PHYSICS, *BEYOND)}
+    return {n: v for n, v in base.items() if n not in (CONTENT, PHYSICS, MARK, *BEYOND)}
 
 
 def write_manifest(folder: Path, plan: Manifest) -> None:
@@ -251,6 +252,8 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
         raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
     own_kinds = [name for name in BEYOND if name in old.base]
     for name in dict.fromkeys([*new.base, *own_kinds]):
+        if name == MARK:  # who calls knows whether another function may go on
+            continue
         was, now = old.base.get(name), _values(new, name, old.swept)
         begun_before = name == PHYSICS and was is None
         if now and was not in now and not begun_before:
