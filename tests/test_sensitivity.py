@@ -13,6 +13,7 @@ import hpcwhirl
 from hpcwhirl.analysis.sensitivity import indices, intervals, sensitivity
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import main
+from hpcwhirl.cli.sensitivity import tell
 from hpcwhirl.errors import InputError
 from hpcwhirl.store.results.sampled import sample_attribute
 
@@ -222,6 +223,13 @@ def test_left_out_pairs_are_told(real, tmp_path, capsys):
     assert main(["sensitivity", str(place), "--of", "orbit_radius"]) == 0
     told = "orbit_radius: 1 of 32 pairs of draws have a case without a number"
     assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("count", "few"), [(8, True), (4096, False)])
+def test_too_few_draws_are_told(count, few, capsys):
+    tell(sensitivity(results(count, ishigami), ["y"]))
+    told = f"too few draws ({count}) to tell" in capsys.readouterr().err
+    assert told == few
 
 
 def test_a_campaign_without_a_sample_is_refused(finished, capsys):

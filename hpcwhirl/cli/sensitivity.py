@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
+WIDE = 0.5  # of an interval that says nothing of an index between 0 and 1
 RESTS = ("draws", "dropped", "mean", "deviation")
 
 
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         _print_table(rows)
         for path in paths:
             print(path)
-    _tell_dropped(found)
+    tell(found)
     return 0
 
 
@@ -114,7 +115,7 @@ def _told(row: dict[str, Any], order: str) -> str:
     return f"{value:.3f} [{ends}]"
 
 
-def _tell_dropped(found: xarray.Dataset) -> None:
+def tell(found: xarray.Dataset) -> None:
     """Say on stderr what the indices do not tell."""
     for name in found["quantity"].values.tolist():
         one = found.sel(quantity=name)
@@ -126,3 +127,8 @@ def _tell_dropped(found: xarray.Dataset) -> None:
         if still:
             told = f"{name}: does not vary at {still} of {found.sizes['point']} points"
             print(f"hpcwhirl: {told}: no index there", file=sys.stderr)
+        widths = [one[f"{n}_high"] - one[f"{n}_low"] for n in ("first", "total")]
+        widest = max(float(width.max()) for width in widths)  # NaN is left out
+        if widest > WIDE:
+            told = f"{name}: intervals up to {widest:.2g} wide: too few draws"
+            print(f"hpcwhirl: {told} ({used}) to tell", file=sys.stderr)
