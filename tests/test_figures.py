@@ -19,6 +19,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.report import campbell, figures, growth, motions, ranges, shapes, sweeps
+from hpcwhirl.report.coincidence import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.reading.cases import Cases
 
@@ -171,6 +172,16 @@ def test_regimes_lie_under_the_interaction_diagram(cases):
     assert told[0].startswith("Eq. 13: 27")  # the first cell begins below it
     assert told[-1].startswith("n = 12")
     assert "casing's frame" in waves.get_ylabel()
+
+
+def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
+    soft = apply_settings(cases.scene(0), {"centre_stiffness": 1.7e7})
+    monkeypatch.setattr(cases, "scene", lambda _: soft)
+    axes = sweeps.draw_interaction(cases, cases.like(0)).axes[0]
+    told = [t.get_text() for t in axes.texts]
+    own = {row["family"]: row["speed"] for row in speeds_of(soft) if row["order"] == 1}
+    assert f"Eq. 13, suspension: {own['suspension']:.0f} rad/s" in told
+    assert sum(t.startswith("Eq. 13") for t in told) == 2
 
 
 def test_measured_growth_stands_beside_the_linear_check(cases):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,34 @@ def critical_speeds(
         if k > 0
         for n in range(1, orders + 1)
     ]
+
+
+def critical_of_families(
+    rotor: Mapping[str, Mapping[int, float]],
+    casing: Mapping[int, float],
+    orders: int = 1,
+) -> list[dict[str, Any]]:
+    """Return the critical speeds of several families of the rotor.
+
+    Super-harmonics are told of 1F alone.
+
+    Parameters
+    ----------
+    rotor : {family: {nodal diameter: frequency, rad/s}}
+    casing : {nodal diameter: frequency, rad/s}, of 1F
+    orders : the highest n of 1F
+
+    Returns
+    -------
+    records as of `critical_speeds` and their family, by diameter, order and speed
+    """
+    rows: list[dict[str, Any]] = [
+        row | {"family": family}
+        for family, own in rotor.items()
+        for row in critical_speeds(own, casing, orders if family == "1F" else 1)
+    ]
+    names = ("nodal_diameter", "order", "speed")
+    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
 
 
 def coincidences(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.analysis.critical import critical_of_families
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
@@ -16,7 +16,13 @@ from hpcwhirl.cli.options import (
     scene_of,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.families import UNKNOWN, as_records, first_family, modal_table
+from hpcwhirl.reduction.families import (
+    UNKNOWN,
+    as_records,
+    first_family,
+    modal_table,
+    moving_families,
+)
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
 
@@ -30,7 +36,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_scene(parser)
     add_explain(parser)
     parser.add_argument(
-        "--orders", type=int, default=12, help="super-harmonics of Eq. 13 (default 12)"
+        "--orders",
+        type=int,
+        default=12,
+        help="super-harmonics of Eq. 13, of 1F (default 12)",
     )
     parser.add_argument(
         "--up-to", type=float, default=SHOWN_HZ, metavar="HZ",
@@ -41,8 +50,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    speeds = critical_speeds(
-        first_family(table, "rotor"), first_family(table, "casing"), orders
+    speeds = critical_of_families(
+        moving_families(table), first_family(table, "casing"), orders
     )
     foreign = engine.file != ""  # of its blades, tips alone are known
     return {
@@ -115,12 +124,12 @@ def _show(facts: dict[str, Any], up_to: float, own: int) -> None:
     if facts["critical_speeds"]:
         heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} {speed}"
         heading += f", of the load's k = {own} all"
-        speeds = Table("nodal diameter", "order", heading)
+        speeds = Table("nodal diameter", "family", "order", heading)
         for row in facts["critical_speeds"]:
             if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != own:
                 continue
-            at = f"{row['speed']:.1f}"
-            speeds.add_row(str(row["nodal_diameter"]), str(row["order"]), at)
+            told = (row[n] for n in ("nodal_diameter", "family", "order"))
+            speeds.add_row(*map(str, told), f"{row['speed']:.1f}")
         console.print(speeds)
     for body, limit in facts["time_step_limits"].items():
         unit = DERIVED["time_step_limit"].unit

@@ -10,6 +10,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
 UNKNOWN = "unknown"  # family: shapes do not tell the shaft's springs
+MOVING_SHARE = 0.1  # of the shaft's springs: where two modes share them, both move
 PAIR = 1e-8  # relative difference of frequencies that are one line
 
 
@@ -84,6 +85,22 @@ def first_family(table: list[Line], body: str) -> dict[int, float]:
         for line in reversed(table)
         if line.body == body and line.family == "1F"
     }
+
+
+def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
+    """Return {family: {nodal diameter: omega, rad/s}} of the rotor's main waves.
+
+    These are 1F, and of each other family the modes with a share of the strain energy
+    in the shaft's springs: the suspension, or two modes that halve it. The lower of a
+    pair.
+    """
+    found: dict[str, dict[int, float]] = {}
+    for line in table:
+        moves = line.family == "1F" or (line.centre_share or 0.0) > MOVING_SHARE
+        if line.body == "rotor" and moves:
+            own = found.setdefault(line.family, {})
+            own.setdefault(line.nodal_diameter, 2 * np.pi * line.frequency_hz)
+    return found
 
 
 def as_records(table: list[Line]) -> list[dict[str, object]]:

@@ -7,11 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.analysis.critical import critical_of_families
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.report.labels import axis_of
+from hpcwhirl.reduction.families import (
+    Line,
+    first_family,
+    modal_table,
+    moving_families,
+)
+from hpcwhirl.report.labels import axis_of, eq13_of
 from hpcwhirl.report.ranges import FAMILIES, MARGIN
 from hpcwhirl.scene import Scene
 
@@ -25,7 +30,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
     The rotor's frequencies do not depend on the speed (no centrifugal terms). A wave of
     the casing with k lobes passes the blades at |omega_c -+ k Omega|; where one meets
-    1F of the same k against the rotation is Eq. 13.
+    1F or the suspension of the same k against the rotation is Eq. 13.
 
     Parameters
     ----------
@@ -91,14 +96,13 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
 
 
 def _marks(axes: Any, table: list[Line], k: int, most: float) -> None:
-    """Mark Eq. 13 on the first family of the rotor."""
-    rotor, casing = (
-        {k: f[k]} if k in (f := first_family(table, body)) else {}
-        for body in ("rotor", "casing")
-    )
-    for row in critical_speeds(rotor, casing):
-        if row["speed"] <= most:
-            at = float(row["speed"]), rotor[k] / (2 * np.pi)
+    """Mark Eq. 13 on the families of the rotor that have it."""
+    rotor, casing = moving_families(table), first_family(table, "casing")
+    for row in critical_of_families(rotor, casing):
+        if row["nodal_diameter"] == k and row["speed"] <= most:
+            name, speed = row["family"], row["speed"]
+            at = speed, rotor[name][k] / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
-            axes.annotate(f"Eq. 13: {at[0]:.0f} rad/s", at, (6, 8), fontsize=8,
+            axes.annotate(f"{eq13_of(name)}: {speed:.0f} rad/s", at,
+                          (6, 8 if name == "1F" else -14), fontsize=8,
                           textcoords="offset points")  # fmt: skip

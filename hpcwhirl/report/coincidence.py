@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.analysis.critical import critical_of_families
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.families import first_family, modal_table, moving_families
 from hpcwhirl.report.axes import Axis, straight
+from hpcwhirl.report.labels import eq13_of
 from hpcwhirl.report.picture import RPM, Picture
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.directory.refined import plan_of_results
@@ -24,6 +25,7 @@ ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
 CLOSE = 0.035  # of the axis: nearer than that, names would be over each other
 MOST_MODELS = 7  # along the other axis; between them the curve is straight
 Floats = NDArray[np.float64]
+Rows = list[dict[str, Any]]  # of `critical_of_families`
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class _Level:
 def mark_critical(
     panels: Iterable[Any], picture: Picture, folder: Path, *, rpm: bool
 ) -> None:
-    """Draw where Omega = (omega_bd + n omega_c) / k in every panel.
+    """Draw where Omega = (omega_bd + n omega_c) / k in every panel, named by family.
 
     Parameters
     ----------
@@ -64,13 +66,12 @@ def mark_critical(
         _draw(axes, lines, RPM if rpm else 1.0, upright=upright)
 
 
-def speeds_of(scene: Scene) -> dict[int, float]:
-    """Return {order n: speed, rad/s} of the scene's own nodal diameter."""
+def speeds_of(scene: Scene) -> Rows:
+    """Return `critical_of_families` of the scene's own nodal diameter."""
     table, k = modal_table(resolve(scene).model), scene.nodal_diameter
-    bodies = (first_family(table, body) for body in ("rotor", "casing"))
-    rotor, casing = ({k: f[k]} if k in f else {} for f in bodies)
-    rows = critical_speeds(rotor, casing, ORDERS)
-    return {int(row["order"]): float(row["speed"]) for row in rows}
+    casing = first_family(table, "casing")
+    rows = critical_of_families(moving_families(table), casing, ORDERS)
+    return [row for row in rows if row["nodal_diameter"] == k]
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
@@ -101,40 +102,45 @@ def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
 
 
 def _draw(
-    axes: Any,
-    lines: list[tuple[_Level, dict[int, float]]],
-    factor: float,
-    *,
-    upright: bool,
+    axes: Any, lines: list[tuple[_Level, Rows]], factor: float, *, upright: bool
 ) -> None:
-    """Draw a piece of line for each level and order, within the axis of the speed."""
+    """Draw a piece of line for each level and wave, within the axis of the speed."""
     low, high = sorted(axes.get_xlim() if upright else axes.get_ylim())
-    named: dict[int, float] = {}
-    for level, speeds in lines[::-1]:  # names stand where the lines end
-        for order, speed in speeds.items():
-            if not low <= factor * speed <= high:
+    named: dict[str, float] = {}
+    for level, rows in lines[::-1]:  # names stand where the lines end
+        for row in rows:
+            at = factor * row["speed"]
+            if not low <= at <= high:
                 continue
-            piece = [factor * speed] * 2, [level.low, level.high]
-            axes.plot(
-                *(piece if upright else piece[::-1]), scalex=False, scaley=False,
-                c="black", ls="-" if order == 1 else "--",
-                lw=1.6 if order == 1 else 0.8, gid=f"n{order}",
-            )  # fmt: skip
-            at = factor * speed
+            _piece(axes, row, at, level, upright=upright)
+            text = eq13_of(row["family"]) if row["order"] == 1 else f"n={row['order']}"
             near = (abs(at - other) for other in named.values())
-            if order not in named and min(near, default=high) > CLOSE * (high - low):
-                named[order] = at
-                _name(axes, order, at, upright=upright)
+            if text not in named and min(near, default=high) > CLOSE * (high - low):
+                named[text] = at
+                _name(axes, text, (at, level.high), upright=upright)
 
 
-def _name(axes: Any, order: int, at: float, *, upright: bool) -> None:
-    """Write which order a line is at its end, on white."""
-    text = "Eq. 13" if order == 1 else f"n={order}"
+def _piece(
+    axes: Any, row: dict[str, Any], at: float, level: _Level, *, upright: bool
+) -> None:
+    """Draw a critical speed across a level."""
+    ends, order = ([at, at], [level.low, level.high]), row["order"]
+    main = row["family"] == "1F"
+    axes.plot(
+        *(ends if upright else ends[::-1]), scalex=False, scaley=False, c="black",
+        ls=("-" if main else "-.") if order == 1 else "--",
+        lw=1.6 if order == 1 else 0.8,
+        gid=f"n{order}" if main else f"n{order} {row['family']}",
+    )  # fmt: skip
+
+
+def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> None:
+    """Write which line it is at its end, on white."""
     look = {"fontsize": 6.5, "textcoords": "offset points"}
     box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
-    if upright:
-        axes.annotate(text, (at, 1.0), (0, -2), axes.get_xaxis_transform(),
-                      ha="center", va="top", bbox=box, **look)  # fmt: skip
+    if upright:  # two lines: a wide name is over the neighbours'
+        axes.annotate(text.replace(", ", ",\n"), at, (0, -2), ha="center", va="top",
+                      bbox=box, **look)  # fmt: skip
     else:
-        axes.annotate(text, (1.0, at), (-2, 0), axes.get_yaxis_transform(),
-                      ha="right", va="center", bbox=box, **look)  # fmt: skip
+        axes.annotate(text, at[::-1], (-2, 0), ha="right", va="center", bbox=box,
+                      **look)  # fmt: skip

@@ -30,6 +30,11 @@ def axis_of(name: str) -> str:
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
+def eq13_of(family: str) -> str:
+    """Return the name of a critical speed; the family is told unless it is 1F."""
+    return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
+
+
 def value_of(name: str, value: Any, unit: str = "") -> str:
     """Return ``symbol = value unit``.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import campbell
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.reduction.families import Line, modal_table
+from hpcwhirl.reduction.families import Line, modal_table, moving_families
 from hpcwhirl.store.reading.cases import Cases
 
 Floats = NDArray[np.float64]
@@ -50,15 +50,10 @@ def nyquist(cases: Cases, line: Sequence[int]) -> float:
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
 
-def own_waves(table: Sequence[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} of the rotor's 1F and suspension of a diameter."""
-    return {
-        m.family: 2 * np.pi * m.frequency_hz
-        for m in table
-        if m.body == "rotor"
-        and m.nodal_diameter == k
-        and m.family in {"1F", FAMILIES[2]}
-    }
+def own_waves(table: list[Line], k: int) -> dict[str, float]:
+    """Return {family: omega, rad/s} of a diameter, of `moving_families`."""
+    found = moving_families(table)
+    return {family: own[k] for family, own in found.items() if k in own}
 
 
 def wave_limits(own: Mapping[str, float], k: int, span: Floats) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import Line, first_family, modal_table
-from hpcwhirl.report.labels import axis_of, value_of
+from hpcwhirl.report.labels import axis_of, eq13_of, value_of
 from hpcwhirl.report.palette import SEQUENTIAL
 from hpcwhirl.report.ranges import (
     centre_top,
@@ -255,12 +255,13 @@ def draw_interaction(cases: Cases, line: list[int]) -> Any:
 
 
 def _waves(axes: Any, own: dict[str, float], k: int, span: Floats) -> None:
-    """Draw both waves of 1F and suspension, {family: rad/s}, over a span of speeds."""
+    """Draw both waves of each family, {family: rad/s}, over a span of speeds."""
     colours = {"1F": "#0072B2", "suspension": "#009E73"}
     for name, (plus, minus) in campbell(own, k, span).items():
         label = f"{name}: kΩ ± ω$_{{bd}}$"
-        axes.plot(span, plus, c=colours[name], lw=1.2, label=label)
-        axes.plot(span, minus, c=colours[name], lw=1.2, ls="--")
+        colour = colours.get(name, "#56B4E9")
+        axes.plot(span, plus, c=colour, lw=1.2, label=label)
+        axes.plot(span, minus, c=colour, lw=1.2, ls="--")
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
@@ -273,23 +274,31 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
 
 
 def _crossings(axes: Any, table: list[Line], k: int, span: Floats, orders: int) -> None:
-    """Mark the coincidences of 1F; the speed is told for the first and last in view."""
-    rotor, casing = (
-        {k: f[k]} if k in (f := first_family(table, body)) else {}
-        for body in ("rotor", "casing")
-    )
-    seen = [
-        row for row in coincidences(rotor, casing, orders)
-        if span[0] <= row["speed"] <= span[-1] and row["side"] != 1
-    ]  # fmt: skip
+    """Mark the coincidences of 1F, and of other families those of n = 1."""
+    casing = first_family(table, "casing")
+    for family, own in own_waves(table, k).items():
+        rows = coincidences({k: own}, casing, orders if family == "1F" else 1)
+        seen = [
+            row for row in rows
+            if span[0] <= row["speed"] <= span[-1] and row["side"] != 1
+        ]  # fmt: skip
+        _marked(axes, family, seen, casing.get(k, 0.0))
+
+
+def _marked(
+    axes: Any, family: str, seen: list[dict[str, float | int]], first: float
+) -> None:
+    """Mark coincidences; the speed is told for the first and last in view."""
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     for row in seen:
         speed, n = float(row["speed"]), int(row["order"])
-        height = (1.0 if row["side"] == -1 else -1.0) * n * casing[k]
+        height = (1.0 if row["side"] == -1 else -1.0) * n * first
         axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3)
         if row["side"] == -1 and n in {named[0], named[-1]}:
-            name = "Eq. 13" if n == 1 else f"n = {n}"
+            name = eq13_of(family) if n == 1 else f"n = {n}"
             place = (6, -34) if n == named[0] else (6, 18)
-            axes.annotate(f"{name}: {speed:.0f} rad/s", (speed, height), place,
+            main = family == "1F"  # the others' names stand on the line's other side
+            axes.annotate(f"{name}: {speed:.0f} rad/s", (speed, height),
+                          place if main else (-6, 26), ha="left" if main else "right",
                           textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5})  # fmt: skip
