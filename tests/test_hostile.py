@@ -1,5 +1,6 @@
 """Hostile input, names, streams and limits: one line of bounded length, exit code 2."""
 
+import json
 import os
 import random
 import shutil
@@ -15,7 +16,7 @@ from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.stop import parse_walltime, time_left
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
-from hpcwhirl.errors import InputError, WhirlError, one_line, shown
+from hpcwhirl.errors import InputError, MissingFileError, WhirlError, one_line, shown
 from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.files import parse_setting
 from hpcwhirl.scene.quantities import LEAVES
@@ -212,6 +213,53 @@ def test_a_place_that_takes_nothing_is_one_line(tmp_path, line, why):
 def test_closed_streams_change_no_exit_code(tmp_path, line, code):
     done = shell(line, tmp_path)
     assert (done.returncode, done.stderr) == (code, "")
+
+
+@pytest.mark.parametrize(
+    ("stdout", "code"), [(">/dev/full", 2), ("> >(exec true)", 1), (">&-", 0)]
+)
+def test_a_stdout_that_takes_nothing_loses_no_file(tmp_path, stdout, code):
+    """The words are asked for beside the files, and computed no second time."""
+    short = "--set duration=2e-3 --set time_step=2e-6 --quiet"
+    done = shell(f"hpcwhirl run {short} --out o.h5 --plot p {stdout}", tmp_path)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    assert count_statuses(tmp_path / "o.h5")["ok"] == 1
+    assert list((tmp_path / "p").glob("*.png"))
+
+
+def test_a_file_that_cannot_be_written_loses_no_words(tmp_path, monkeypatch, capsys):
+    """A place that was writable as the run began, and is not when it ends."""
+
+    def full(path, *_):
+        msg = f"cannot write {path}: No space left on device"
+        raise MissingFileError(msg)
+
+    monkeypatch.setattr("hpcwhirl.campaign.one.write_case", full)
+    short = ["--set", "duration=2e-3", "--set", "time_step=2e-6"]
+    out = str(tmp_path / "o.h5")
+    assert main(["run", *short, "--quiet", "--json", "--out", out]) == 2
+    said = capsys.readouterr()
+    assert json.loads(said.out)["outcome"] == "completed"
+    assert said.err.count("\n") == 1
+    assert "No space left" in said.err
+
+
+def test_who_reads_no_list_of_figures_gets_them_all(monkeypatch, tmp_path):
+    drawn = []
+
+    def figures(*_, **__):
+        for number in range(3):
+            drawn.append(number)
+            yield Path(f"{number}.png")
+
+    def unread(*_):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("hpcwhirl.report.figures.draw_figures", figures)
+    monkeypatch.setattr("builtins.print", unread)
+    assert main(["figures", str(tmp_path)]) == 1
+    assert drawn == [0, 1, 2]
 
 
 @pytest.mark.slow

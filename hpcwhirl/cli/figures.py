@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
 
     Where nothing at all could be drawn, what was asked for is wrong: exit code 2.
     """
-    from hpcwhirl.errors import InputError
+    from hpcwhirl.errors import InputError, WhirlError
     from hpcwhirl.report.figures import cases_at, draw_figures
 
     out = args.out or args.folder / "figures"
@@ -44,11 +44,15 @@ def run(args: argparse.Namespace) -> int:
     if args.at:
         only = sorted({*(only or []), *cases_at(args.folder, args.at)})
     drawn = 0
-    for made in draw_figures(
-        args.folder, out, args.kind, only, transient=args.transient
-    ):
-        drawn += isinstance(made, Path)
-        print(made)
+    figures = draw_figures(args.folder, out, args.kind, only, transient=args.transient)
+    try:
+        for made in figures:
+            drawn += isinstance(made, Path)
+            print(made)
+    except (BrokenPipeError, WhirlError):
+        for _ in figures:  # who closes the list wants the figures still
+            pass
+        raise
     if not drawn:
         msg = f"nothing drawn of {args.folder}"
         raise InputError(msg)

@@ -24,7 +24,8 @@ from hpcwhirl.cli.options import (
 from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.simulate import Course
+    from hpcwhirl.campaign.plan.design import Design
+    from hpcwhirl.campaign.simulate import Course, Result
     from hpcwhirl.dynamics.march import March
 
 LEDGER = "ledger_"
@@ -47,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write what was asked for."""
-    from hpcwhirl.campaign.one import design_of_one, write_case
+    from hpcwhirl.campaign.one import design_of_one
     from hpcwhirl.campaign.simulate import Course
     from hpcwhirl.case.resolve import resolve
 
@@ -66,10 +67,17 @@ def run(args: argparse.Namespace) -> int:
     facts = summary(result.row | result.performance)
     if args.explain:
         facts |= _explained(course.march)
-    if args.json:
-        print_json(facts)
-    else:
-        _show(facts)
+    try:
+        _write(args, design, result)
+    finally:  # a closed pipe loses no file, a full disk no words
+        (print_json if args.json else _show)(facts)
+    return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
+    """Write the file and the figures that were asked for."""
+    from hpcwhirl.campaign.one import write_case
+
     if args.out:
         write_case(args.out, design, result)
     if args.plot:
@@ -77,7 +85,6 @@ def run(args: argparse.Namespace) -> int:
 
         for path in draw_case(args.plot, result.traces, result.row):
             print(f"figure: {path}", file=sys.stderr)
-    return 1 if result.row["outcome"] == "unstable" else 0
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:

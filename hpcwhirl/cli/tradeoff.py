@@ -60,15 +60,13 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.cluster.doctor.facts import machine_facts
     from hpcwhirl.measure.tradeoff import measure
     from hpcwhirl.measure.trials import settings_of
-    from hpcwhirl.report.tradeoff import draw_tradeoff, markdown
-    from hpcwhirl.store.atomic import write_whole
+    from hpcwhirl.report.tradeoff import markdown
 
     if args.repeats < 2:
         msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
         raise InputError(msg)
     settings, scenes = settings_of(args.axes), _scenes(args)
-    folder = args.out or Path()
-    check_writable(folder, folder=True)
+    check_writable(args.out or Path(), folder=True)
     start, machine = time.monotonic(), machine_facts()
     facts = measure(scenes, settings, args.repeats, _teller(len(scenes), start)).facts()
     facts |= {
@@ -79,17 +77,28 @@ def run(args: argparse.Namespace) -> int:
         "not_offered": NOT_OFFERED,
     }
     text = _heading(facts) + markdown(facts)
+    try:
+        _write(args, facts, text)
+    finally:  # a closed pipe loses no file, a full disk no words
+        if args.json:
+            print_json(facts)
+        else:
+            print(text)
+    return 0
+
+
+def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
+    """Write the files and the figure that were asked for."""
+    from hpcwhirl.report.tradeoff import draw_tradeoff
+    from hpcwhirl.store.atomic import write_whole
+
+    folder = args.out or Path()
     if args.out:
         plain = json.dumps(finite(facts), indent=1) + "\n"
         write_whole(folder / "tradeoff.json", plain.encode())
         write_whole(folder / "tradeoff.md", text.encode())
-    if args.json:
-        print_json(facts)
-    else:
-        print(text)
     if args.plot:
         print(draw_tradeoff(facts, folder / "tradeoff.png"), file=sys.stderr)
-    return 0
 
 
 def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
