@@ -308,7 +308,8 @@ def test_one_case_takes_a_campaign_s_file_and_says_what_it_ignores(
 ):
     path, out = tmp_path / "whirl.toml", tmp_path / "model.h5"
     tables = "[sweep]\nspeed = [300.0, 400.0]\n[zip]\n[campaign]\nmax_fails = 3\n"
-    path.write_text(f"[scene]\nduration = 1e-4\nfriction = 0.2\n{tables}[[cases]]\n")
+    scene = "[scene]\nduration = 1e-4\npulse = 5e-5\nfriction = 0.2\n"
+    path.write_text(f"{scene}{tables}[[cases]]\n")
     words = {"run": ["--quiet", "--json"], "model": ["--json"]}.get(command, [])
     first = [str(out)] if command == "export-model" else []
     assert main([command, *first, str(path), *words]) == 0

@@ -42,6 +42,7 @@ from hpcwhirl.cli.options import (
     print_json,
     print_notes,
     tell_preset,
+    tell_remarks,
 )
 from hpcwhirl.errors import InputError, NoRoomError, WhirlError
 from hpcwhirl.launch import Communicator, communicator
@@ -159,6 +160,7 @@ def _prepared(
         raise InputError(msg)
     check_folder(args.out)
     tell_preset(design.base)
+    tell_remarks(design.columns)
     if args.explain:
         _explain(design)
     if args.dry_run:

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene import (
@@ -29,6 +29,9 @@ from hpcwhirl.scene import (
     preset_of,
     scene_of_document,
 )
+
+if TYPE_CHECKING:
+    from hpcwhirl.scene.many import Many
 
 OR_FILE = "of a campaign, or a file of hpcwhirl run --out"
 UNTOUCHED = (
@@ -83,6 +86,14 @@ def tell_preset(scene: Scene) -> None:
     whole = loss_of(scene)
     told = preset_in_short(name) if whole == preset_loss(name) else whole
     print(f"hpcwhirl: preset {name}: {told} (hpcwhirl inputs {name})", file=sys.stderr)
+
+
+def tell_remarks(cases: Many | Scene) -> None:
+    """Say on stderr what of the inputs looks like another unit, a line each."""
+    from hpcwhirl.scene.remarks import remarks
+
+    for line in remarks(cases):
+        print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

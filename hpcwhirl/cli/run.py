@@ -20,6 +20,7 @@ from hpcwhirl.cli.options import (
     print_notes,
     scene_of,
     tell_preset,
+    tell_remarks,
 )
 from hpcwhirl.errors import InputError
 
@@ -59,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)
     tell_preset(scene)
+    tell_remarks(scene)
     design = design_of_one(scene)
     course = Course(resolve(scene))
     _tell_unequal(course.march, quiet=args.quiet)

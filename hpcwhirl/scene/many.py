@@ -208,6 +208,16 @@ class Many:
                 return int(cases[bad[0]])
         return before
 
+    def first_where(self, holds: Rule, inputs: tuple[str, ...]) -> int | None:
+        """Return the first case of which something holds that inputs decide."""
+        found = self.table.first_of(n for n in inputs if n in self.columns)
+        for start in range(0, len(found), AT_ONCE):
+            cases = found[start : start + AT_ONCE]
+            met = np.flatnonzero(np.broadcast_to(holds(self.all(cases)), cases.shape))
+            if len(met):
+                return int(cases[met[0]])
+        return None
+
     def _known(self, name: str, column: Column, cases: Array) -> Array:
         """Return the values of an input that some cases have, as numbers."""
         most = 1 + int(column.codes(cases).max())
