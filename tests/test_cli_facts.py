@@ -14,6 +14,8 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.cli import main
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.options import print_json
+from hpcwhirl.cli.run import FED, SPENT
+from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.documents import scene_of_document
@@ -102,6 +104,30 @@ def test_run_prints_the_names_that_scripts_rely_on(facts, traces):
     spent = ledger["energy"] + ledger["damping"] + ledger["impact"]
     assert work - spent == pytest.approx(-ledger["residual"], abs=1e-12 * spent)
     assert abs(ledger["residual"]) < 1e-9 * spent
+
+
+def test_the_ledger_balances_as_it_is_printed(capsys):
+    """What is fed in and what is taken out is said, and adds up in these words."""
+    assert main(["run", "--quiet", *SHORT, "--set", "friction=0.4"]) == 0
+    cells = [row.split("│") for row in capsys.readouterr().out.splitlines()]
+    told = {c[1].strip(): float(c[2]) for c in cells if "energy" in "".join(c[1:2])}
+    fed = [value for name, value in told.items() if name.startswith("energy in: ")]
+    spent = [value for name, value in told.items() if name.startswith("energy out: ")]
+    assert (len(fed), len(spent)) == (3, 2)
+    assert min(*fed, *spent) > 0.0
+    kept = told["energy at the end, J"]
+    assert sum(fed) == pytest.approx(sum(spent) + kept, rel=1e-5)
+    assert abs(told["energy at the end + out - in, J"]) < 1e-9 * kept
+    assert {*FED, *SPENT, "energy", "residual"} == {*LEDGER_TERMS}
+
+
+def test_what_takes_energy_out_though_it_is_of_what_feeds_is_named(facts, capsys):
+    found = facts("run", "--json", "--quiet", *SHORT)
+    run_command._show(found)
+    assert "took energy out" not in capsys.readouterr().out
+    found["ledger"]["friction"] = -1e-3
+    run_command._show(found)
+    assert "friction took energy out: below zero" in capsys.readouterr().out
 
 
 def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch):

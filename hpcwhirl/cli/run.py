@@ -30,6 +30,13 @@ if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
 
 LEDGER = "ledger_"
+FED, SPENT = ("pulse", "friction", "rotation"), ("damping", "impact")
+BALANCE = {
+    **{term: f"energy in: {term}" for term in FED},
+    **{term: f"energy out: {term}" for term in SPENT},
+    "energy": "energy at the end",
+    "residual": "energy at the end + out - in",
+}
 PLAIN_EVERY = 5.0  # s between progress lines where there is no terminal
 
 
@@ -180,10 +187,13 @@ def _show(facts: dict[str, Any]) -> None:
         "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
     ):  # fmt: skip
         table.add_row(ROW[name].labelled(name), f"{facts[name]:.6g}")
-    for term, value in facts["ledger"].items():
-        told = ROW[f"{LEDGER}{term}"].labelled(f"ledger: {term}")
-        table.add_row(told, f"{value:.6g}")
+    for term, label in BALANCE.items():
+        told = ROW[f"{LEDGER}{term}"].labelled(label)
+        table.add_row(told, f"{facts['ledger'][term]:.6g}")
     console.print(table)
+    taken = [term for term in FED if facts["ledger"][term] < 0]
+    if taken:
+        console.print(f"{' and '.join(taken)} took energy out: below zero")
     if "left_out" in facts:
         print_notes(facts["left_out"])
         print(
