@@ -1,14 +1,17 @@
 """Limits, retries, starting over, and campaigns that get more cases."""
 
+import re
+from pathlib import Path
+
 import pytest
 from launch import records, root_variables
 
 from hpcwhirl.campaign.ending import Ending
-from hpcwhirl.campaign.plan.design import load_design
+from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.policy import Policy, retries, with_rules
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import engine_inputs, flatten
+from hpcwhirl.scene import engine_inputs, engine_names, flatten
 from hpcwhirl.store.reading.cases import Cases
 
 SHORT = """
@@ -128,8 +131,14 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
     ("named", "told"),
     [
         ("", "was begun with engine.name = 'mostly_damped', got 'four_motions'"),
-        ("engine.name = 'mostly_damped'\n", "'mostly_damped' sets no inputs"),
-        ("engine.name = 'salvat2016'\n", "and none of those of 'mostly_damped'"),
+        (
+            "engine.name = 'mostly_damped'\n",
+            "'mostly_damped' is a label and sets no inputs",
+        ),
+        (
+            "engine.name = 'salvat2016'\n",
+            "must stand in the file, as in jobs/mostly_damped",
+        ),
     ],
 )
 def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
@@ -145,6 +154,18 @@ def test_another_default_engine_is_refused_by_name(run, tmp_path, named, told):
     assert told in err
     assert run(given + SHORT + SPEEDS)[0] == 0
     assert records(tmp_path / "out") == before
+
+
+@pytest.mark.parametrize("name", [n for n in engine_names() if n != "four_motions"])
+def test_the_refusal_of_a_bare_label_points_to_a_file_that_has_the_inputs(name):
+    with pytest.raises(InputError) as refused:
+        design_of({"engine": {"name": name}, "sweep": {"speed": [300.0]}})
+    job = re.search(
+        r"as in (jobs/\S+toml); hpcwhirl inputs engines", str(refused.value)
+    )
+    base = load_design(Path(__file__).parents[1] / job[1], {}).base
+    own = flatten(base)
+    assert all(own[n] == value for n, value in engine_inputs(name).items())
 
 
 def test_another_model_version_is_refused_by_name(run, monkeypatch):

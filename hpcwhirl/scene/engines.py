@@ -62,5 +62,6 @@ def check_label(scene: Scene) -> None:
     values, default = flatten(scene), flatten(usual)
     own = engine_inputs(name).keys() - {"engine.name"}
     if all(values[n] == default[n] for n in own):
-        msg = f"engine.name = '{label}' sets no inputs, and none of those of '{name}' "
-        raise InputError(msg + "is there: hpcwhirl inputs engines tells them")
+        msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
+        msg += f"'{name}' must stand in the file, as in jobs/{name}.toml; "
+        raise InputError(msg + "hpcwhirl inputs engines tells them")
