@@ -1,5 +1,8 @@
 """Modes left out: the estimate is honest, the choice is the least that keeps to it."""
 
+import math
+import warnings
+
 import numpy as np
 import pytest
 from evidence.estimates_drawn import of_truncation
@@ -16,7 +19,8 @@ from hpcwhirl.case.truncation import (
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
+from hpcwhirl.scene import apply_settings, engine_inputs, flatten, named_scene
+from hpcwhirl.scene.files import full_name
 
 FINE = {"modes": 176, "casing.harmonics": 40}
 SEED = 23  # not of the engines that the factors were found with
@@ -224,3 +228,54 @@ def test_the_estimate_holds_for_engines_of_every_class():
     assert len(ratios) > 100
     assert np.mean(ratios <= 1.0) >= 0.95
     assert np.median(ratios) > 1.0 / 50  # nor is it far too much
+
+
+def test_the_estimate_does_not_depend_on_the_unit_of_mass():
+    """Squares of motions over- and underflow; what is left out of them does not."""
+    names = ("rotor.young", "rotor.density", "rotor.centre_stiffness", "casing.young",
+             "casing.density")  # fmt: skip
+    given = apply_settings(named_scene("table2"), {"modes": 44, "harmonics": 6})
+    inputs = {full_name(name): flatten(given)[full_name(name)] for name in names}
+    usual = left_out(given)
+    for power in (-500, 500):
+        other = {name: value * 2.0**power for name, value in inputs.items()}
+        found = left_out(apply_settings(given, other))
+        assert found == pytest.approx(usual, rel=1e-6)
+
+
+def test_a_ring_that_stands_still_leaves_nothing_out(capsys):
+    held = apply_settings(named_scene("table2"), {"support_frequency": 1e9})
+    found = left_out(held)
+    assert (found.ring, found.load) == (0.0, 0.0)
+    assert found.rotor == left_out(named_scene("table2")).rotor
+    few = with_truncation(apply_settings(held, {"truncation": 0.3}))
+    assert few.engine.casing.harmonics == 4
+    assert few.engine.casing.families == "bending"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert main(["model", "--set", "support_frequency=1e9"]) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert "nan" not in told.out
+
+
+def test_of_a_slow_pulse_the_beginning_alone_counts():
+    """Like t^2 however long it lasts: 1 - cos would be no number any more."""
+    given = apply_settings(named_scene("table2"), {"families": "bending"})
+    slow, slower = (
+        left_out(apply_settings(given, {"pulse": pulse})).load for pulse in (1e2, 6.3e5)
+    )
+    assert slow > 0.0
+    assert slower == pytest.approx(slow, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"rotor.density": 1e200}, {"casing.young": 1e200},
+     {"casing.width": 1e-200}, {"rotor.blade_width": 1e-200}, {"friction": 1e199}],
+)  # fmt: skip
+def test_no_input_that_is_allowed_makes_the_estimate_none(settings):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = left_out(apply_settings(named_scene("table2"), settings))
+    assert math.isfinite(found.error)

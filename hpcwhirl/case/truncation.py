@@ -215,21 +215,32 @@ def _pushed(
     crest = body.shapes[operator.radial[max(2 * lobes - 1, 0)]]
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
     # what the pulse has given so far, of 1: it may be shorter than the time between
-    given = 0.5 - 0.5 * np.cos(math.pi * np.minimum(times, pulse) / pulse)
+    given = np.sin(0.5 * math.pi * np.minimum(times, pulse) / pulse) ** 2
     force = np.diff(given, prepend=0.0)
     swung = struck(body, crest[None] ** 2, own)[0]
     return np.asarray(np.convolve(force, swung)[:TIMES])
 
 
+def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
+    """Return weight |part| / |whole|, however small or large both are.
+
+    Of what does not move at all, too stiff or too heavy, nothing is left out.
+    """
+    if not (part.any() or whole.any()):
+        return 0.0
+    power = -np.frexp(np.abs(whole).max())[1]  # exact, and squares are in range then
+    sizes = [np.linalg.norm(np.ldexp(motion, power)) for motion in (part, whole)]
+    return float(weight * sizes[0] / sizes[1]) if sizes[1] else math.inf
+
+
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
-    """Return the share of the ring's motion under the load that a casing leaves out."""
+    """Return what a casing leaves out of the ring's motion under the load."""
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # which no run is begun with
         return 0.0
     place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
     every = _pushed(whole, *place)
-    less = _pushed(casing, *place) - every
-    return float(np.linalg.norm(less) / np.linalg.norm(every))
+    return LOADED * _share(_pushed(casing, *place) - every, every)
 
 
 @lru_cache(maxsize=4096)
@@ -245,15 +256,12 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
     less = _tip(wheel, modes, folds) - tip
     lost = _ring(casing, radius, folds, source)
     both = np.array([[1.0], [pull]])
-    moved = float(np.linalg.norm(both * tip))
-    share = float(np.linalg.norm(tip[0])) / moved if lobes > 1 else 0.0
-    total = float(np.linalg.norm(ring + tip[0]))
+    share = _share(tip[0], both * tip) if lobes > 1 else 0.0
     return Missed(
-        OF_ROTOR * float(np.linalg.norm(both * less)) / moved,
-        (BENT + (STRETCHED - BENT) * share)
-        * float(np.linalg.norm(lost - ring)) / total,
-        LOADED * _of_load(casing, whole, wheel, load),
-    )  # fmt: skip
+        _share(both * less, both * tip, OF_ROTOR),
+        _share(lost - ring, ring + tip[0], BENT + (STRETCHED - BENT) * share),
+        _of_load(casing, whole, wheel, load),
+    )
 
 
 def with_truncation(scene: Scene) -> Scene:
