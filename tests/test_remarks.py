@@ -91,13 +91,15 @@ def test_the_largest_numbers_are_told_without_a_warning():
     assert "rpm" in remarks(apply_settings(scene, {"rotor.radius": 1e3}))[0]
 
 
-def test_a_run_and_a_campaign_tell_on_stderr_and_go_on(tmp_path, capsys):
+def test_run_model_and_campaign_tell_on_stderr_and_go_on(tmp_path, capsys):
     wrong = ["--set", "friction=10", "--set", "duration=2e-4"]
     assert main(["run", *wrong, "--set", "time_step=2e-6", "--quiet", "--json"]) == 0
     said = capsys.readouterr()
     assert said.out.startswith("{")
     assert said.err.count("hpcwhirl: friction is 10: ") == 1
     assert said.err.count("hpcwhirl: pulse is 0.00063 s, the run 0.0002 s") == 1
+    assert main(["model", "--set", "friction=10", "--json"]) == 0
+    assert capsys.readouterr().err.count("hpcwhirl: friction is 10: ") == 1
     path = tmp_path / "c.toml"
     path.write_text("sweep = {friction = [0.1, 2.0, 10.0]}\n")
     assert main(["campaign", str(path), "--out", str(tmp_path / "o"), "--dry-run"]) == 0

@@ -14,6 +14,7 @@ from hpcwhirl.cli.options import (
     print_json,
     print_notes,
     scene_of,
+    tell_remarks,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.families import (
@@ -71,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
+    tell_remarks(scene)
     facts = facts_of(resolve(scene), args.orders)
     if args.json:
         print_json(facts)
