@@ -104,3 +104,18 @@ def test_run_model_and_campaign_tell_on_stderr_and_go_on(tmp_path, capsys):
     path.write_text("sweep = {friction = [0.1, 2.0, 10.0]}\n")
     assert main(["campaign", str(path), "--out", str(tmp_path / "o"), "--dry-run"]) == 0
     assert capsys.readouterr().err.count("friction is 2: ") == 1
+
+
+@pytest.mark.parametrize(("command", "mistake"), [
+    ("run", 'engine = {file = "no.h5"}'), ("model", 'engine = {file = "no.h5"}'),
+    ("campaign", "solver = {time_step = 1e-3}"),
+])  # fmt: skip
+def test_what_is_refused_is_one_line_without_a_remark(
+    tmp_path, capsys, command, mistake
+):
+    (tmp_path / "no.h5").write_text("text")
+    path = tmp_path / "c.toml"
+    path.write_text(f"{mistake}\nscene = {{friction = 10.0}}\n")
+    out = [] if command == "model" else ["--out", str(tmp_path / "out")]
+    assert main([command, str(path), *out]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -134,11 +134,12 @@ def _owned(
     """Claim the directory until the stack ends, and prepare it; None for a dry run."""
     from hpcwhirl.campaign.begin import Manner, begin
 
-    if args.dry_run:
-        return None
-    manner = Manner(args.fresh, args.take_over, args.to)
-    own = begin(design, args.out, policy, stopping, manner)
-    stack.callback(own.release)
+    own = None
+    if not args.dry_run:
+        manner = Manner(args.fresh, args.take_over, args.to)
+        own = begin(design, args.out, policy, stopping, manner)
+        stack.callback(own.release)
+    tell_remarks(design.columns)  # of what is not refused: a mistake is one line
     return own
 
 
@@ -160,7 +161,6 @@ def _prepared(
         raise InputError(msg)
     check_folder(args.out)
     tell_preset(design.base)
-    tell_remarks(design.columns)
     if args.explain:
         _explain(design)
     if args.dry_run:

@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
-    tell_remarks(scene)
     facts = facts_of(resolve(scene), args.orders)
+    tell_remarks(scene)
     if args.json:
         print_json(facts)
     elif args.explain:

@@ -67,9 +67,9 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)
     tell_preset(scene)
-    tell_remarks(scene)
     design = design_of_one(scene)
     course = Course(resolve(scene))
+    tell_remarks(scene)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
         result = course.run(tick)
