@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import errno
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 LONGEST = 2000  # characters of a message
@@ -106,6 +106,29 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
     word = one_line(word, SHOWN)
     hint = nearest(word, names) or f"; known: {_listed(names)}"
     return InputError(f"unknown {what} '{word}'{hint}")
+
+
+def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str, Any]:
+    """Return a table as it was given.
+
+    Parameters
+    ----------
+    what : its name in the message
+    given : a table, or what stands in its place
+    known : the keys that it may have; none: what they are is not asked
+
+    Raises
+    ------
+    InputError
+        where it is no table, or has another key
+    """
+    if not isinstance(given, Mapping):
+        msg = f"{what} must be a table, got {shown(given)}"
+        raise InputError(msg)
+    for key in given if known else ():
+        if key not in known:
+            raise unknown(f"key in {what}", key, known)
+    return given
 
 
 def _listed(names: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""Campaigns on a named engine, for tests that need the motions it has."""
+"""Inputs as tests give them: tables of a campaign, words of a command."""
 
 from hpcwhirl.scene import engine_inputs
 
@@ -13,3 +13,8 @@ def on_engine(name, document):
             place = place.setdefault(table, {})
         place[last] = value
     return out
+
+
+def words_of(settings):
+    """Return the words by which a command is given inputs."""
+    return [w for name, value in settings.items() for w in ("--set", f"{name}={value}")]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from evidence.synthetic import grid_of, synthetic
+from on_engine import words_of
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
@@ -19,10 +20,6 @@ ENGINES = [
     {"blades": 40, "root_thickness": 0.085, "taper": 0.7, "thickness": 0.02},
     {"centre_stiffness": 1e9},
 ]
-
-
-def words_of(settings):
-    return [w for n, v in settings.items() for w in ("--set", f"{n}={v}")]
 
 
 def eq13(scene):

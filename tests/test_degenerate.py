@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from on_engine import words_of
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.resolve import resolve
@@ -23,8 +24,7 @@ def scene(blades, **settings):
 def exported(blades, centre, path):
     """Return the arrays of an exported engine, and its own model."""
     given = {"blades": blades, "modes": BLADES[blades], "centre": centre}
-    words = (("--set", f"{name}={value}") for name, value in given.items())
-    assert main(["export-model", str(path), *(part for w in words for part in w)]) == 0
+    assert main(["export-model", str(path), *words_of(given)]) == 0
     with h5py.File(path) as file:
         rotor = {name: file["rotor"][name][()] for name in file["rotor"]}
     return rotor, resolve(scene(blades, centre=centre)).model.rotor

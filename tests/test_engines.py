@@ -6,6 +6,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from on_engine import words_of
 
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
@@ -59,11 +60,6 @@ def assert_equal_histories(one, other, tolerance=1e-8):
         assert np.abs(a - b).max() < tolerance * np.abs(b).max(), name
 
 
-def words(settings):
-    pairs = (("--set", f"{name}={value}") for name, value in settings.items())
-    return [word for pair in pairs for word in pair]
-
-
 @pytest.fixture(scope="module")
 def default(tmp_path_factory):
     """Return the exported default engine."""
@@ -76,7 +72,7 @@ def default(tmp_path_factory):
 def exported(tmp_path_factory):
     """Return an exported engine of six blades."""
     path = tmp_path_factory.mktemp("small") / "rotor.h5"
-    assert main(["export-model", str(path), *words(SMALL)]) == 0
+    assert main(["export-model", str(path), *words_of(SMALL)]) == 0
     return path
 
 
@@ -208,7 +204,7 @@ def test_without_damping_the_scene_says_it(changed):
 def test_a_clamped_file_keeps_its_centre_at_rest(tmp_path):
     path = tmp_path / "clamped.h5"
     settings = SMALL | {"centre": "clamped"}
-    assert main(["export-model", str(path), *words(settings)]) == 0
+    assert main(["export-model", str(path), *words_of(settings)]) == 0
     found, own = (
         March(resolve(small(path))).run(),
         March(resolve(small(centre="clamped"))).run(),
@@ -228,7 +224,7 @@ def test_the_modal_table_of_a_file_is_that_of_its_source(exported):
 @pytest.mark.parametrize("names", [MATRICES, MODAL])
 def test_an_engine_from_file_is_exported_as_it_came(changed, tmp_path, names):
     path, again = changed(names), tmp_path / "again.h5"
-    options = words({"blades": 6, "file": path})
+    options = words_of({"blades": 6, "file": path})
     assert main(["export-model", str(again), *options]) == 0
     one, other = (resolve(small(f)).model.rotor for f in (path, again))
     assert other.omega == pytest.approx(one.omega, rel=1e-9)
@@ -236,7 +232,7 @@ def test_an_engine_from_file_is_exported_as_it_came(changed, tmp_path, names):
 
 
 def test_model_tells_no_blade_stiffness_of_a_file(exported, facts):
-    found = facts("model", "--json", *words({"blades": 6, "file": exported}))
+    found = facts("model", "--json", *words_of({"blades": 6, "file": exported}))
     assert found["blade_stiffness"] is None
     assert {line["body"] for line in found["modes"]} == {"rotor", "casing"}
 
@@ -333,7 +329,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
     if content:
         path.write_bytes(content)
     assert str(path) in refusal(model_of, small(path), kind=MissingFileError)
-    assert main(["model", *words({"file": path})]) == 2
+    assert main(["model", *words_of({"file": path})]) == 2
 
 
 def test_a_file_without_a_rotor_is_refused(tmp_path):

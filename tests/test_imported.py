@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from evidence import imported
 from evidence.imported import SAME, compared, read_back, sound
+from on_engine import words_of
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.stability import growth_of_diameter
@@ -54,7 +55,7 @@ def assert_equal_histories(one, other, tolerance=1e-8):
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     path = tmp_path_factory.mktemp("small") / "rotor.h5"
-    given = ["export-model", str(path), "mostly_damped", *words(SMALL)]
+    given = ["export-model", str(path), "mostly_damped", *words_of(SMALL)]
     assert main(given) == 0
     return path
 
@@ -76,10 +77,6 @@ def written(tmp_path):
         return tmp_path / name
 
     return write
-
-
-def words(settings):
-    return [w for n, v in settings.items() for w in ("--set", f"{n}={v}")]
 
 
 def chosen(arrays, names=MATRICES, **news):
@@ -265,7 +262,7 @@ def test_presets_leave_out_what_they_leave_out_of_the_built_in(tmp_path, preset)
     inputs = preset_inputs(preset)
     path = tmp_path / "finest.h5"  # all modes that an estimate looks at
     settings = SMALL | {"modes": 8 * N, "engine.rotor.elements": 10}
-    given = ["export-model", str(path), "mostly_damped", *words(settings)]
+    given = ["export-model", str(path), "mostly_damped", *words_of(settings)]
     assert main(given) == 0
     own = with_truncation(scene(**settings, **inputs))
     found = with_truncation(scene(path, **inputs))
@@ -364,7 +361,7 @@ def test_a_mistuned_rotor_goes_to_general_and_its_deviation_is_told(written, cap
         sizes.append(found.symmetry.deviation)
     assert sizes[0] > EQUAL
     assert np.diff(sizes).min() > 0.0
-    assert main(["model", *words({"blades": N, "file": file})]) == 0
+    assert main(["model", *words_of({"blades": N, "file": file})]) == 0
     told = [line for line in capsys.readouterr().out.splitlines() if "sectors" in line]
     assert len(told) == 1
     assert f"sectors differ by {sizes[-1]:.2g} at most" in told[0]

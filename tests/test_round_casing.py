@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from on_engine import words_of
 
 from hpcwhirl.analysis.stability import growth_of_diameter
 from hpcwhirl.case.resolve import resolve
@@ -17,12 +18,8 @@ SMALL = {"blades": N, "engine.rotor.elements": 3, "modes": 18}
 TABLE = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 
-def words(settings):
-    return [w for n, v in settings.items() for w in ("--set", f"{n}={v}")]
-
-
 def exported(path, **settings):
-    assert main(["export-model", str(path), *words(SMALL | settings)]) == 0
+    assert main(["export-model", str(path), *words_of(SMALL | settings)]) == 0
     return path
 
 

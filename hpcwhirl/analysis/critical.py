@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.reduction.families import Line, first_family, moving_families
+
 Floats = NDArray[np.float64]
 
 
@@ -37,28 +39,24 @@ def critical_speeds(
     ]
 
 
-def critical_of_families(
-    rotor: Mapping[str, Mapping[int, float]],
-    casing: Mapping[int, float],
-    orders: int = 1,
-) -> list[dict[str, Any]]:
-    """Return the critical speeds of several families of the rotor.
+def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, Any]]:
+    """Return the critical speeds of `moving_families` with 1F of the casing.
 
     Super-harmonics are told of 1F alone.
 
     Parameters
     ----------
-    rotor : {family: {nodal diameter: frequency, rad/s}}
-    casing : {nodal diameter: frequency, rad/s}, of 1F
+    table : `modal_table` of a model
     orders : the highest n of 1F
 
     Returns
     -------
     records as of `critical_speeds` and their family, by diameter, order and speed
     """
+    casing = first_family(table, "casing")
     rows: list[dict[str, Any]] = [
         row | {"family": family}
-        for family, own in rotor.items()
+        for family, own in moving_families(table).items()
         for row in critical_speeds(own, casing, orders if family == "1F" else 1)
     ]
     names = ("nodal_diameter", "order", "speed")

@@ -20,9 +20,7 @@ from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.families import (
     UNKNOWN,
     as_records,
-    first_family,
     modal_table,
-    moving_families,
 )
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
@@ -51,9 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    speeds = critical_of_families(
-        moving_families(table), first_family(table, "casing"), orders
-    )
+    speeds = critical_of_families(table, orders)
     foreign = engine.file != ""  # of its blades, tips alone are known
     return {
         "engine": engine.name,

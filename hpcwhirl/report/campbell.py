@@ -10,14 +10,9 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.critical import critical_of_families
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import (
-    Line,
-    first_family,
-    modal_table,
-    moving_families,
-)
+from hpcwhirl.reduction.families import Line, first_family, modal_table
 from hpcwhirl.report.labels import axis_of, eq13_of
-from hpcwhirl.report.ranges import FAMILIES, MARGIN
+from hpcwhirl.report.ranges import FAMILIES, MARGIN, own_waves
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -97,11 +92,11 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
 
 def _marks(axes: Any, table: list[Line], k: int, most: float) -> None:
     """Mark Eq. 13 on the families of the rotor that have it."""
-    rotor, casing = moving_families(table), first_family(table, "casing")
-    for row in critical_of_families(rotor, casing):
+    rotor = own_waves(table, k)
+    for row in critical_of_families(table):
         if row["nodal_diameter"] == k and row["speed"] <= most:
             name, speed = row["family"], row["speed"]
-            at = speed, rotor[name][k] / (2 * np.pi)
+            at = speed, rotor[name] / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
             axes.annotate(f"{eq13_of(name)}: {speed:.0f} rad/s", at,
                           (6, 8 if name == "1F" else -14), fontsize=8,

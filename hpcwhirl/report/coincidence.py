@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.critical import critical_of_families
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import first_family, modal_table, moving_families
+from hpcwhirl.reduction.families import modal_table
 from hpcwhirl.report.axes import Axis, straight
 from hpcwhirl.report.labels import eq13_of
 from hpcwhirl.report.picture import RPM, Picture
@@ -69,8 +69,7 @@ def mark_critical(
 def speeds_of(scene: Scene) -> Rows:
     """Return `critical_of_families` of the scene's own nodal diameter."""
     table, k = modal_table(resolve(scene).model), scene.nodal_diameter
-    casing = first_family(table, "casing")
-    rows = critical_of_families(moving_families(table), casing, ORDERS)
+    rows = critical_of_families(table, ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.files import (
@@ -80,9 +80,8 @@ def scene_of_document(
     for table, content in document.items():
         if table not in known:
             raise unknown("table", table, known)
-        if table in SCENE_TABLES and not isinstance(content, Mapping):
-            msg = f"[{table}] must be a table, got {shown(content)}"
-            raise InputError(msg)
+        if table in SCENE_TABLES:
+            as_table(f"[{table}]", content)
     data = dict(document.get("scene", {}))
     for table in SCENE_TABLES[1:]:
         if table in data:

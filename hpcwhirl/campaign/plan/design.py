@@ -26,7 +26,7 @@ from hpcwhirl.campaign.plan.swept import (
     swept_values,
 )
 from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
-from hpcwhirl.errors import CaseError, InputError, one_line, shown
+from hpcwhirl.errors import CaseError, InputError, as_table, one_line, shown
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     Scene,
@@ -343,11 +343,7 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
 
 def rules_of(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table [campaign] of a document; `policy` checks what it holds."""
-    content = document.get("campaign", {})
-    if not isinstance(content, Mapping):
-        msg = f"[campaign] must be a table, got {shown(content)}"
-        raise InputError(msg)
-    return dict(content)
+    return dict(as_table("[campaign]", document.get("campaign", {})))
 
 
 def _check_distinct(columns: Many) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.refined import mean_seconds, of_rule
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.errors import InputError, as_table, shown
 from hpcwhirl.refinement.lattice import EXACT
 from hpcwhirl.refinement.rule import SCALES, WORDS, Rule
 from hpcwhirl.scene import apply_settings, preset_inputs, preset_names
@@ -71,12 +71,7 @@ def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> 
     InputError
         naming the key, what it got and what is allowed
     """
-    if not isinstance(table, Mapping):
-        msg = f"[refine] must be a table, got {shown(table)}"
-        raise InputError(msg)
-    for key in table:
-        if key not in KEYS:
-            raise unknown("key in [refine]", key, KEYS)
+    as_table("[refine]", table, KEYS)
     if listed:
         msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
         raise InputError(msg)

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.distributions import KEY, drawn, law_of
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.campaign.plan.swept import MOST_CASES
+from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.files import (
     by_full_name,
@@ -48,7 +49,6 @@ METHODS = ("random", "sobol", "halton", LATIN, SALTELLI)
 IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
 OWN_KEYS = ("method", "count", "seed", "tuned")
 LARGEST_SEED = 2**53  # that any JSON keeps
-MOST = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,7 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
     """
     if TABLE not in document:
         return None
-    content = document[TABLE]
-    if not isinstance(content, Mapping):
-        msg = f"[sample] must be a table, got {shown(content)}"
-        raise InputError(msg)
+    content = as_table("[sample]", document[TABLE])
     for other in ("cases", "refine"):
         if other in document:
             msg = f"[sample] goes with [sweep] and [zip], not with [{other}]"
@@ -141,7 +138,7 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
     if method not in METHODS:
         raise unknown("method of [sample]", str(method), METHODS)
     seed = _whole("seed", content.get("seed", 0), 0, LARGEST_SEED)
-    count = _whole("count", content.get("count"), 1, MOST)
+    count = _whole("count", content.get("count"), 1, MOST_CASES)
     if method in IN_TWOS and count & (count - 1):
         below = 1 << (count.bit_length() - 1)
         msg = f"[sample] count must be a power of 2 with method {method}, such as "
@@ -215,9 +212,9 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
         msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
         raise InputError(msg)
     _check_twin(sample, base)
-    if len(rows) * sample.each > MOST:
+    if len(rows) * sample.each > MOST_CASES:
         many = f"{len(rows)} points of {sample.each} draws"
-        raise InputError(f"a campaign has at most {MOST} cases, got {many}")
+        raise InputError(f"a campaign has at most {MOST_CASES} cases, got {many}")
     return rows.times(sample.draws(base.engine.rotor.blades))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.files import Value, by_full_name, is_number, takes_list, undotted
 from hpcwhirl.scene.table import Axis, column_of
 
@@ -19,11 +19,7 @@ LARGEST = 1e300  # of a range's numbers: differences stay finite
 
 def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
     """Return {input: its values} of the table [sweep] or [zip]."""
-    content = document.get(table, {})
-    if not isinstance(content, Mapping):
-        msg = f"[{table}] must be a table, got {shown(content)}"
-        raise InputError(msg)
-    flat = _flat(content)
+    flat = _flat(as_table(f"[{table}]", document.get(table, {})))
     full = by_full_name(flat.items(), f"[{table}]")
     return {name: _values(table, name, given) for name, given in full.items()}
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene.files import by_full_name, is_number, is_whole, undotted
 from hpcwhirl.scene.table import Table, listed
@@ -95,13 +95,7 @@ def twins_of(document: Mapping[str, Any], base: Scene) -> Twins | None:
     given = document.get("twins")
     if given is None:
         return None
-    if not isinstance(given, Mapping):
-        msg = f"[twins] must be a table, got {shown(given)}"
-        raise InputError(msg)
-    for key in given:
-        if key not in KEYS:
-            raise unknown("key in [twins]", key, KEYS)
-    values = {**DEFAULTS, **given}
+    values = {**DEFAULTS, **as_table("[twins]", given, KEYS)}
     count, of, sure = _checked(values["count"], values["of"], values["sure"])
     if of == "speckle" and "refine" not in document:
         _refuse("of", "all or boundary (speckle is known of [refine] alone)", of)

@@ -18,7 +18,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from mmap import mmap
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from hpcwhirl.errors import MissingFileError, unwritable
@@ -79,12 +78,7 @@ class Running:
         """Return itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Remove the note: this process ends by itself."""
         self._file.close()
         with suppress(OSError):

@@ -34,7 +34,6 @@ right_x, right_y
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,7 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.files import is_number, is_whole, load_document
 from hpcwhirl.store.models.engine_file import LARGEST
 from hpcwhirl.store.models.sparse_file import read_matrix
@@ -128,13 +127,8 @@ class _Table:
     """A table of the document whose values are asked for by kind."""
 
     def __init__(self, file: str, name: str, data: Any) -> None:
-        self.file, self.name, self.data = file, name, data
-        if not isinstance(data, Mapping):
-            msg = f"{file}: [{name}] must be a table, got {shown(data)}"
-            raise InputError(msg)
-        for key in data:
-            if key not in TABLES[name]:
-                raise unknown(f"key in {file}: [{name}]", key, TABLES[name])
+        self.file, self.name = file, name
+        self.data = as_table(f"{file}: [{name}]", data, TABLES[name])
 
     def wrong(self, key: str, allowed: str, got: object) -> InputError:
         return InputError(f"{self.file}: [{self.name}] {key} must {allowed}, got {got}")
