@@ -51,7 +51,29 @@ def test_an_estimate_that_holds_too_seldom_in_a_class_of_any_size_is_told():
     assert by_class["all"].share == pytest.approx(0.95)
     assert by_class["N 28-36"].worst == pytest.approx(2.0)
     assert [line.kind for line in estimates.failing(found)] == ["N 28-36"]
-    assert "| N 28-36 | 30 | 27 | 90 % | 0.5 | 2 |" in estimates.page(found, "note")
+    told = "\n".join(estimates.table(found))
+    assert "| N 28-36 | 30 | 27 | 90 % | 0.5 | 2 |" in told
+
+
+def test_what_is_not_measured_stays_on_the_page(tmp_path, monkeypatch):
+    path = tmp_path / "estimates.md"
+    path.write_text(before := estimates.PAGE.read_text())
+    monkeypatch.setattr(estimates, "PAGE", path)
+    rows, notes = estimates.told_before()
+    assert {name: len(own) > 9 for name, own in rows.items()} == dict.fromkeys(
+        estimates.DRAWN, True
+    )
+    assert estimates.page(rows, notes) + "\n" == before
+    monkeypatch.setattr(estimates, "measured", lambda *_: [record(0, 0.5, blades=14)])
+    words = ["estimates.py", "--only", "truncation", "--write"]
+    monkeypatch.setattr("sys.argv", words)
+    assert estimates.main() == 0
+    now = path.read_text()
+    assert "truncation 1 of seed" in now
+    assert [line for line in before.splitlines()[4:] if "truncation" not in line] == [
+        line for line in now.splitlines()[4:] if "truncation" not in line
+    ]
+    assert now.count("| truncation") < before.count("| truncation")
 
 
 def test_what_was_measured_is_not_measured_again(tmp_path, monkeypatch):

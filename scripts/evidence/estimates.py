@@ -8,7 +8,8 @@ a table: estimate, class, drawn, held, share, median and worst ratio of what was
 to what was stated. What is measured is kept in DIR (default a temporary folder), a line
 an engine, and not measured again; --part shares the engines among processes with the
 same DIR. --quick: few of each, no presets. --write puts the table into
-scripts/evidence/estimates.md and what presets lose into hpcwhirl/scene/presets.toml.
+scripts/evidence/estimates.md and what presets lose into hpcwhirl/scene/presets.toml;
+what --only leaves out stays there as it was.
 Exit code 1 if an estimate of truncation or accuracy holds in less than 95 % of a class
 of at least 20.
 
@@ -187,30 +188,41 @@ def loses(preset: str, records: list[Record]) -> dict[str, Any]:
     return {"engines": text, "nine_in_ten": nine}
 
 
-def page(found: list[Line], note: str) -> str:
-    """Return the table as a page."""
-    columns = (
-        "estimate",
-        "class",
-        "drawn",
-        "held",
-        "share",
-        "median ratio",
-        "worst ratio",
-    )
-    out = [f"<!-- {note} -->", "", f"| {' | '.join(columns)} |", "|---" * 7 + "|"]
+def table(found: list[Line]) -> list[str]:
+    """Return the rows of the table, as Markdown."""
+    out = []
     for x in found:
         ratios = "| |" if np.isnan(x.median) else f"| {x.median:.2g} | {x.worst:.2g} |"
         out.append(
             f"| {x.estimate} | {x.kind} | {x.drawn} | {x.held} | "
             f"{100 * x.share:.0f} % {ratios}"
         )
-    return "\n".join(out)
+    return out
 
 
-def all_lines(records: dict[str, list[Record]]) -> list[Line]:
-    """Return the whole table."""
-    out: list[Line] = []
+def page(rows: dict[str, list[str]], notes: dict[str, str]) -> str:
+    """Return the table as a page: rows and what was drawn, of each of `DRAWN`."""
+    columns = "estimate, class, drawn, held, share, median ratio, worst ratio"
+    note = ", ".join(f"{name} {notes[name]}" for name in DRAWN if name in notes)
+    out = [f"<!-- scripts/evidence/estimates.py: {note} -->", ""]
+    out += [f"| {columns.replace(', ', ' | ')} |", "|---" * 7 + "|"]
+    return "\n".join(out + [row for name in DRAWN for row in rows.get(name, [])])
+
+
+def told_before() -> tuple[dict[str, list[str]], dict[str, str]]:
+    """Return rows and what was drawn, {of `DRAWN`: ...}, of the page as it is."""
+    head, *lines = PAGE.read_text().splitlines()
+    notes = dict(part.split(" ", 1) for part in head[:-4].split(": ")[1].split(", "))
+    rows: dict[str, list[str]] = {}
+    for line in lines[3:]:
+        name = line[2:].partition(":")[0]
+        rows.setdefault(name if name in DRAWN else "presets", []).append(line)
+    return rows, notes
+
+
+def all_lines(records: dict[str, list[Record]]) -> dict[str, list[Line]]:
+    """Return the lines of each of `DRAWN` that was measured."""
+    out: dict[str, list[Line]] = {}
     tell: dict[str, Callable[[list[Record]], list[Line]]] = {
         "truncation": lambda r: of_errors("truncation", r),
         "accuracy": lambda r: of_errors("accuracy", r),
@@ -219,7 +231,7 @@ def all_lines(records: dict[str, list[Record]]) -> list[Line]:
     for name, found in records.items():
         kept = [record for record in found if not record.get("left_out")]
         if kept:
-            out += tell[name](kept)
+            out[name] = tell[name](kept)
     return out
 
 
@@ -262,16 +274,16 @@ def main() -> int:
             for name, seed in seeds.items()
         }
     if args.write and records.get("presets"):
-        table = tomllib.loads(PATH.read_text())
-        write({n: row | loses(n, records["presets"]) for n, row in table.items()})
-    found = all_lines(records)
-    numbers = ", ".join(
-        f"{n} {len(rows)} of seed {seeds[n]}" for n, rows in records.items()
-    )
-    text = page(found, f"scripts/evidence/estimates.py: {numbers}")
-    print(json.dumps([asdict(x) for x in found]) if args.json else text)
+        known = tomllib.loads(PATH.read_text())
+        write({n: row | loses(n, records["presets"]) for n, row in known.items()})
+    each = all_lines(records)
+    found = [line for name in DRAWN for line in each.get(name, [])]
+    rows = {name: table(own) for name, own in each.items()}
+    notes = {n: f"{len(own)} of seed {seeds[n]}" for n, own in records.items()}
+    print(json.dumps([asdict(x) for x in found]) if args.json else page(rows, notes))
     if args.write:
-        PAGE.write_text(text + "\n")
+        old_rows, old_notes = told_before()
+        PAGE.write_text(page(old_rows | rows, old_notes | notes) + "\n")
     return 1 if failing(found) else 0
 
 
