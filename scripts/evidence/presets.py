@@ -1,14 +1,14 @@
 """Chooses the presets from a measured trade-off and writes what each loses.
 
     hpcwhirl tradeoff --out DIR
-    python scripts/evidence/presets.py DIR [--keep] [--write]
+    python scripts/evidence/presets.py DIR [--write]
 
 Candidates are the combinations of accuracy and truncation. A preset is the cheapest of
 them whose words are all those of the reference and whose median error, the worst number
 of each scene, is at most that of `RULES`; `reference` is the most accurate. Prints the
-choice, and with --write replaces hpcwhirl/scene/presets.toml, which then tells of the
-trade-off's engines alone: preset_map.py and evidence/estimates.py, both with --write,
-add to it. With --keep no preset is chosen: what today's lose is told anew.
+choice, and with --write replaces hpcwhirl/scene/presets.toml, where a preset whose
+inputs are others tells of the trade-off's engines alone: preset_map.py and
+evidence/estimates.py, both with --write, add to it.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ import tomli_w
 import hpcwhirl.scene
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
-from hpcwhirl.scene import preset_inputs, preset_names
 
-RULES = {"draft": 0.06, "standard": 0.01}  # largest median error
+RULES = {"draft": 0.2, "standard": 0.008}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}
 PATH = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
 TOLD = ("orbit_radius", "contact_impulse", "tip_peak")
@@ -53,23 +52,6 @@ def chosen(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
     return out
 
 
-def kept(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
-    """Return the presets as they are, like `chosen`."""
-    rows = {row.label: row for row in table_of(facts)}
-    measured = [(rows[r["label"]], r["inputs"]) for r in facts["compared"]]
-    out = {}
-    for name in preset_names():
-        own = flat(preset_inputs(name))
-        out[name] = next(pair for pair in measured if pair[1] == own)
-    return out
-
-
-def flat(inputs: dict[str, Any]) -> dict[str, Any]:
-    """Return inputs without those of `FIXED`, by the names of the trade-off."""
-    short = {name.rsplit(".", 1)[-1]: value for name, value in inputs.items()}
-    return {name: value for name, value in short.items() if name not in FIXED}
-
-
 def loss(row: Row, facts: dict[str, Any]) -> str:
     """Return what a preset costs and loses, in a sentence."""
     errors = ", ".join(
@@ -94,16 +76,15 @@ def main() -> int:
     """Choose, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--keep", action="store_true")
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     facts = json.loads((args.folder / "tradeoff.json").read_text())
-    old = tomllib.loads(PATH.read_text()) if args.keep else {}
-    table = {}
-    for name, (row, inputs) in (kept if args.keep else chosen)(facts).items():
+    table = tomllib.loads(PATH.read_text())
+    for name, (row, own) in chosen(facts).items():
         print(f"{name}: {row.label}: {loss(row, facts)}")
-        anew = {"inputs": {**inputs, **FIXED}, "loses": loss(row, facts)}
-        table[name] = old.get(name, {}) | anew
+        anew = {"inputs": {**own, **FIXED}, "loses": loss(row, facts)}
+        same = table[name]["inputs"] == anew["inputs"]
+        table[name] = (table[name] if same else {}) | anew
     if args.write:
         write(table)
         print(PATH)

@@ -31,7 +31,7 @@ import numpy as np
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.directory.journal import Record, journal_name, read_records
-from hpcwhirl.store.directory.lines import MARK, OWN, line_of, opened
+from hpcwhirl.store.directory.lines import MARK, OWN, PLAN, line_of, opened, sealed
 from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.directory.many import read
 
@@ -122,9 +122,9 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     (part / "sweep.toml").write_text(as_toml(document))
     design = Design.of(document)
     write_manifest(part, design.manifest())
-    lines = lines_of(design, known)
+    lines, plan = lines_of(design, known), sealed({PLAN: design.digests.identity})
     for rank in range(RANKS):
-        body = b"".join([OWN.head, *lines[rank::RANKS]])
+        body = b"".join([plan, OWN.head, *lines[rank::RANKS]])
         (part / "journal" / journal_name(1, rank)).write_bytes(body)
     part.rename(place)
     return place

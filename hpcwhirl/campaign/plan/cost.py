@@ -215,6 +215,7 @@ def _kinds(many: Many) -> NDArray[np.int64]:
     """Return numbers of cases, the same where their steps are thought to be."""
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)
-    if len(np.unique(kind)) > MOST_MODELS:
+    ends = MOST_MODELS + 1, len(kind)  # mostly the first ones are enough to tell
+    if any(len(np.unique(kind[:end])) > MOST_MODELS for end in ends):
         kind = many.labels(n for n in names if n not in OF_LIMITS)
     return kind

@@ -150,7 +150,7 @@ class _Reading:
         letters = np.frombuffer(text, np.uint8)
         ends = np.flatnonzero(letters == ord("\n")) + 1
         starts = np.concatenate([[0], ends[:-1]])
-        ours, ats, parts = self._are_ours(text, starts), [], []
+        ours, ats, parts = self._are_ours(text, letters, starts), [], []
         for layout, lines in self._by_layout(letters, starts, ends):
             rows = _rows(letters, starts[lines], _length(layout))
             own, found = self._of_rows(layout, rows, ours[lines])
@@ -174,10 +174,14 @@ class _Reading:
             if record is not None:
                 yield number, record
 
-    def _are_ours(self, text: bytes, starts: Cases) -> NDArray[np.bool_]:
+    def _are_ours(
+        self, text: bytes, letters: Bytes, starts: Cases
+    ) -> NDArray[np.bool_]:
         """Return of which lines the numbers of cases are the plan's; learn layouts."""
         ours = np.full(len(starts), self.ours)
-        for number, start in enumerate(starts.tolist()):
+        first = letters[np.minimum(starts + AT, len(letters) - 1)]
+        for number in np.flatnonzero(first == HEADS[0][0]).tolist():
+            start = int(starts[number])
             if text.startswith(HEADS, start + AT):
                 head = opened(text[start : text.index(b"\n", start) + 1]) or {}
                 learn(head)
@@ -275,7 +279,7 @@ def _are_whole(rows: Bytes) -> NDArray[np.bool_]:
     """Return which lines, (m, bytes), have their checksum."""
     if not rows.size:
         return np.zeros(len(rows), dtype=bool)
-    text, width = memoryview(rows.tobytes()), rows.shape[1]
+    text, width = np.ravel(rows).data, rows.shape[1]
     ends = range(width - 1, len(text), width)
     crc = [zlib.crc32(text[end + 1 - width + AT : end]) for end in ends]
     digits = DIGITS[rows[:, : AT - 1]]
