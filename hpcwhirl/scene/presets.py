@@ -41,12 +41,11 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return what a preset costs and loses, as measured, in one sentence.
 
-    On engines at random first, then on those of the trade-off and on maps; and what
-    would lose less, where that was measured.
+    On engines at random first, then on those of the trade-off and on maps.
     """
     found = {"engines": ELSEWHERE, **_table()[name]}
-    keys = ("engines", "loses", "regimes", "better")
-    return "; ".join(str(found[key]) for key in keys if key in found)
+    told = (str(found[key]) for key in ("engines", "loses", "regimes") if key in found)
+    return "; ".join(told)
 
 
 def preset_bounds(name: str) -> dict[str, float]:

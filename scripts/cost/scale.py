@@ -8,14 +8,14 @@ parameter space, each with the cost of the nearest one, a tenth of noise on it. 
 simulation hands out by hpcwhirl's own agenda and answers. It is held against real runs
 first: ranks that sleep instead of computing (so that more ranks than cores are fair),
 and DIR's own run. Then: efficiency over ranks and cases beside a static split and a
-dedicated master, what gathering and keeping cost, and what breaks first.
+dedicated master, what keeping costs, and what breaks first. What gathering and planning
+cost: evidence/scale_cost.py and evidence/scale_plan.py.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import pickle
 import sys
 import tempfile
 import time
@@ -27,25 +27,21 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
-from hpcwhirl.campaign.plan.cost import Costs, Places, costs_of
-from hpcwhirl.campaign.plan.design import Design, design_of, load_design
+from hpcwhirl.campaign.plan.cost import Costs, Places
+from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.directory.journal import Journal, read_records, read_traces
 from hpcwhirl.store.directory.manifest import read_manifest
 from hpcwhirl.store.directory.runs import read_runs
-from hpcwhirl.store.results.gather import gather
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from cost import gathering
 from cost.scale_model import Model, Outcome, Times, dedicated_master, static_split
 from cost.under_mpi import under_mpi
 
 Floats = NDArray[np.float64]
 RANKS = (2, 10, 100, 1000, 10_000)
-MEASURED, SAMPLES = 1000, 500  # cases that are gathered, and samples of an orbit
 CASES = (1000, 10_000, 100_000, 1_000_000)
 MIXED = """
 scene = {duration = 0.25}
@@ -253,7 +249,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def keeping(place: Path, scratch: Path, mean: float) -> None:
-    """Print what keeping and gathering cost, and what they come to for many cases."""
+    """Print what keeping a case costs."""
     records = list(read_records(place).values())
     with Journal(scratch / "kept", 1, 0) as journal:
         start = time.perf_counter()
@@ -263,40 +259,6 @@ def keeping(place: Path, scratch: Path, mean: float) -> None:
         each = (time.perf_counter() - start) / len(records)
     print(
         f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"
-    )
-    for detail in ("summary", "orbit"):
-        spent, size = gather_cost(scratch / detail, detail)
-        for cases in CASES[1:]:
-            print(
-                f"  {cases} cases, {detail}: gathered serially in "
-                f"{spent * cases:.0f} s, results.h5 {size * cases / 1e9:.2f} GB"
-            )
-    setting_up()
-
-
-def gather_cost(folder: Path, detail: str) -> tuple[float, float]:
-    """Return the seconds and bytes that gathering takes for a case."""
-    many = gathering.design(MEASURED, detail, SAMPLES)
-    few = [many.scenes[i] for i in (0, MEASURED // 2)]
-    gathering.begin(folder, many, [simulate(scene) for scene in few])
-    start = time.perf_counter()
-    size = gather(folder, {}).stat().st_size
-    return (time.perf_counter() - start) / MEASURED, size / MEASURED
-
-
-def setting_up() -> None:
-    """Print what rank 0 does for every case before the first is handed out."""
-    start = time.perf_counter()
-    design = design_of(
-        {"sweep": {"speed": {"start": 100.0, "stop": 500.0, "num": 5000}}}
-    )
-    costs_of(design)
-    count = len(list(design.digests))
-    spent = (time.perf_counter() - start) / count
-    sent = len(pickle.dumps(design)) / count
-    print(
-        f"  before the first case, rank 0 takes {1e6 * spent:.0f} us and sends "
-        f"{sent:.0f} B for each: {1e6 * spent:.0f} s and {sent:.0f} MB for 1e6 cases"
     )
 
 

@@ -4,8 +4,9 @@
 
 Computes a campaign of so many cases of 5,000 steps (some 2 ms), then the same once more
 in another directory, every rank killed (SIGKILL) again and again on the way and the
-command given anew. Prints wall time, the kernel's own, bytes and files of the journal,
-the most memory that a rank had, and whether all variables but those of `performance`
+command given anew. Prints wall time, the kernel's own, what ranks took beside it from
+their first case to their last, bytes and files of the journal, the most memory that a
+rank had, and whether all variables but those of `performance`
 are the same bits.
 """
 
@@ -105,10 +106,12 @@ def told(out: Path, cases: int) -> None:
     """Print what a campaign took."""
     with h5py.File(out / "results.h5") as file:
         own = file["performance/seconds"][:].sum()
+        beside = file["performance/worker_span"][:].sum() - own
     logs = [path.stat().st_size for path in (out / "journal").iterdir()]
     files = sum(path.is_file() for path in out.rglob("*"))
-    print(f"kernel {own:.1f} s in all, {1e3 * own / cases:.2f} ms a case; journal "
-          f"{sum(logs) / cases:.0f} bytes a case; {files} files")  # fmt: skip
+    print(f"kernel {own:.1f} s in all, {1e3 * own / cases:.2f} ms a case, "
+          f"beside it {1e3 * beside / cases:.2f}; "
+          f"journal {sum(logs) / cases:.0f} bytes a case; {files} files")  # fmt: skip
 
 
 def main() -> int:
