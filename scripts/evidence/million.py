@@ -1,6 +1,7 @@
 """Many short cases: what they take beside the kernel, and the same bits after kills.
 
     python scripts/evidence/million.py --cases 10000 --ranks 2 --kills 10
+    options: --traces orbit (else summary)
 
 Computes a campaign of so many cases of 5,000 steps (some 2 ms), then the same once more
 in another directory, every rank killed (SIGKILL) again and again on the way and the
@@ -32,7 +33,7 @@ from same_bits import same, variables
 CAMPAIGN = """
 scene = {{duration = 5e-3}}
 solver = {{time_step = 1e-6}}
-output = {{traces = "summary"}}
+output = {{traces = "{traces}"}}
 [sweep]
 speed = {{start = 100, stop = 500, num = {speeds}}}
 friction = {{start = 0.0, stop = 0.3, num = 100}}
@@ -120,10 +121,11 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=10_000, help="a multiple of 100")
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--kills", type=int, default=10)
+    parser.add_argument("--traces", choices=("summary", "orbit"), default="summary")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="million-") as place:
         file, whole, cut = (Path(place) / name for name in ("m.toml", "whole", "cut"))
-        file.write_text(CAMPAIGN.format(speeds=args.cases // 100))
+        file.write_text(CAMPAIGN.format(speeds=args.cases // 100, traces=args.traces))
         seconds, memory = ran(file, whole, args.ranks)
         print(
             f"{args.cases} cases, {args.ranks} ranks: {seconds:.1f} s, {memory:.0f} MB"

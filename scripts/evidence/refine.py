@@ -17,7 +17,8 @@ reference's points with the same word, all and outside speckle, and tongues miss
 package `adaptive` (LearnerND with a loss for words, on the words of dense draft, as
 many cases as refined draft has) is the peer, where it is installed. Speckle: points
 where more than 0.3 of the pairs of neighbours within 5 x 5 points differ in the
-reference. Tongue: what is connected and of one word there, and somewhere 3 x 3 points
+reference. What no map does without: corners of the reference's mixed cells. Tongue:
+what is connected and of one word there, and somewhere 3 x 3 points
 wide; it is missed where no point of it has its word. With --write, all goes to
 scripts/evidence/refine.md.
 """
@@ -77,7 +78,8 @@ HEAD = (
 GOALS = (
     "| grid | refined from | corners of cells whose corners differ, of dense draft's "
     "points | refined draft, of dense draft's cases | confirmed, of dense standard's "
-    "core-seconds | alike outside speckle, confirmed | tongues missed |"
+    "core-seconds | of which no map of these words does without | alike outside "
+    "speckle, confirmed | tongues missed |"
 )
 WENT = (
     "Where cases went: the coarse level; corners of mixed cells at their end; of mixed "
@@ -411,10 +413,12 @@ def _goal(size: Size, known: dict[str, Dense]) -> str:
     count, lost = missed(standard.words, second.words)
     shape = " x ".join(map(str, standard.words.shape))
     edge = near_boundary(draft.words).mean()
+    needed = standard.seconds[near_boundary(standard.words)].sum()
     return (
         f"| {shape} | {size[0]} x {size[1]}, {size[2]} levels | {edge:.3f} | "
         f"{first.cases / standard.words.size:.3f} | "
         f"{second.seconds / standard.seconds.sum():.3f} | "
+        f"{needed / standard.seconds.sum():.3f} | "
         f"{same[~speckle].mean():.2%} | {lost} of {count} |"
     )
 
