@@ -39,6 +39,7 @@ speed = {{start = 100, stop = 500, num = {speeds}}}
 friction = {{start = 0.0, stop = 0.3, num = 100}}
 """
 LOOK_EVERY = 0.05  # s
+START = 3.0  # s, until ranks compute
 
 
 def started(file: Path, out: Path, ranks: int) -> subprocess.Popen[bytes]:
@@ -97,8 +98,8 @@ def killed(file: Path, out: Path, ranks: int, kills: int, seconds: float) -> int
     """Run the campaign to its end, killed on the way; return how often it was."""
     chance, count = random.Random(1), 0
     while not (out / "results.h5").exists():
-        share = chance.uniform(0.5, 1.5) / (kills + 1)
-        ran(file, out, ranks, share * seconds + 10.0 if count < kills else float("inf"))
+        limit = START + seconds * chance.uniform(0.5, 1.5) / (kills + 1)
+        ran(file, out, ranks, limit if count < kills else float("inf"))
         count += 1
     return count - 1
 
