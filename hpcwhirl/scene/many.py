@@ -200,20 +200,22 @@ class Many:
         if not swept or not len(found):
             return before
         values = {n: self._known(n, column, found) for n, column in swept.items()}
-        for start in range(0, len(found), AT_ONCE):
-            cases = found[start : start + AT_ONCE]
-            holds = rule(self.all(cases, values))
-            bad = np.flatnonzero(~np.broadcast_to(holds, cases.shape))
-            if len(bad):
-                return int(cases[bad[0]])
-        return before
+        wrong = self._first(found, lambda get: np.logical_not(rule(get)), values)
+        return before if wrong is None else wrong
 
     def first_where(self, holds: Rule, inputs: tuple[str, ...]) -> int | None:
         """Return the first case of which something holds that inputs decide."""
-        found = self.table.first_of(n for n in inputs if n in self.columns)
+        swept = (n for n in inputs if n in self.columns)
+        return self._first(self.table.first_of(swept), holds)
+
+    def _first(
+        self, found: Array, holds: Rule, values: dict[str, Array] | None = None
+    ) -> int | None:
+        """Return the first of some cases of which something holds."""
         for start in range(0, len(found), AT_ONCE):
             cases = found[start : start + AT_ONCE]
-            met = np.flatnonzero(np.broadcast_to(holds(self.all(cases)), cases.shape))
+            told = holds(self.all(cases, values))
+            met = np.flatnonzero(np.broadcast_to(told, cases.shape))
             if len(met):
                 return int(cases[met[0]])
         return None

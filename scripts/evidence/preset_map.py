@@ -7,7 +7,8 @@ gaps each, 2.5 s. Runs the campaign with each preset (resumable), prints seconds
 whole commands, the confusion of regimes, how many cells differ where the reference's
 map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
 s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
-With --write, the presets tell their agreement (scripts/evidence/presets.py drops it).
+With --write, the presets tell their agreement (scripts/evidence/presets.py drops it
+where it changes a preset).
 """
 
 from __future__ import annotations
