@@ -1,25 +1,29 @@
 """hpcwhirl: whirl of a bladed disk in unilateral contact with its casing.
 
-`Scene` holds the inputs of a case, `simulate` integrates one. `Design` holds the cases
+`Scene` holds the inputs of a case, `simulate` integrates it. `Design` holds the cases
 of a campaign; `campaign` integrates them, on all ranks of an MPI script, and returns
-its results. `open_results` reads those of any campaign as an `xarray.Dataset`, `words`
-gives the words of a variable such as `regime`, `grid` turns cases into axes of what was
-swept, `shares` tells how probable each regime is where inputs were drawn. They are
-imported on first use.
+their results. `open_results` reads the results of any campaign as an `xarray.Dataset`;
+`words` returns the possible words of a variable such as `regime`; `grid` turns the
+dimension `case` into one axis per swept input; `shares` estimates the probability of
+each regime where inputs were drawn; `credibility` counts the cases that keep their word
+in all their twins; `safe_ranges` returns the ranges of an input in which all cases are
+damped. Each is imported on first use.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` itself would delay the first look at signals
+TYPE_CHECKING = False  # importing `typing` would delay the handlers of early signals
 if TYPE_CHECKING:
     from typing import Any
 
+    from hpcwhirl.analysis.margins import safe_ranges
     from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.python import campaign
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
     from hpcwhirl.scene import Scene
+    from hpcwhirl.store.reading.credibility import credibility
     from hpcwhirl.store.reading.grid import grid
     from hpcwhirl.store.reading.reader import open_results, words
 
@@ -30,8 +34,10 @@ __all__ = [
     "StoppedError",
     "__version__",
     "campaign",
+    "credibility",
     "grid",
     "open_results",
+    "safe_ranges",
     "shares",
     "simulate",
     "words",
@@ -41,10 +47,12 @@ _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
+    "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reading.reader",
     "words": "hpcwhirl.store.reading.reader",
+    "credibility": "hpcwhirl.store.reading.credibility",
     "grid": "hpcwhirl.store.reading.grid",
 }
 
@@ -52,7 +60,9 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     import importlib
 
-    if name == "campaign":  # a package that can be called
+    if name == "open_results":  # register the accessor `data.hpcwhirl`
+        importlib.import_module("hpcwhirl.report.accessor")
+    if name == "campaign":  # a callable package
         return importlib.import_module("hpcwhirl.campaign")
     if name in _HOMES:
         return getattr(importlib.import_module(_HOMES[name]), name)

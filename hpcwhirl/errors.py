@@ -1,6 +1,6 @@
-"""Errors of hpcwhirl: each says what, what was got and what is allowed.
+"""Errors of hpcwhirl: each message says what is wrong, the value, and what is allowed.
 
-Every class is also a builtin, so that a caller may catch either.
+Every class also derives from a builtin exception, so that a caller may catch either.
 """
 
 from __future__ import annotations
@@ -8,24 +8,27 @@ from __future__ import annotations
 import difflib
 import errno
 import reprlib
+import unicodedata
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-LONGEST = 2000  # characters of a message
-SHOWN = 100  # characters of a value that a message repeats
-PASSING = {errno.ENOSPC, errno.EDQUOT}  # of what ends when someone makes room
+LONGEST = 2000  # characters of a message, at most
+SHOWN = 100  # characters of a value that a message repeats, at most
+# errno of failures that pass once someone frees space or remounts the file system; a
+# file server may report them in any call, as late as fsync or close
+PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
 
 
 class WhirlError(Exception):
     """Base of every error that hpcwhirl raises on purpose; its text is one line."""
 
     def __str__(self) -> str:
-        """Return the message, whatever an input put into it, as one line."""
+        """Return the message as one line, with control characters of inputs escaped."""
         return one_line(super().__str__())
 
 
 class InputError(WhirlError, ValueError):
-    """A user's input is wrong: what, got, allowed."""
+    """A user's input is wrong; the message names it, its value and what is allowed."""
 
 
 class MissingFileError(WhirlError, OSError):
@@ -33,7 +36,7 @@ class MissingFileError(WhirlError, OSError):
 
 
 class NoRoomError(MissingFileError):
-    """A file cannot be written for want of room: that may pass."""
+    """A file cannot be written for a reason that may pass, such as a full disk."""
 
 
 class StoreError(WhirlError, ValueError):
@@ -41,7 +44,7 @@ class StoreError(WhirlError, ValueError):
 
 
 class ModelError(WhirlError, ArithmeticError):
-    """A structural model contradicts itself; the message gives the miss."""
+    """A structural model fails a consistency check; the message says by how much."""
 
 
 class CaseError(WhirlError, RuntimeError):
@@ -52,20 +55,20 @@ class StoppedError(WhirlError, RuntimeError):
     """A campaign ended early: finished cases are kept, the same call continues."""
 
 
-def unwritable(told: str, failed: OSError | int) -> MissingFileError:
-    """Return the error of what cannot be written; its class tells if it may pass.
+def unwritable(message: str, failed: OSError | int) -> MissingFileError:
+    """Return the error for a file that cannot be written: `NoRoomError` if it may pass.
 
     Parameters
     ----------
-    told : the message
-    failed : what the system said, or its number
+    message : text of the error
+    failed : the exception of the operating system, or its errno
     """
     number = failed if isinstance(failed, int) else failed.errno
-    return NoRoomError(told) if number in PASSING else MissingFileError(told)
+    return NoRoomError(message) if number in PASSING else MissingFileError(message)
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
-    """Return a text without control characters, of a long one its two ends."""
+    """Return a text with control characters escaped; if too long, its two ends."""
     if len(text) > most:
         cut = len(text) - most
         text = f"{text[: most // 2]} ({cut} characters) {text[-most // 2 :]}"
@@ -74,8 +77,30 @@ def one_line(text: str, most: int = LONGEST) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
+def legible(text: str) -> str:
+    """Return a text with control characters escaped, except line feeds and tabs."""
+    if text.isprintable():
+        return text
+    return "".join(c if _is_shown(c) else ascii(c)[1:-1] for c in text)
+
+
+def _is_shown(letter: str) -> bool:
+    return (
+        letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
+    )
+
+
+def text_of(failed: BaseException) -> str:
+    """Return the class and the text of an exception, even if its ``__str__`` raises."""
+    try:
+        return f"{type(failed).__name__}: {failed}"
+    except BaseException as worse:  # noqa: BLE001 - the class may be a user's
+        why = type(worse).__name__
+        return f"{type(failed).__name__}, whose text cannot be told: {why}"
+
+
 class _Short(reprlib.Repr):
-    """Values as in Python, shortened."""
+    """Formatter of Python values for messages: `repr`, shortened."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,21 +108,21 @@ class _Short(reprlib.Repr):
         self.maxdict = self.maxlist = self.maxtuple = 8
 
     def repr_int(self, x: int, level: int) -> str:
-        """Return a number; Python itself refuses to print one of 4,300 digits."""
+        """Format an integer; Python refuses to print one of over 4,300 digits."""
         if x.bit_length() > 300:
             return f"a whole number of {x.bit_length()} bits"
         return super().repr_int(x, level)
 
 
 def shown(value: Any) -> str:
-    """Return a value as a message repeats it: short, on one line."""
+    """Return the shortened `repr` of a value, on one line, for a message."""
     return one_line(_Short().repr(value), 4 * SHOWN)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` for the nearest known name, or ``""``."""
-    found = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f"; did you mean '{found[0]}'?" if found else ""
+    matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
 def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
@@ -109,18 +134,18 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
 
 
 def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str, Any]:
-    """Return a table as it was given.
+    """Return a value unchanged after checking that it is a table with known keys.
 
     Parameters
     ----------
-    what : its name in the message
-    given : a table, or what stands in its place
-    known : the keys that it may have; none: what they are is not asked
+    what : name of the table in the message
+    given : the value to check
+    known : the keys allowed; empty: any key is
 
     Raises
     ------
     InputError
-        where it is no table, or has another key
+        if the value is no mapping, or has a key that is not allowed
     """
     if not isinstance(given, Mapping):
         msg = f"{what} must be a table, got {shown(given)}"
@@ -132,12 +157,12 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
 
 
 def _listed(names: list[str]) -> str:
-    """Return names by commas, of very many the first ones and how many there are."""
-    told: list[str] = []
+    """Join names by commas; of too many, the first ones and the number of the rest."""
+    first: list[str] = []
     room = 3 * SHOWN
     for name in names:
         room -= len(name) + 2
         if room < 0:
-            return f"{', '.join(told)} and {len(names) - len(told)} more"
-        told.append(name)
-    return ", ".join(told)
+            return f"{', '.join(first)} and {len(names) - len(first)} more"
+        first.append(name)
+    return ", ".join(first)

@@ -1,7 +1,8 @@
-"""How this process was started: alone, as a rank of several, as a shard of an array.
+"""How this process was started: alone, as one of several ranks, as a shard.
 
-The home of mpi4py. It is imported where several ranks were started, or where a doctor
-asks for it: a process alone never begins MPI, and goes the same way as rank 0 of many.
+The only module that imports mpi4py, and only if several ranks were started or `doctor`
+inspects MPI. A single process never initializes MPI: it runs the code of rank 0 with
+`Alone` as its communicator.
 """
 
 from __future__ import annotations
@@ -18,10 +19,12 @@ from hpcwhirl.errors import InputError, shown
 if TYPE_CHECKING:
     from mpi4py.MPI import Comm
 
+# environment variables in which a launcher sets: the number of ranks; anything of PMI
+# (prefixes); the number of this rank
 LAUNCHERS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE")
 PMI = ("PMI_", "PMIX_", "OMPI_COMM_WORLD_", "MPI_LOCAL", "PALS_")
 RANKS = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
-FAMILIES = {
+FAMILIES = {  # MPI family: words in the version text of its libraries and launchers
     "Open MPI": ("open mpi", "openrte", "prte"),
     "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
 }
@@ -29,12 +32,12 @@ MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
 
 class Alone:
-    """A communicator of one rank, by mpi4py's names: nobody else to tell or to hear."""
+    """Communicator of a single process, with the methods of mpi4py that are used."""
 
     rank, size = 0, 1
 
     def bcast(self, value: Any, root: int = 0) -> Any:
-        """Return what the only rank has given."""
+        """Return the value of the only rank."""
         del root
         return value
 
@@ -44,23 +47,23 @@ class Alone:
         return values[0]
 
     def gather(self, value: Any, root: int = 0) -> list[Any]:
-        """Return what every rank has given."""
+        """Return the values of all ranks: a list of one."""
         del root
         return [value]
 
     def allgather(self, value: Any) -> list[Any]:
-        """Return what every rank has given."""
+        """Return the values of all ranks: a list of one."""
         return [value]
 
     def Barrier(self) -> None:
-        """Wait for nobody."""
+        """Return at once: there is no other rank to wait for."""
 
     def Iprobe(self) -> bool:
-        """Return whether a message has come."""
+        """Return whether a message has arrived: never."""
         return False
 
     def Abort(self, code: int) -> None:
-        """End the other ranks, of which there are none; this one ends by itself."""
+        """Do nothing: there are no other ranks to end."""
 
 
 Communicator: TypeAlias = "Alone | Comm"
@@ -68,7 +71,10 @@ ALONE = Alone()
 
 
 def launched_ranks() -> int:
-    """Return how many ranks a launcher says there are, without importing MPI."""
+    """Return the number of ranks started, as the launcher's environment says.
+
+    MPI is not imported; 1 without a launcher.
+    """
     sizes = [os.environ[name] for name in LAUNCHERS if name in os.environ]
     if {"PMIX_RANK", "PMI_RANK", "SLURM_PROCID"} & os.environ.keys():
         sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", "1"))
@@ -78,17 +84,20 @@ def launched_ranks() -> int:
 
 
 def launched_first() -> bool:
-    """Return whether a launcher calls this process its first, whatever MPI sees."""
+    """Return whether this is rank 0 by the launcher's environment, whatever MPI says.
+
+    True without a launcher.
+    """
     return next((os.environ[n] for n in RANKS if n in os.environ), "0") == "0"
 
 
 def communicator() -> Communicator:
-    """Return the ranks that a launcher has started together, or this process alone.
+    """Return the communicator of all ranks started together, or `ALONE`.
 
     Raises
     ------
     InputError
-        where MPI does not see as many as were started
+        if the size of MPI's world is not the number of ranks started
     """
     ranks = launched_ranks()
     if ranks == 1:
@@ -105,14 +114,17 @@ def communicator() -> Communicator:
 
 
 def world() -> Comm:
-    """Begin MPI and return all ranks that it sees."""
+    """Initialize MPI and return its world communicator."""
     from mpi4py import MPI
 
     return MPI.COMM_WORLD
 
 
 def node_of(comm: Communicator) -> Communicator:
-    """Return the ranks of this node."""
+    """Return the communicator of those ranks of `comm` that share this node's memory.
+
+    Collective over `comm`.
+    """
     if isinstance(comm, Alone):
         return comm
     from mpi4py import MPI
@@ -121,34 +133,37 @@ def node_of(comm: Communicator) -> Communicator:
 
 
 def library() -> str:
-    """Return what the MPI library says it is."""
+    """Return the name and version of the MPI library, the first line of its text."""
     from mpi4py import MPI
 
     return MPI.Get_library_version().splitlines()[0].strip("\x00 ")
 
 
 def library_of(comm: Communicator) -> str:
-    """Return what the MPI library of some ranks says it is, or ``none``."""
+    """Return name and version of the MPI library, or ``none`` for a process alone."""
     return "none" if isinstance(comm, Alone) else library()
 
 
 def family(text: str) -> str:
-    """Return which MPI a library or launcher says it is of, or an empty text."""
+    """Return the key of `FAMILIES` that the version text of a library or launcher fits.
+
+    Empty if none does.
+    """
     low = text.lower()
-    known = (name for name, words in FAMILIES.items() if any(w in low for w in words))
-    return next(known, "")
+    fits = (name for name, words in FAMILIES.items() if any(w in low for w in words))
+    return next(fits, "")
 
 
 def has_pmi() -> bool:
-    """Return whether a launcher has left word of how ranks find each other."""
+    """Return whether the launcher offers PMI, by which ranks find each other."""
     return any(name.startswith(PMI) for name in os.environ)
 
 
 def alien_family() -> str:
-    """Return which MPI gives up if it begins here, or an empty text.
+    """Return the MPI family that aborts if it is initialized here; empty if none does.
 
-    MPICH does under Open MPI's mpirun, Open MPI under an srun that offers no PMI, as
-    ``--mpi=none`` (one with Slurm's PMI-1 built in would not; pmi2 suits that, too).
+    MPICH aborts under Open MPI's mpirun; Open MPI aborts under an srun without PMI
+    (``--mpi=none``), unless it was built with Slurm's PMI-1, which works with pmi2.
     """
     if "OMPI_COMM_WORLD_SIZE" in os.environ:
         return "MPICH"
@@ -156,17 +171,18 @@ def alien_family() -> str:
 
 
 def alien_library() -> str:
-    """Return the MPI library that would be aborted if it began here, or an empty text.
+    """Return the name of mpi4py's MPI library if it would abort here, else "".
 
-    What is told then is read from the library without starting it. Any other begins.
+    The name is read without initializing MPI. A library that would not abort is
+    initialized.
     """
     if not (alien := alien_family()):
         return ""
     without_mpi()
     from mpi4py import MPI
 
-    if family(told := library()) == alien:
-        return told
+    if family(name := library()) == alien:
+        return name
     if not MPI.Is_initialized():
         MPI.Init_thread()
         atexit.register(MPI.Finalize)
@@ -174,9 +190,9 @@ def alien_library() -> str:
 
 
 def without_mpi() -> None:
-    """Let no import begin MPI here, such as that of an h5py which writes in parallel.
+    """Keep imports from initializing MPI in this process, such as a parallel h5py's.
 
-    A process that a rank has begun would call itself that rank.
+    A child process of a rank inherits its environment and would claim its rank.
     """
     import mpi4py
 
@@ -184,10 +200,10 @@ def without_mpi() -> None:
 
 
 def interpreter(module: str, *words: str) -> list[str]:
-    """Return the command that calls `main` of a module of this very program.
+    """Return the command line that runs `main` of a module of this installation.
 
-    Its path is that of this process: another version of the program that lies in the
-    working directory is not taken for it.
+    The child gets the ``sys.path`` of this process, so that another version of the
+    program in the working directory is not imported.
     """
     path = ascii(sys.path)
     run = f"import sys; sys.path[:] = {path}; from {module} import main; main()"
@@ -195,7 +211,10 @@ def interpreter(module: str, *words: str) -> list[str]:
 
 
 def fate(code: int) -> str:
-    """Return how a process ended, by its return code, to follow its name."""
+    """Return how a process ended, from its return code, as the end of a sentence.
+
+    Negative codes are those of `subprocess`: minus the number of a signal.
+    """
     if code >= 0:
         return f"ended with exit code {code}"
     hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
@@ -204,7 +223,7 @@ def fate(code: int) -> str:
 
 @dataclass(frozen=True)
 class Shard:
-    """The I-th of N shares of a campaign, counted from 1."""
+    """One share of a campaign, the I-th of N, counted from 1."""
 
     number: int
     of: int
@@ -215,12 +234,12 @@ class Shard:
 
 
 def parse_shard(text: str) -> Shard:
-    """Return the shard of a text ``I/N``.
+    """Parse ``I/N`` as a shard.
 
     Raises
     ------
     InputError
-        where it is not two whole numbers with 1 <= I <= N
+        unless I and N are whole numbers with 1 <= I <= N
     """
     number, slash, of = text.partition("/")
     parts = number, of

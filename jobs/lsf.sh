@@ -10,15 +10,15 @@
 # Printed by: hpcwhirl job lsf campaign.toml --script jobs/lsf.sh
 # Submit with: bsub < jobs/lsf.sh
 
-# USR1: the time is nearly over; stop, keep all, come again.
-# TERM INT USR2: someone ended the job; stop, keep all, leave it at that.
+# USR1: the time limit is near; stop the campaign, then requeue the job.
+# TERM INT USR2: the job was cancelled; stop the campaign, do not requeue.
 running='' again=yes told=no
 # shellcheck disable=SC2317,SC2329  # the traps call it
 stop() {
   caught=yes told=yes
   [ -n "$running" ] || return 0
   kill -USR1 "$running" || true
-  # once more: a process that is just being made may lose a signal
+  # send it twice: a process that is just starting may lose a signal
   { sleep 3; kill -USR1 "$running"; } >/dev/null 2>&1 &
 }
 trap stop USR1
@@ -35,24 +35,24 @@ most_requeues=20
 set -u
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 mkdir -p "$out"
-# compiled once, kept for the next run; one rank a node fills it, all may write there
+# compiled kernels, kept for the next run; all ranks must be able to write there
 export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 
 work=(hpcwhirl campaign "$file" --out "$out")
 
-code=75  # as of what was told to stop before it began
+code=75  # as if stopped, if a signal came before the campaign began
 if [ "$told" = no ]; then
   # USR2, which some schedulers send to all, must not kill the ranks
   (trap '' USR2; exec mpirun -n "$ranks" "${work[@]}") &
   running=$!
-  [ "$told" = no ] || stop  # told just now
-  while :; do  # a signal that is caught ends the wait, not what is waited for
+  [ "$told" = no ] || stop  # a signal came between the start and running=$!
+  while :; do  # a trapped signal ends `wait` although the ranks still run: wait again
     caught=no code=0
     wait "$running" || code=$?
     [ "$caught" = yes ] || break
   done
 fi
-# Told to stop before Python could hear it, ranks die of that: nothing is lost.
+# Ranks die of a signal that comes before Python handles it: nothing is lost, requeue.
 if [ "$told" = yes ]; then
   case $code in 0 | 1 | 2 | 70) ;; *) code=75 ;; esac
 fi

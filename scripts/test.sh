@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Everything: the gate and all tests on the wheels of PyPI, those of the page in Debian's
-# Chromium, then the MPI tests once more with an h5py that writes in parallel (MPI-IO)
-# under Debian's Open MPI.
+# The gate and all tests but the evidence (scripts/evidence.sh tests) on the wheels of
+# PyPI, those of the page in Debian's Chromium, then what writes by MPI-IO once more with
+# an h5py that does, under Debian's Open MPI. Tells the slowest forty and the times.
 # shellcheck disable=SC2030,SC2031  # each part lives in a subshell of its own
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -32,8 +32,8 @@ on_wheels() (
     say "the page's tests are skipped"
   fi
   (system_packages "CalculiX's wheel" calculix-ccx) || say "it is skipped"
-  pytest -n 2 -m "not mpi"
-  pytest -m mpi  # alone: ranks need the cores
+  pytest -n 2 --durations=40 -m "not mpi and not evidence"
+  pytest --durations=40 -m "mpi and not evidence"  # alone: ranks need the cores
 )
 
 missing_of() {  # PACKAGE...
@@ -101,10 +101,12 @@ on_mpiio() (
   . scripts/environment.sh
   has_mpiio "$HPCWHIRL_VENV" || fail "pip replaced the parallel h5py"
   export HPCWHIRL_MPIRUN=$MPIRUN HPCWHIRL_EXPECT_MPIIO=1
-  pytest -m mpi --ignore=tests/test_attack.py  # which writes serially, as in part one
+  pytest --durations=10 -m mpiio
 )
 
 say "part 1 of 2: the gate and all tests on wheels"
 on_wheels
 say "part 2 of 2: MPI-IO"
 on_mpiio
+echo "test: the processor, this shell and all it started:"
+times

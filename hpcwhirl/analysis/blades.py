@@ -9,17 +9,17 @@ Floats = NDArray[np.float64]
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the numbers of `scene.quantities.BLADES`, {} of too few samples.
+    """Return the quantities of `scene.quantities.BLADES`; {} if samples are too few.
 
-    The amplitude is an rms, which needs no sample at a crest and has no share of a
-    steady deflection; for harmonic motions it is in the ratio of amplitudes. Blades at
-    rest have 0, and move alike.
+    The amplitude is the rms about the mean: it needs no sample at a crest and excludes
+    a steady deflection; of harmonic motions it is proportional to the peak amplitude.
+    Blades at rest have amplitude 0 and localisation 1.
 
     Parameters
     ----------
     time : (n,), s
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) for none
-    start : s, from when on amplitudes are taken
+    start : s, time from which on amplitudes are taken
     """
     if not len(tips):
         return {}
@@ -46,10 +46,10 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def localisation(size: Floats) -> float:
-    """Return N sum a^4 / (sum a^2)^2 of amplitudes (N,): N over the blades that share.
+    """Return the localisation N sum a^4 / (sum a^2)^2 of blade amplitudes a, (N,).
 
-    1 if all are alike, N if one moves alone; the inverse participation ratio of the
-    energies, times N. A standing wave of the tuned wheel has 1.5.
+    N times the inverse participation ratio of the blades' energies: 1 if all blades
+    move alike, N if one moves alone, 1.5 for a standing wave of a tuned wheel.
     """
     largest = size.max()
     if not largest > 0.0:

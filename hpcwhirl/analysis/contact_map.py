@@ -1,4 +1,4 @@
-"""Contact map: which blade touched, where on the casing, when, with what impulse."""
+"""Contact map: which blade touched the casing, where, when and with what impulse."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Touches:
-    """Contacts of all blades, one entry a blade and sampling interval with contact.
+    """Contacts of all blades: one entry per blade and sampling interval in contact.
 
     Attributes
     ----------
     time : (c,), s, middle of the interval
     blade : (c,), 0 .. N - 1
-    angle : (c,), rad in [0, 2 pi), place on the casing, static frame
+    angle : (c,), rad in [0, 2 pi), position on the casing, static frame
     impulse : (c,), N s, normal
     """
 
@@ -30,10 +30,10 @@ class Touches:
 
 
 def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
-    """Return the contacts of a run, in the order of time.
+    """Return the contacts of a run in order of time.
 
-    Blade j stands at theta_j = Omega t + 2 pi j / N; within an interval it moves by
-    Omega times the interval, and the angle is that of the middle.
+    Blade j is at theta_j = Omega t + 2 pi j / N, evaluated at the middle of the
+    sampling interval, during which it moves by Omega times the interval.
 
     Parameters
     ----------

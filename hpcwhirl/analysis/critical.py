@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from hpcwhirl.reduction.families import Line, first_family, moving_families
+from hpcwhirl.reduction.families import (
+    Line,
+    first_family,
+    moving_families,
+    moving_ranks,
+)
+from hpcwhirl.reduction.modes import Block, ModalModel
+from hpcwhirl.reduction.waves import wave_roots
 
 Floats = NDArray[np.float64]
+REACH = 3.0  # highest speed searched, over the critical speed by frequencies at rest
+POINTS = 61  # speeds at which crossings are looked for
 
 
 def critical_speeds(
     rotor: Mapping[int, float], casing: Mapping[int, float], orders: int = 1
 ) -> list[dict[str, float | int]]:
-    """Return the speeds at which travelling waves of both bodies coincide.
+    """Return the critical speeds: those where travelling waves of both bodies coincide.
 
     Omega = (omega_bd,k + n omega_c,k) / k; n = 1 is Eq. (13), n > 1 the n-th
     super-harmonic in time of the casing's mode (Sec. 4.2.3: n = 9).
@@ -29,7 +39,7 @@ def critical_speeds(
     Returns
     -------
     records of nodal_diameter, order and speed (rad/s), by diameter then order;
-    k = 0 has none, and neither has a diameter that one body lacks
+    none for k = 0, and none for a diameter that one body lacks
     """
     return [
         {"nodal_diameter": k, "order": n, "speed": (rotor[k] + n * casing[k]) / k}
@@ -39,25 +49,86 @@ def critical_speeds(
     ]
 
 
+def critical_of_waves(
+    model: ModalModel, casing: Mapping[int, float], orders: int = 1
+) -> list[dict[str, Any]]:
+    """Return the critical speeds of a rotor whose frequencies depend on its speed.
+
+    Eq. (13) in the static frame, k Omega + omega_-(Omega) = n omega_c, with omega_- < 0
+    the frequency in the rotating frame of the wave that turns against the rotation: of
+    1F, and of the families that move the shaft (with n = 1 only). Each is the lowest
+    speed at which the left side rises through n omega_c, searched up to `REACH` times
+    the critical speed by frequencies at rest.
+
+    Parameters
+    ----------
+    model : rotor of equal sectors, with a spin
+    casing : {nodal diameter: omega of 1F, rad/s}
+    orders : the highest n, for 1F
+
+    Returns
+    -------
+    records like those of `critical_of_families`
+    """
+    rows: list[dict[str, Any]] = []
+    for piece in model.spin.waves if model.spin else ():
+        k = piece.k
+        if k == 0 or k not in casing:
+            continue
+        for rank, family in moving_ranks(model, k).items():
+            most = orders if family == "1F" else 1
+            levels = [casing[k] * n for n in range(1, most + 1)]
+            top = REACH * (piece.omega[rank] + levels[-1]) / k
+            at = len(piece.omega) + rank  # backward, by Im s
+
+            def line(speed: float, at: int = at, piece: Block = piece) -> float:
+                root = wave_roots(model, piece, float(speed))[at]
+                return float(piece.k * speed - root.imag)
+
+            speeds = _crossings(line, levels, top)
+            rows += [
+                {"nodal_diameter": k, "order": n, "speed": speed, "family": family}
+                for n, speed in speeds.items()
+            ]
+    names = ("nodal_diameter", "order", "speed")
+    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
+
+
+def _crossings(
+    line: Callable[[float], float], levels: Sequence[float], top: float
+) -> dict[int, float]:
+    """Return {n: lowest speed, rad/s, where a line rises through the n-th level}."""
+    speeds = np.linspace(0.0, top, POINTS)
+    values = np.array([line(speed) for speed in speeds])
+    out = {}
+    for n, level in enumerate(levels, 1):
+        above = values >= level
+        rising = np.flatnonzero(above[1:] & ~above[:-1])
+        if len(rising):
+            low, high = speeds[rising[0]], speeds[rising[0] + 1]
+            out[n] = float(brentq(lambda x, at=level: line(x) - at, low, high))
+    return out
+
+
 def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, Any]]:
     """Return the critical speeds of `moving_families` with 1F of the casing.
 
-    Super-harmonics are told of 1F alone.
+    Super-harmonics (n > 1) are listed for 1F only.
 
     Parameters
     ----------
     table : `modal_table` of a model
-    orders : the highest n of 1F
+    orders : the highest n, for 1F
 
     Returns
     -------
-    records as of `critical_speeds` and their family, by diameter, order and speed
+    records of `critical_speeds` with their family, by diameter, order and speed
     """
     casing = first_family(table, "casing")
     rows: list[dict[str, Any]] = [
         row | {"family": family}
-        for family, own in moving_families(table).items()
-        for row in critical_speeds(own, casing, orders if family == "1F" else 1)
+        for family, frequencies in moving_families(table).items()
+        for row in critical_speeds(frequencies, casing, orders if family == "1F" else 1)
     ]
     names = ("nodal_diameter", "order", "speed")
     return sorted(rows, key=lambda row: tuple(row[name] for name in names))
@@ -68,11 +139,11 @@ def coincidences(
 ) -> list[dict[str, float | int]]:
     """Return the speeds > 0 with n omega_c = |k Omega +- omega_bd|.
 
-    In the casing's frame the rotor's waves stand at k Omega + omega_bd (turning with
-    the rotation) and k Omega - omega_bd (against it). side = -1 is
-    Omega = (omega_bd + n omega_c) / k, Eq. (13) for n = 1, seen from the casing turning
-    with the rotation; side = +1 is Omega = (n omega_c - omega_bd) / k; side = 0 is
-    Omega = (omega_bd - n omega_c) / k, the wave then turning against the rotation.
+    In the casing's frame the rotor's waves have frequencies k Omega + omega_bd (wave
+    with the rotation) and k Omega - omega_bd (wave against it). side = -1 is
+    Omega = (omega_bd + n omega_c) / k, Eq. (13) for n = 1: seen from the casing the
+    wave turns with the rotation; side = +1 is Omega = (n omega_c - omega_bd) / k;
+    side = 0 is Omega = (omega_bd - n omega_c) / k: the wave turns against the rotation.
 
     Parameters
     ----------
@@ -86,11 +157,15 @@ def coincidences(
     out: list[dict[str, float | int]] = []
     for k in sorted(rotor.keys() & casing.keys() - {0}):
         for n in range(1, orders + 1):
-            own, other = rotor[k], n * casing[k]
-            found = {-1: own + other, 1: other - own, 0: own - other}
+            of_rotor, of_casing = rotor[k], n * casing[k]
+            speeds = {
+                -1: of_rotor + of_casing,
+                1: of_casing - of_rotor,
+                0: of_rotor - of_casing,
+            }
             out += [
                 {"nodal_diameter": k, "order": n, "side": side, "speed": speed / k}
-                for side, speed in found.items()
+                for side, speed in speeds.items()
                 if speed > 0.0
             ]
     return out
@@ -99,7 +174,7 @@ def coincidences(
 def campbell(
     rotor: Mapping[str, float], k: int, speeds: Floats
 ) -> dict[str, tuple[Floats, Floats]]:
-    """Return {mode: (k Omega + omega_bd, k Omega - omega_bd)}, rad/s, casing's frame.
+    """Return the Campbell lines k Omega +- omega_bd of modes, rad/s, casing's frame.
 
     Parameters
     ----------
@@ -109,6 +184,6 @@ def campbell(
 
     Returns
     -------
-    pairs of (n,), signed: > 0 turns with the rotation
+    {mode: ((n,) of +, (n,) of -)}, signed: > 0 turns with the rotation
     """
     return {name: (k * speeds + w, k * speeds - w) for name, w in rotor.items()}

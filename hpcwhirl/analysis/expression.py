@@ -1,33 +1,32 @@
 """Conditions on named numbers and words, such as ``late_fed >= 0.8 * late_lost``.
 
-One small language for rules and filters. A text is parsed into a tree and the tree is
-walked; nothing is run as code. `report/page/expression.js` reads the same texts.
+One small language serves the rules that name regimes (`scene.words`), the filters of
+cases (`cases --where`, the page's) and the colours of maps (`map --colour`).
 
-    or, and, not      == != < <= > >= (may be chained)      + - * /
-    abs(x) min(x, y) max(x, y)      numbers, names, 'words'
+    or, and, not      == != < <= > >= (may be chained)      in (a, b), not in (a, b)
+    + - * /   abs(x) sqrt(x) exp(x) log(x) log10(x) min(x, y, ...) max(x, y, ...)
+    numbers, names, 'words'
 
-A name that stands for no number or word is itself a word: ``regime == sustained``.
+A name that is no variable is itself a word: ``regime == sustained``. Numbers are equal
+if they agree to nine digits. A condition used as a number is 1 or 0. `grammar` parses a
+text; nothing is run as code. `report/page/assets/expression.js` implements the same
+language.
 """
 
 from __future__ import annotations
 
-import ast
 import operator
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, reduce
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.analysis.grammar import Step, parse
+from hpcwhirl.store.reading.select import SAME
 
-Tree = tuple[Any, ...]
-Asker = Callable[[Mapping[str, Any]], Any]
-BINARY: dict[type, str] = {
-    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
-    ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">",
-    ast.GtE: ">=",
-}  # fmt: skip
+Program = tuple[Step, ...]
 
 
 def _quotient(over: Any, under: Any) -> Any:
@@ -35,119 +34,84 @@ def _quotient(over: Any, under: Any) -> Any:
         return np.divide(over, under)
 
 
+def is_text(value: Any) -> bool:
+    """Return whether a value is a word, or an array of words."""
+    return isinstance(value, str) or np.asarray(value).dtype.kind in "OUS"
+
+
+def equal(a: Any, b: Any) -> Any:
+    """Return whether words are the same, or numbers agree to nine digits."""
+    if is_text(a) or is_text(b):
+        return a == b
+    return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
+
+
+def _unequal(a: Any, b: Any) -> Any:
+    return np.logical_not(equal(a, b))
+
+
+def _any_of(one: Any, *others: Any) -> Any:
+    return reduce(np.logical_or, [equal(one, other) for other in others])
+
+
+def _least(*parts: Any) -> Any:
+    return reduce(np.minimum, parts)
+
+
+def _most(*parts: Any) -> Any:
+    return reduce(np.maximum, parts)
+
+
+ORDER: dict[str, Callable[[Any, Any], Any]] = {
+    "==": equal, "!=": _unequal, "<": operator.lt, "<=": operator.le,
+    ">": operator.gt, ">=": operator.ge,
+}  # fmt: skip
 MEANING: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
-    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
-    ">": operator.gt, ">=": operator.ge, "negative": operator.neg,
+    "negative": operator.neg, "in": _any_of,
     "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
-    "abs": np.abs, "min": np.minimum, "max": np.maximum,
+    "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10,
+    "min": _least, "max": _most,
 }  # fmt: skip
-FUNCTIONS = {"abs": 1, "min": 2, "max": 2}
 
 
-@cache
-def parse(text: str) -> Tree:
-    """Return the tree of a condition: (operation, part, ...).
-
-    Leaves are ("number", value), ("name", text) and ("word", text).
-
-    Raises
-    ------
-    InputError
-        where the text is no condition of this language
-    """
-    try:
-        return _tree(ast.parse(text.strip(), mode="eval").body)
-    except (SyntaxError, ValueError, RecursionError) as failed:
-        msg = f"cannot read the condition {text!r}: {failed}"
-        raise InputError(msg) from None
+def names_in(program: Program) -> set[str]:
+    """Return the names that occur in a program."""
+    return {str(step.value) for step in program if step.does == "name"}
 
 
-def _tree(node: ast.AST) -> Tree:
-    leaf = _leaf(node)
-    if leaf:
-        return leaf
-    match node:
-        case ast.UnaryOp(ast.USub(), part):
-            return "negative", _tree(part)
-        case ast.UnaryOp(ast.Not(), part):
-            return "not", _tree(part)
-        case ast.BinOp(left, sign, right) if type(sign) in BINARY:
-            return BINARY[type(sign)], _tree(left), _tree(right)
-        case ast.Call(ast.Name(name), parts, []) if FUNCTIONS.get(name) == len(parts):
-            return name, *map(_tree, parts)
-    return _joined(node)
-
-
-def _leaf(node: ast.AST) -> Tree | None:
-    match node:
-        case ast.Constant(int() | float() as value) if not isinstance(value, bool):
-            return "number", float(value)
-        case ast.Constant(str() as word):
-            return "word", word
-        case ast.Name(name):
-            return "name", name
-    return None
-
-
-def _joined(node: ast.AST) -> Tree:
-    match node:
-        case ast.BoolOp(sign, parts):
-            name = "and" if isinstance(sign, ast.And) else "or"
-            return _fold(name, [_tree(part) for part in parts])
-        case ast.Compare(left, signs, rights) if all(type(s) in BINARY for s in signs):
-            sides = [_tree(left), *map(_tree, rights)]
-            pairs = zip(signs, sides, sides[1:], strict=False)
-            return _fold("and", [(BINARY[type(s)], a, b) for s, a, b in pairs])
-    raise ValueError(_no_part(node))
-
-
-def _no_part(node: ast.AST) -> str:
-    return f"{ast.unparse(node)} is none of comparison, sum, product, abs, min, max"
-
-
-def _fold(name: str, parts: list[Tree]) -> Tree:
-    tree = parts[0]
-    for part in parts[1:]:
-        tree = (name, tree, part)
-    return tree
-
-
-def names_in(tree: Tree) -> set[str]:
-    """Return the names that a tree asks for."""
-    if tree[0] == "name":
-        return {str(tree[1])}
-    if tree[0] in {"number", "word"}:
-        return set()
-    return set().union(*(names_in(part) for part in tree[1:]))
-
-
-def value_of(tree: Tree, known: Mapping[str, Any]) -> Any:
-    """Return what a tree gives: a number or truth, or an array of them.
+def value_of(program: Program, known: Mapping[str, Any]) -> Any:
+    """Return the value of a program: a number or a truth value, or an array of them.
 
     Parameters
     ----------
-    tree : of `parse`
-    known : {name: number, word, truth, or array of one of them}
+    program : result of `grammar.parse`
+    known : {name: number, word or truth value, or an array of these}; a name that is
+        missing stands for itself as a word
     """
-    return _reader(tree)(known)
+    stack: list[Any] = []
+    for step in program:
+        if step.does == "name":
+            stack.append(known.get(str(step.value), step.value))
+        elif not step.parts:
+            stack.append(step.value)
+        else:
+            parts = stack[-step.parts :]
+            del stack[-step.parts :]
+            stack.append(_apply(step, parts))
+    return stack[0]
+
+
+def _apply(step: Step, parts: list[Any]) -> Any:
+    if step.does != "compare":
+        return MEANING[step.does](*parts)
+    signs = str(step.value).split()
+    pairs = zip(signs, pairwise(parts), strict=True)
+    return reduce(np.logical_and, (ORDER[sign](*pair) for sign, pair in pairs))
 
 
 @cache
-def asker(text: str) -> Asker:
-    """Return what gives the value of a condition, see `value_of`, again and again."""
-    return _reader(parse(text))
-
-
-def _reader(tree: Tree) -> Asker:
-    kind, first = tree[0], tree[1]
-    if kind in {"number", "word"}:
-        return lambda _: first
-    if kind == "name":
-        return lambda known: known.get(first, first)
-    meaning, parts = MEANING[kind], [_reader(part) for part in tree[1:]]
-    if len(parts) == 1:
-        only = parts[0]
-        return lambda known: meaning(only(known))
-    left, right = parts
-    return lambda known: meaning(left(known), right(known))
+def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
+    """Return a function, values of names -> value of a condition; it parses once."""
+    program = parse(text)
+    return lambda known: value_of(program, known)

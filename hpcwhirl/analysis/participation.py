@@ -1,15 +1,15 @@
-"""Modal contributions q_k of nodal diameter and family (Sec. 4.2), from traces.
+"""Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from traces.
 
-Tips and centre are two or three numbers a nodal diameter, its modes are more: space
-alone does not tell 1F from 2F. Frequency does. At each frequency the modal amplitudes
-taken are those that give the traces exactly with the least modal forces,
+Tips and centre give two or three signals per nodal diameter, fewer than it has modes:
+shapes alone cannot separate 1F from 2F, frequency can. At each frequency, of the modal
+amplitudes that reproduce the traces exactly, those with the least modal forces count,
 
     min sum_i |Q_i / H_i|^2  with  sum_i phi_i Q_i = Y,
     H_i(omega) = 1 / (omega_i^2 - omega^2 + 2 i xi omega_i omega),
 
-so that a line near omega_i goes to mode i. The record is mirrored at its end, since a
-jump from there to its beginning would be a line at every frequency; some ms before the
-end are less certain.
+so that a spectral line near omega_i is attributed to mode i. The record is mirrored at
+its end, since a jump from the end to the beginning would excite every frequency; the
+last milliseconds are less certain.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hpcwhirl.reduction.model import Model
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-LEAST = 1e-9  # of singular values, relative: rows that say nothing new
+LEAST = 1e-9  # relative cut-off of singular values: linearly dependent signals
 
 
 def contributions(
@@ -44,21 +44,25 @@ def contributions(
     -------
     (n, modes of k), m sqrt(kg), by rank: q = q_0 + i q_1 of the two phases of a double
     mode, mass-orthonormal; |q| is the amplitude of the nodal diameter's wave. Real for
-    a simple harmonic
+    a simple harmonic (k = 0, N / 2)
     """
     _check(tips, model)
     blades, body = model.blades, model.rotor
-    own = np.flatnonzero((body.diameter == k) & (body.phase == 0))
-    own = own[np.argsort(body.rank[own])]
+    modes = np.flatnonzero((body.diameter == k) & (body.phase == 0))
+    modes = modes[np.argsort(body.rank[modes])]
     wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
-    seen = [tips[:, :, a] @ wave for a in range(2)]
-    rows = [wave @ shapes[:, own] for shapes in tip_rows(body, blades)]
+    signals = [tips[:, :, a] @ wave for a in range(2)]
+    rows = [wave @ shapes[:, modes] for shapes in tip_rows(body, blades)]
     if k == 1:  # x_o + i y_o = conj(z_o), Eq. (11)
-        seen.append(centre[:, 0] - 1j * centre[:, 1])
-        hub = centre_rows(body, blades)[:, own]
+        signals.append(centre[:, 0] - 1j * centre[:, 1])
+        hub = centre_rows(body, blades)[:, modes]
         rows.append(hub[0] - 1j * hub[1])
     q = _least_forces(
-        np.array(seen), np.array(rows), body.omega[own], body.ratios[own], interval
+        np.array(signals),
+        np.array(rows),
+        body.omega[modes],
+        body.ratios[modes],
+        interval,
     )
     return q.real.astype(np.complex128) if 2 * k % blades == 0 else q
 
@@ -73,15 +77,15 @@ def _check(tips: Floats, model: Model) -> None:
 
 
 def _least_forces(
-    seen: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
+    signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return (n, m) amplitudes of m modes that give `seen` (r, n) with least forces."""
-    count = seen.shape[1]
-    seen = np.hstack([seen, seen[:, ::-1]])
+    """Return amplitudes (n, m) of m modes: signals (r, n) by the least modal forces."""
+    count = signals.shape[1]
+    signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]
     gain = 1.0 / np.abs(omega**2 - at**2 + 2j * ratios * omega * at)
     gain /= gain.max(axis=1, keepdims=True)
-    lines = np.fft.fft(seen, axis=1).T
+    lines = np.fft.fft(signals, axis=1).T
     inverse = np.linalg.pinv(rows[None] * gain[:, None, :], rcond=LEAST)
     amplitude = gain * np.einsum("fmr,fr->fm", inverse, lines)
     return np.asarray(np.fft.ifft(amplitude, axis=0)[:count])
@@ -92,9 +96,9 @@ def family_amplitudes(
 ) -> dict[str, Floats]:
     """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
 
-    Parameters: see `contributions`. Of a simple harmonic, which stands,
-    (q^2 + (q'/omega)^2)^(1/2) is taken. Where a family has no mode on a nodal diameter,
-    as the suspension but for k = 1, its column is 0; where families are not known, nan.
+    Parameters: see `contributions`. For a simple harmonic, a standing wave, the value
+    is (q^2 + (q'/omega)^2)^(1/2). The column of a nodal diameter on which a family has
+    no mode (the suspension: all but k = 1) is 0; NaN where families are unknown.
     """
     diameters = model.blades // 2 + 1
     out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}

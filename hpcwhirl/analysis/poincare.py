@@ -9,9 +9,9 @@ Floats = NDArray[np.float64]
 
 
 def section(time: Floats, centre: Floats, speed: float) -> Floats:
-    """Return the centre at whole revolutions, t = 2 pi m / |Omega|.
+    """Return the centre's position at whole revolutions, t = 2 pi m / |Omega|.
 
-    Linear between samples: a sampling interval well below a revolution is needed.
+    Interpolates linearly between samples, which must be much closer than a revolution.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def section(time: Floats, centre: Floats, speed: float) -> Floats:
 
     Returns
     -------
-    (revolutions, 2), m, static frame; (0, 2) at speed 0 or within a revolution
+    (revolutions, 2), m, static frame; (0, 2) at speed 0 or if no revolution is complete
     """
     if speed == 0.0 or len(time) < 2:
         return np.zeros((0, 2))

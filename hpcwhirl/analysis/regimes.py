@@ -1,7 +1,7 @@
-"""Names for motion: regime and whirl, from numbers that are stored beside them.
+"""Regime and whirl of a motion, named from evidence: numbers stored with the results.
 
-`evidence` turns a history into numbers; the rules of `scene.words` turn those numbers
-into words and see nothing else, so that words can be given anew without integrating.
+`evidence` reduces a history to numbers; the rules of `scene.words` turn only those
+numbers into words, so that results can be relabelled without integrating again.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Value = float | int | str
-STEADY_SHARE = 0.4  # the last part of a run, on which evidence is taken
-BLOCKS = 12  # energy is averaged over as many blocks of it before it is compared
-SETTLED = 0.2  # of a run: what was before is not compared with its end
-NOTHING = 1e-280  # J: squares of amplitudes that kernels flush, and denormals
+STEADY_SHARE = 0.4  # share of a run, its last part, that is the window of evidence
+BLOCKS = 12  # blocks of the window over which energy is averaged
+SETTLED = 0.2  # share of a run, its first part, that `summit` leaves out
+FED = ("pulse", "friction", "rotation")  # terms of the ledger that put energy in
+NOTHING = 1e-280  # J, taken as rest: squares of flushed amplitudes, and denormals
 
 
 def _limit(default: float, meaning: str) -> float:
@@ -33,12 +34,14 @@ def _limit(default: float, meaning: str) -> float:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Where one word ends and the next begins; stored with the results."""
+    """The thresholds between the words of regimes; stored with the results."""
 
     ledger: float = _limit(
         1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
     )
-    opening: float = _limit(1e-9, "largest gap error of such a run, see `History`")
+    opening: float = _limit(
+        1e-9, "largest gap error of a run that is not `unstable`, see `History`"
+    )
     significance: float = _limit(
         3.0, "standard errors at which a growth rate counts as non-zero"
     )
@@ -46,21 +49,23 @@ class Thresholds:
         0.1, "change of ln(amplitude) over the window that `sustained` may show"
     )
     unclear: float = _limit(
-        0.3, "the same where it is not significant, as of motions that wander"
+        0.3, "the same where the growth is not significant: a motion that wanders"
     )
     rise: float = _limit(
         0.4, "change of ln(amplitude) over the window that `divergent` must show"
     )
     onward: float = _limit(
-        0.5, "share of that rate that the last quarter of the window must go on with"
+        0.9,
+        "least rate in the window's last quarter, over the window's, of `divergent`",
     )
     above: float = _limit(0.02, "least `summit` of a motion that is `divergent`")
     replaced: float = _limit(
         0.8,
-        "fed over lost, or lost over fed, from which a steady motion is `sustained`",
+        "least ratio of energies fed and lost, either way, of a `sustained` motion",
     )
     turnover: float = _limit(
-        2.0, "times that its energy must have been lost in the window for that"
+        2.0,
+        "least energy lost in the window, over mean energy, of a `sustained` motion",
     )
     direction: float = _limit(1.0 / 3.0, "least |P+ - P-|/(P+ + P-) that names a whirl")
     whirl_floor: float = _limit(
@@ -69,7 +74,7 @@ class Thresholds:
 
 
 def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
-    """Return thresholds, by default those of new words, as attributes of results."""
+    """Return thresholds, by default the current ones, as attributes of results."""
     limits = limits or Thresholds()
     return {f"threshold_{name}": value for name, value in asdict(limits).items()}
 
@@ -77,7 +82,8 @@ def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
 def block_means(values: Floats, count: int) -> Floats:
     """Return the means (..., count) of blocks of values (..., n), n >= count.
 
-    As many to each as `np.array_split` gives, and each with the bits of its own mean.
+    Blocks are as long as those of `np.array_split`; each mean has the bits of
+    `np.mean` of its block.
     """
     size, longer = divmod(values.shape[-1], count)
     cut, lead = longer * (size + 1), values.shape[:-1]
@@ -91,9 +97,9 @@ def block_means(values: Floats, count: int) -> Floats:
 
 
 def levels(values: Floats, count: int) -> Floats:
-    """Return ln sqrt of the means of `count` blocks of energies; -inf at 0.
+    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf at 0.
 
-    Blocks average the beating of close frequencies away.
+    Means over blocks remove the beating of close frequencies.
 
     Parameters
     ----------
@@ -107,7 +113,7 @@ def levels(values: Floats, count: int) -> Floats:
 
 
 def _levels(means: Floats) -> Floats:
-    """Return ln sqrt of means; -inf at 0."""
+    """Return ln sqrt of mean energies; -inf at 0."""
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -115,18 +121,18 @@ def _levels(means: Floats) -> Floats:
 
 
 def growth(time: Floats, energy: Floats) -> tuple[float, float]:
-    """Return (rate, standard error), 1/s, of ln sqrt(energy), fitted by blocks.
+    """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
 
-    The error is that of the slope where each block errs as much as it stands off the
-    middle of its neighbours: a smooth rise, however it accelerates, is not scatter. A
-    body at rest has rate 0 and error 0; one that has come to rest meanwhile, its
-    energy below `NOTHING`, the least rate that explains it.
+    The rate is a linear fit to blocks. The scatter of a block is its distance from the
+    mean of its neighbours, so that a smooth rise, however it accelerates, has none. A
+    body at rest has rate 0 and error 0; a body that has come to rest within the window,
+    its energy below `NOTHING`, has the least rate that explains it.
     """
     return growths(np.stack([time, energy]))[0]
 
 
 def growths(rows: Floats) -> list[tuple[float, float]]:
-    """Return `growth` of several energies: rows (1 + m, n), the first of time."""
+    """Return `growth` of m energies: rows (1 + m, n), time first, then energies."""
     count = min(BLOCKS, rows.shape[1])
     if count < 3:
         return [(0.0, 0.0)] * (len(rows) - 1)
@@ -135,13 +141,13 @@ def growths(rows: Floats) -> list[tuple[float, float]]:
 
 
 def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
-    """Return (rate, standard error), 1/s, of levels (m, count) at times (count,)."""
+    """Return [(rate, standard error)], 1/s, of levels (m, count) at times (count,)."""
     moving = np.asarray(np.isfinite(level).all(axis=1))
     if not moving.all():
         fits = iter(_fitted(at, level[moving]))
         return [
-            next(fits) if moves else (_come_to_rest(at, own), 0.0)
-            for moves, own in zip(moving, level, strict=True)
+            next(fits) if moves else (_come_to_rest(at, series), 0.0)
+            for moves, series in zip(moving, level, strict=True)
         ]
     away = at - np.add.reduce(at) / len(at)
     spread = away @ away
@@ -149,13 +155,16 @@ def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
     bends = rise[:, 1:] - rise[:, :-1]
     over = 6 * bends.shape[1]
     return [
-        (float(away @ own / spread), math.sqrt(bend @ bend / over / spread))
-        for own, bend in zip(level, bends, strict=True)
+        (float(away @ series / spread), math.sqrt(bend @ bend / over / spread))
+        for series, bend in zip(level, bends, strict=True)
     ]
 
 
 def _come_to_rest(at: Floats, level: Floats) -> float:
-    """Return the rate from the first block to the first at rest; 0 if it moves on."""
+    """Return the decay rate, 1/s, from the first block to the first at rest.
+
+    0 for a body that is at rest in the first block, or moves again later.
+    """
     moving = np.isfinite(level)
     rest = int(np.argmin(moving))
     if rest == 0 or moving[rest:].any():
@@ -165,10 +174,10 @@ def _come_to_rest(at: Floats, level: Floats) -> float:
 
 
 def summit(time: Floats, energy: Floats, start: float) -> float:
-    """Return ln amplitude of the last block over the highest before it, see `levels`.
+    """Return ln(last amplitude / highest before it), of block amplitudes, see `levels`.
 
-    Of the whole run but its first `SETTLED`, in blocks as long as those of the window
-    that begins at `start`; 0 where there is nothing to compare.
+    Blocks cover the run without its first share `SETTLED` and are as long as those of
+    the window that begins at `start`; 0 if there is no pair to compare.
     """
     late = int(np.searchsorted(time, start, side="right"))
     size = (len(time) - late) // BLOCKS
@@ -184,26 +193,28 @@ def summit(time: Floats, energy: Floats, start: float) -> float:
 
 
 def evidence(scene: Scene, history: History) -> dict[str, Value]:
-    """Return the numbers a word is given by, over the last 40 % of the run.
+    """Return the evidence of a run: the numbers that determine its words.
 
-    They come from `History.judged` and from every step's ledger: what of the motion is
-    kept in traces changes none of them.
+    Its window is the last 40 % of the run. Evidence comes from `History.judged` and
+    from the ledger of every step: the choice of traces does not change it.
 
     Parameters
     ----------
     scene : the case
-    history : what its integration left
+    history : its integrated motion
 
     Returns
     -------
     growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
     growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
-    suspension), growth_last (1/s, of its last quarter), summit (-, see
-    `summit`), orbit_radius (m, rms), end_time, window (s), whirl_ratio (-), orbit_area
-    (m^2/s), line_frequency (rad/s), late_fed, late_friction, late_rotation (its two
-    parts), late_lost, late_energy (J), late_contacts (1 if the window has contact),
-    load_end (s; 0 where there is no loading), certificate (s, -1 for none),
-    certificate_reach (m), ledger_error, gap_error, step_share (-), gap_scale (m)
+    suspension), growth_last (1/s, of both, in the window's last quarter), summit (-,
+    see `summit`), orbit_radius (m, rms), end_time, window (s), whirl_ratio (-),
+    orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_friction, late_rotation
+    (its two parts), late_lost, late_energy (J), late_contacts (1 if the window has
+    contact), load_end (s; 0 without a load), certificate (s, -1 for none),
+    certificate_reach (m), ledger_error, gap_error, step_share (-), gap_scale (m),
+    slip_ratio (-, see `slip_ratio`), ledger_pulse, ledger_friction, ledger_rotation
+    (J, of the whole run)
     """
     judged, end = history.judged, history.end
     start = (1 - STEADY_SHARE) * end
@@ -211,28 +222,28 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     time, energy = judged.time[first:], judged.energy[first:]
     centre = judged.centre[first:]
     turned = static_frame(centre, scene.speed * time)
-    with np.errstate(all="ignore"):  # a run that blew up is named by its stop
+    with np.errstate(all="ignore"):  # a run that blew up is named by `History.stop`
         orbit = centre[:, 0] ** 2 + centre[:, 1] ** 2
-        own = energy, judged.rotor[first:], judged.casing[first:], orbit
-        rates = _rates(np.stack([time, *own]))
+        energies = energy, judged.rotor[first:], judged.casing[first:], orbit
+        rates = _rates(np.stack([time, *energies]))
         rates["summit"] = summit(judged.time, judged.rotor, start)
         whirl = whirl_numbers(time, turned, scene.speed)
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])
     radius = scene.engine.rotor.radius
     return {
-        **{name: _number(rate) for name, rate in rates.items()},
-        "orbit_radius": _number(whirl.radius),
+        **{name: _finite(rate) for name, rate in rates.items()},
+        "orbit_radius": _finite(whirl.radius),
         "end_time": end,
         "window": end - start,
-        "whirl_ratio": _number(whirl.ratio),
-        "orbit_area": _number(whirl.area_rate),
-        "line_frequency": _number(whirl.line),
+        "whirl_ratio": _finite(whirl.ratio),
+        "orbit_area": _finite(whirl.area_rate),
+        "line_frequency": _finite(whirl.line),
         "late_fed": fed,
         "late_friction": rubbed,
         "late_rotation": fed - rubbed,
         "late_lost": lost,
-        "late_energy": _number(energy.mean()) if len(time) else 0.0,
+        "late_energy": _finite(energy.mean()) if len(time) else 0.0,
         "load_end": scene.pulse if scene.is_loaded else 0.0,
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
@@ -241,13 +252,29 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "gap_error": history.gap_error,
         "step_share": history.step_share,
         "gap_scale": max(scene.gap, 1e-6 * radius),
+        "slip_ratio": slip_ratio(scene, history),
+        **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
 
 
-def _rates(rows: Floats) -> dict[str, float]:
-    """Return the growth of the whole and of its parts, 1/s.
+def slip_ratio(scene: Scene, history: History) -> float:
+    """Return max |v' - u_c'| / (|Omega| R) over contacts; 0 without rotation.
 
-    rows : (5, n), time, energies of both bodies, of each, and the orbit's square
+    v' is the tangential velocity of a tip, the centre's motion included and Omega R
+    excluded; u_c' that of the casing at the tip. Below 1 every tip in contact slides in
+    the direction of rotation, and friction that always drags against the rotation is
+    Coulomb's law; from 1 on a tip may have slid backwards, where real friction would
+    push it forwards. At speed 0 no friction acts.
+    """
+    rim = abs(scene.speed) * scene.engine.rotor.radius
+    return _finite(history.slip / rim) if rim > 0.0 else 0.0
+
+
+def _rates(rows: Floats) -> dict[str, float]:
+    """Return the growth rates of the whole motion and of its parts, 1/s.
+
+    rows : (5, n): time; energy of both bodies, of the rotor, of the casing, J; orbit
+        radius squared, m^2
     """
     (rate, error), *others = growths(rows)
     rotor, casing, centre = (growing for growing, _ in others)
@@ -263,19 +290,19 @@ def _rates(rows: Floats) -> dict[str, float]:
 
 
 def _change(values: Floats) -> float:
-    """Return the last less the first of cumulative values; 0 where there is none."""
-    return _number(values[-1] - values[0]) if len(values) else 0.0
+    """Return the increase of cumulative values from first to last; 0 if empty."""
+    return _finite(values[-1] - values[0]) if len(values) else 0.0
 
 
-def _number(value: float) -> float:
+def _finite(value: float) -> float:
     return float(value) if math.isfinite(value) else 0.0
 
 
 def ledger_error(history: History) -> float:
-    """Return by how much the ledger breaks a law, over what went through it.
+    """Return the worst violation of the energy ledger, relative to its throughput.
 
-    The residual is zero; the energy of a scheme that is stable is never negative, and
-    neither is what damping took. The worst of these counts; 1 where the run was lost.
+    The residual must be zero; the energy of a stable scheme and the energy lost to
+    damping must not be negative. 1 where the run is not finite.
     """
     if history.stop == "nonfinite":
         return 1.0
@@ -297,7 +324,7 @@ def name_regime(
 
     Parameters
     ----------
-    numbers : of `evidence`, and `stop`
+    numbers : the `evidence`, and `stop`
     limits : thresholds
     """
     return words_of_one(numbers, _as_numbers(limits))

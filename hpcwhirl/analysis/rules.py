@@ -1,4 +1,4 @@
-"""Words of cases by the one table of them, `scene.words`: of one case, or of many."""
+"""The words of one case, or of many, by the rules of `scene.words`."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import asker, names_in, parse, value_of
-from hpcwhirl.scene.words import DEFINED, RULES, Rule
+from hpcwhirl.analysis.expression import asker, names_in, value_of
+from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.scene.words import DEFINED, NO_REGIME, RULES, Rule
 
 Words = NDArray[np.str_]
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
-    """Return the word of the first rule whose conditions all hold, for every case."""
+    """Return for every case the word of the first rule whose conditions all hold."""
     held = [
         np.logical_and.reduce([value_of(parse(need), known) for need in rule.needs])
         for rule in rules
     ]
     shape = np.broadcast_shapes(*map(np.shape, held))
-    found = [np.broadcast_to(np.asarray(each, bool), shape) for each in held]
-    return np.select(found, [rule.word for rule in rules], default="")
+    conditions = [np.broadcast_to(np.asarray(each, bool), shape) for each in held]
+    return np.select(conditions, [rule.word for rule in rules], default="")
 
 
 def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
-    """Return the word of the first rule whose conditions all hold, for one case."""
+    """Return for one case the word of the first rule whose conditions all hold."""
     for rule in rules:
         for need in rule.needs:
             if not asker(need)(known):
@@ -39,24 +40,24 @@ def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
 def words_of_one(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl) of one case, as `words_by_table` does of many."""
+    """Return (outcome, regime, whirl) of one case; for many, see `words_by_table`."""
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
         for name, text in DEFINED.items():
             known[name] = asker(text)(known)
         outcome, regime, whirl = (_first_word(rules, known) for rules in RULES.values())
-    lost = outcome == "unstable"
+    lost = outcome in NO_REGIME
     return outcome, "none" if lost else regime, "none" if lost else whirl
 
 
 def words_by_table(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[Words, Words, Words]:
-    """Return (outcome, regime, whirl) of evidence.
+    """Return (outcome, regime, whirl) of many cases, each (cases,).
 
     Parameters
     ----------
-    numbers : evidence, and `stop`: of one case, or each (cases,)
+    numbers : {name: evidence (cases,)}, and `stop`
     limits : thresholds
     """
     known = {**numbers, **limits}
@@ -67,12 +68,12 @@ def words_by_table(
             np.broadcast_to(first_words(rules, known), np.shape(numbers["stop"]))
             for rules in RULES.values()
         )
-    lost = outcome == "unstable"
+    lost = np.isin(outcome, NO_REGIME)
     return outcome, np.where(lost, "none", regime), np.where(lost, "none", whirl)
 
 
 def evidence_names() -> list[str]:
-    """Return the names that the tables ask for, but those that `DEFINED` makes."""
+    """Return the names that rules and definitions use, without those of `DEFINED`."""
     texts = [*DEFINED.values()]
     texts += [need for rules in RULES.values() for rule in rules for need in rule.needs]
     names = set().union(*(names_in(parse(text)) for text in texts))
@@ -80,7 +81,7 @@ def evidence_names() -> list[str]:
 
 
 def as_data() -> dict[str, Any]:
-    """Return definitions and tables as plain data, for the page."""
+    """Return definitions and rules as plain data, for the page."""
     tables = {
         name: [{"word": rule.word, "needs": list(rule.needs)} for rule in rules]
         for name, rules in RULES.items()

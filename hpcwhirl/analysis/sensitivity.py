@@ -1,13 +1,13 @@
 """Sobol' indices: which drawn input makes a quantity vary, alone and with others.
 
-Of independent draws A, B, and of A_i, which is A with input i of B (Saltelli et al.,
+From independent draws A, B, and A_i, which is A with input i of B (Saltelli et al.,
 Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018, Table 2):
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V,   T_i = mean((f(A) - f(A_i))^2) / (2 V)
 
-with V the variance of f(A) and f(B), f less its mean. A list, such as mistuning, is one
-input. `scipy.stats.sobol_indices` gives the same numbers, but takes powers of 2 alone,
-and a draw without a result has to be left out here.
+with V the variance of f(A) and f(B) together, and f taken about its mean. A list, such
+as mistuning, is one input. `scipy.stats.sobol_indices` gives the same numbers, but
+needs a power of 2 of draws, and draws without a result have to be left out here.
 """
 
 from __future__ import annotations
@@ -19,29 +19,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, nearest
+from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.shares import CONFIDENCE
-from hpcwhirl.store.results.sampled import SALTELLI, Drawn, drawn_of, points_of
+from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
 
 if TYPE_CHECKING:
     import xarray
 
-USUAL = ("growth_rate", "orbit_radius", "divergent")
-RESAMPLES = 999
+USUAL = ("growth_rate", "orbit_radius", "divergent")  # quantities by default
+RESAMPLES = 999  # of the bootstrap
 SEED = 0  # of the bootstrap: the same intervals every time
-STILL = 0.01  # share of resamples in which nothing may vary
-FEWEST = 8  # draws that an index is told from
+STILL = 0.01  # largest share of resamples in which no value varies
+FEWEST = 8  # pairs of draws from which on indices are computed
 Floats = NDArray[np.float64]
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return Sobol' indices, (2, d): of first order, total; NaN where nothing varies.
+    """Return Sobol' indices, (2, d): first-order and total; NaN if no value varies.
 
     Parameters
     ----------
-    a, b : (n,), of the draws A and B
-    mixed : (d, n), of A with an input of B
+    a, b : (n,), values of the draws A and B
+    mixed : (d, n), values of A_i, A with input i of B
     """
     both = np.concatenate([a, b])
     if np.ptp(both) == 0.0:
@@ -54,40 +55,39 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return the ends of the indices' intervals, (2 ends, 2, d), by bootstrap.
+    """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
 
-    Percentiles over draws taken with replacement; NaN where of more than `STILL` of
-    these none varies, as of a word that hardly a case has.
+    Percentiles over draws taken with replacement; NaN if in more than a share `STILL`
+    of the resamples no value varies, as for a regime that hardly any case has.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
-    found = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
-    if np.isnan(found).any(axis=(1, 2)).mean() > STILL:
+    resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
+    if np.isnan(resampled).any(axis=(1, 2)).mean() > STILL:
         return np.full((2, 2, len(mixed)), np.nan)
     tail = (1.0 - CONFIDENCE) / 2
-    return np.asarray(np.nanquantile(found, [tail, 1.0 - tail], axis=0))
+    return np.asarray(np.nanquantile(resampled, [tail, 1.0 - tail], axis=0))
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a number of each case, or 1 where it has a regime and 0 where another.
+    """Return a quantity of each case, (cases,); of a regime 1 for its cases, else 0.
 
-    NaN where the case has no regime, as failed and unstable ones: their numbers mean
-    nothing.
+    NaN for cases without a regime (failed, unstable): their numbers mean nothing.
 
     Raises
     ------
     InputError
-        where there is no such number
+        where the results have no numeric variable of this name
     """
     word = words(data["regime"])
     good = np.isin(word, list(REGIMES))
     if name in REGIMES:
         return np.where(good, (word == name).astype(float), np.nan)
-    known = [
+    numeric = [
         str(n) for n, v in data.variables.items()
         if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
     ]  # fmt: skip
-    if name not in known:
-        hint = nearest(name, [*known, *REGIMES]) or "; hpcwhirl cases --columns '?'"
+    if name not in numeric:
+        hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
         msg = f"unknown number '{name}'{hint}"
         raise InputError(msg)
     return np.where(good, data[name].to_numpy().astype(float), np.nan)
@@ -96,13 +96,13 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
 def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Dataset:
     """Return the Sobol' indices of quantities, at each point of the sweep.
 
-    A pair of draws one of whose cases gave no finite number is left out and counted in
-    `dropped`: the indices are then those of the others.
+    A pair of draws is left out, and counted in `dropped`, if any of its cases has no
+    finite value.
 
     Parameters
     ----------
-    data : of `open_results`, of a campaign whose [sample] has method = "saltelli"
-    names : numbers of the results, or regimes, whose probability is meant
+    data : results of `open_results` whose [sample] has method = "saltelli"
+    names : numeric variables of the results, or regimes: these are 1 or 0 in each case
 
     Returns
     -------
@@ -115,7 +115,7 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     Raises
     ------
     InputError
-        where the campaign's draws do not allow it
+        where inputs were not drawn by method "saltelli", or a name is unknown
     """
     import xarray
 
@@ -123,7 +123,7 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     _check_method(drawn)
     points, swept = points_of(data, drawn)
     numbers = {name: values_of(data, name) for name in wanted}
-    rows = [[_told(numbers[name], drawn, point) for name in wanted] for point in points]
+    rows = [[_indices_at(numbers[n], drawn, point) for n in wanted] for point in points]
     names_of = ("point", "quantity")
     out: dict[str, Any] = {}
     for key in rows[0][0]:
@@ -140,22 +140,25 @@ def _check_method(drawn: Drawn) -> None:
         raise InputError(msg + "map")
 
 
-def _told(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
-    """Return indices, their intervals and what they rest on, of one quantity."""
+def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
+    """Return indices of one quantity at one point, their intervals, counts of draws."""
     width = len(drawn.inputs) + 2
     here = drawn.point == point
     table = np.full((drawn.each // width, width), np.nan)
     table[drawn.draw[here] // width, drawn.block[here]] = values[here]
     whole = np.isfinite(table).all(axis=1)
     a, b, *mixed = table[whole].T
-    found, ends = np.full((2, width - 2), np.nan), np.full((2, 2, width - 2), np.nan)
+    estimates, ends = (
+        np.full((2, width - 2), np.nan),
+        np.full((2, 2, width - 2), np.nan),
+    )
     if whole.sum() >= FEWEST:
-        found = indices(a, b, np.array(mixed))
+        estimates = indices(a, b, np.array(mixed))
         ends = intervals(a, b, np.array(mixed))
     both = np.concatenate([a, b])
     return {
-        "first": found[0], "first_low": ends[0, 0], "first_high": ends[1, 0],
-        "total": found[1], "total_low": ends[0, 1], "total_high": ends[1, 1],
+        "first": estimates[0], "first_low": ends[0, 0], "first_high": ends[1, 0],
+        "total": estimates[1], "total_low": ends[0, 1], "total_high": ends[1, 1],
         "draws": int(whole.sum()), "dropped": int((~whole).sum()),
         "mean": both.mean() if len(both) else np.nan,
         "deviation": both.std() if len(both) else np.nan,

@@ -1,4 +1,4 @@
-"""How probable each regime is, from cases whose inputs were drawn."""
+"""The probability of each regime, from cases whose inputs were drawn."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ Floats = NDArray[np.float64]
 
 
 def shares(data: xarray.Dataset) -> xarray.Dataset:
-    """Return how probable each regime is at each point of a sampled campaign's sweep.
+    """Return the share of each regime at each point of a sampled campaign's sweep.
 
-    Cases that have no regime, failed or unstable, are `lost`: they count for no word.
-    Of a sample of method `saltelli` the draws A and B count, which are independent.
+    Cases without a regime, failed or unstable, are counted in `lost` and in no share.
+    Of a sample of method `saltelli` only the independent draws A and B are counted.
 
     Parameters
     ----------
-    data : of `open_results`, of a campaign with [sample]
+    data : results of `open_results`, of a campaign with [sample]
 
     Returns
     -------
     xarray.Dataset over `point`, with the swept inputs as coordinates, and `regime`:
-    `share`, `share_low`, `share_high` (Wilson's interval, 95 %, as of independent
-    draws; low-discrepancy ones err less), `count`; over `point` alone `cases`, those
-    that have a regime, and `lost`
+    `share`, `share_low`, `share_high` (Wilson's 95 % interval for independent draws;
+    low-discrepancy draws err less), `count`; over `point` alone `cases`, the number
+    with a regime, and `lost`
 
     Raises
     ------
@@ -47,36 +47,48 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     count = counts(data, drawn.independent, drawn.point)
     asked = np.bincount(drawn.point[drawn.independent])[points]
     cases = count.sum(axis=1)
-    own = np.array([[interval(int(n), int(total)) for n in row]
+    bounds = np.array([[interval(int(n), int(total)) for n in row]
                          for row, total in zip(count, cases, strict=True)])  # fmt: skip
     both = ("point", "regime")
-    found = xarray.Dataset(
+    dataset = xarray.Dataset(
         {
-            "share": (both, own[..., 0], _told("share of cases that have a regime")),
-            "share_low": (both, own[..., 1], _told("lower end of its interval, 95 %")),
-            "share_high": (both, own[..., 2], _told("upper end of it")),
-            "count": (both, count, _told("cases of this regime")),
-            "cases": ("point", cases, _told("cases that have a regime")),
-            "lost": ("point", asked - cases, _told("cases without one")),
+            "share": (
+                both,
+                bounds[..., 0],
+                _attributes("share of cases that have a regime"),
+            ),
+            "share_low": (
+                both,
+                bounds[..., 1],
+                _attributes("lower end of its interval, 95 %"),
+            ),
+            "share_high": (
+                both,
+                bounds[..., 2],
+                _attributes("upper end of its interval, 95 %"),
+            ),
+            "count": (both, count, _attributes("cases of this regime")),
+            "cases": ("point", cases, _attributes("cases that have a regime")),
+            "lost": ("point", asked - cases, _attributes("cases without a regime")),
         },
         coords={"regime": list(REGIMES), "point": points},
     )
-    return found.assign_coords(swept)
+    return dataset.assign_coords(swept)
 
 
 def counts(
     data: xarray.Dataset, chosen: NDArray[np.bool_], group: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return how many chosen cases of each group have each regime, (groups, regimes).
+    """Return the number of chosen cases by group and regime, (groups, regimes).
 
-    Failed and unstable cases have none.
+    chosen, group : (cases,), which cases count, and their groups' numbers
     """
     word, number = words(data["regime"]), np.unique(group, return_inverse=True)[1]
-    found = np.zeros((number.max(initial=-1) + 1, len(REGIMES)), dtype=np.int64)
-    for place, name in enumerate(REGIMES):
-        np.add.at(found[:, place], number[chosen & (word == name)], 1)
-    return found
+    table = np.zeros((number.max(initial=-1) + 1, len(REGIMES)), dtype=np.int64)
+    for column, name in enumerate(REGIMES):
+        np.add.at(table[:, column], number[chosen & (word == name)], 1)
+    return table
 
 
-def _told(meaning: str) -> dict[str, Any]:
+def _attributes(meaning: str) -> dict[str, Any]:
     return {"units": "1", "long_name": meaning}

@@ -1,4 +1,4 @@
-"""Full spectrum of a planar orbit: forward and backward lines apart."""
+"""Spectra: the full spectrum of a planar orbit, and the amplitudes of a signal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-MOST_KEPT = 8  # windows: 32 bytes a sample
+MOST_KEPT = 8  # cached windows, each 32 bytes a sample
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
@@ -37,8 +37,8 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the window (count,), its sum, the lines' order by frequency and number."""
-    # scipy.signal has it, too, for 0.4 s of every process's start
+    """Return the Hann window, its sum, and order and numbers of ascending lines."""
+    # not scipy.signal's, whose import takes 0.4 s of every process's start
     window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, count + 1)[:-1])
     each = np.arange(count)
     return window, window.sum(), np.fft.fftshift(each), each - count // 2
@@ -68,11 +68,11 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 def strongest(
     where: Floats, amplitude: Floats, low: float, high: float
 ) -> tuple[float, float]:
-    """Return (place, amplitude) of the strongest line in [low, high]; (nan, 0) if none.
+    """Return (frequency, amplitude) of the strongest line in [low, high], or (nan, 0).
 
     Parameters
     ----------
-    where, amplitude : (n,), of a spectrum
+    where, amplitude : (n,), frequencies and amplitudes of a spectrum
     low, high : in the unit of `where`
     """
     inside = np.flatnonzero((where >= low) & (where <= high))

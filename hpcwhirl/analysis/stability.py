@@ -1,4 +1,4 @@
-"""Linear stability with the contacts held closed, nodal diameter by nodal diameter.
+"""Linear stability with all contacts held closed, one nodal diameter at a time.
 
 All N tips stay on the casing, w(theta_j) = u_j, and slide with friction mu. In the
 rotating frame nothing depends on time: harmonic h of the ring, W_h e^{i h theta} with
@@ -10,7 +10,8 @@ as nodal diameter k. With q of the rotor and P_h of the ring, mass-orthonormal,
     sum_h W_h P_h - r q = 0,
 
 n = 2, or 1 for a simple harmonic; lambda_k the cyclic coordinate of the multipliers,
-mu with the sign of Omega. What is left free is a quadratic eigenvalue problem.
+mu with the sign of Omega. The motions that keep the constraint are those of a quadratic
+eigenvalue problem.
 """  # noqa: E501
 
 from __future__ import annotations
@@ -34,13 +35,13 @@ SLOW = 2 * np.pi * 150.0  # rad/s: 1F and suspension of the paper lie below
 
 @dataclass(frozen=True)
 class Coupled:
-    """Rotor and ring on one nodal diameter, x = (q, P), rotating frame.
+    """Equations of rotor and ring on one nodal diameter, x = (q, P), rotating frame.
 
     Attributes
     ----------
-    damping, stiffness : (m, m), of x'' + C x' + K x = push lambda
-    gap : (m,), w - u of x, m
-    push : (m,), what a multiplier lambda_k does to x
+    damping, stiffness : (m, m), C and K of x'' + C x' + K x = push lambda
+    gap : (m,), row that gives the gap w - u from x
+    push : (m,), modal forces of a unit multiplier lambda_k
     """
 
     damping: Complexes
@@ -50,7 +51,7 @@ class Coupled:
 
 
 def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
-    """Return the two bodies on nodal diameter k of the rotor.
+    """Return the equations of both bodies on nodal diameter k of the rotor.
 
     Parameters
     ----------
@@ -64,9 +65,9 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
         raise InputError(msg)
     mu, blades = friction * float(np.sign(speed)), model.blades
     orders = range(-model.ring.harmonics, model.ring.harmonics + 1)
-    seen = [h for h in orders if (h - k) % blades == 0]
+    harmonics = [h for h in orders if (h - k) % blades == 0]
     parts = [_rotor_part(model, k, mu)]
-    parts += [_ring_part(model, model.ring, h, speed, mu) for h in seen]
+    parts += [_ring_part(model, model.ring, h, speed, mu) for h in harmonics]
     damping, stiffness, gap, push = map(np.concatenate, zip(*parts, strict=True))
     return Coupled(np.diag(damping), np.diag(stiffness), gap, push)
 
@@ -74,11 +75,11 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
 def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
     """Return (C, K, gap, push), each (m,), of the rotor's modes of diameter k."""
     body, blades = model.rotor, model.blades
-    own = (body.diameter == k) & (body.phase == 0)
+    modes = (body.diameter == k) & (body.phase == 0)
     wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
-    radial, tangential = (wave @ rows[:, own] for rows in tip_rows(body, blades))
+    radial, tangential = (wave @ rows[:, modes] for rows in tip_rows(body, blades))
     count = (1 if 2 * k % blades == 0 else 2) * blades
-    omega, ratios = body.omega[own], body.ratios[own]
+    omega, ratios = body.omega[modes], body.ratios[modes]
     push = -count * (radial + mu * tangential).conj()
     return 2 * ratios * omega + 0j, omega**2 + 0j, -radial, push
 
@@ -91,12 +92,12 @@ def _ring_part(
     if body is None:
         msg = "closed contacts need an elastic casing"
         raise InputError(msg)
-    own = (body.diameter == abs(h)) & (body.phase == 0)
-    outward, along = _amplitudes(body, own, ring, h)
+    modes = (body.diameter == abs(h)) & (body.phase == 0)
+    outward, along = _amplitudes(body, modes, ring, h)
     share = 0.5 if h else 1.0
     count = (2 if h else 1) * model.blades
     push = count * share * (outward + mu * along).conj()
-    omega, ratios = body.omega[own], body.ratios[own]
+    omega, ratios = body.omega[modes], body.ratios[modes]
     turn = -1j * h * speed
     damping = 2 * ratios * omega
     return (
@@ -108,22 +109,22 @@ def _ring_part(
 
 
 def _amplitudes(
-    body: ModalModel, own: NDArray[np.bool_], ring: FourierOperator, h: int
+    body: ModalModel, modes: NDArray[np.bool_], ring: FourierOperator, h: int
 ) -> tuple[Complexes, Complexes]:
-    """Return W and U of e^{i h theta}, each (2,).
+    """Return the ring's amplitudes W and U of e^{i h theta} in its modes, each (2,).
 
     w = W cos h theta comes with u = U sin |h| theta; for h = 0 the turn U is uniform.
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
     sine = 2 * at
-    outward = body.shapes[ring.radial[cosine], own] + 0j
-    along = body.shapes[ring.tangential[sine], own] * (-1j * np.sign(h) if h else 1.0)
+    outward = body.shapes[ring.radial[cosine], modes] + 0j
+    along = body.shapes[ring.tangential[sine], modes] * (-1j * np.sign(h) if h else 1.0)
     return outward, along
 
 
 def closed_roots(pair: Coupled) -> Complexes:
-    """Return the eigenvalues s, 1/s, with w = u held: motion ~ e^{s t}, (2 m - 2,)."""
+    """Return the eigenvalues s of motions e^{s t} with w = u held, (2 m - 2,), 1/s."""
     right = null_space(pair.gap[None, :])
     left = null_space(pair.push[None, :].conj())
     mass, damping, stiffness = (
@@ -134,14 +135,14 @@ def closed_roots(pair: Coupled) -> Complexes:
 
 
 def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
-    """Return the eigenvalues with springs for contacts, lambda = -stiffness (w - u).
+    """Return the eigenvalues with springs for contacts, (2 m,), 1/s.
 
-    A contact that is closed for a part of the time lies between none (0) and closed
-    (infinity).
+    lambda = -stiffness (w - u): a contact that is closed for a part of the time lies
+    between none (stiffness 0) and a closed one (infinite).
 
     Parameters
     ----------
-    pair : of `coupled`
+    pair : equations of `coupled`
     stiffness : N/m, of each blade
     """
     extra = stiffness * np.outer(pair.push, pair.gap)
@@ -157,19 +158,19 @@ def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
 
 
 def fastest(roots: Complexes, below: float = np.inf) -> complex:
-    """Return the root of largest growth, of those with |Im s| < `below`, rad/s.
+    """Return the root s of largest growth Re s among those with |Im s| < `below`.
 
-    Growth is -infinity where there is none.
+    below : rad/s. Without such a root, Re s is -infinity.
     """
     slow = roots[np.abs(roots.imag) < below]
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
 
 
 def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
-    """Return a line as the casing sees it, rad/s, positive where it turns with Omega.
+    """Return a rotating-frame frequency in the static frame, rad/s; > 0: with Omega.
 
     e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
-    t / k: with k = 1 that of the centre's orbit.
+    t / k; for k = 1 the result is the frequency of the centre's orbit.
     """
     return k * speed - line
 
@@ -177,7 +178,7 @@ def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
 def growth_of_diameter(
     model: Model, k: int, speed: float, friction: float
 ) -> dict[str, float]:
-    """Return how fast contacts held closed let motion of a nodal diameter grow.
+    """Return growth rates of a nodal diameter with contacts held closed or sprung.
 
     Returns
     -------
@@ -191,15 +192,15 @@ def growth_of_diameter(
     roots = closed_roots(pair)
     root, slow = fastest(roots), fastest(roots, SLOW)
     springs = np.geomspace(1e3, 1e9, 61)
-    found = [fastest(sprung_roots(pair, s), SLOW) for s in springs]
-    best = int(np.argmax([r.real for r in found]))
+    by_spring = [fastest(sprung_roots(pair, s), SLOW) for s in springs]
+    best = int(np.argmax([r.real for r in by_spring]))
     return {
         "nodal_diameter": float(k),
         "closed": root.real,
         "closed_line": root.imag,
         "slow": slow.real,
         "slow_line": slow.imag,
-        "sprung": found[best].real,
-        "sprung_line": found[best].imag,
+        "sprung": by_spring[best].real,
+        "sprung_line": by_spring[best].imag,
         "spring": float(springs[best]),
     }

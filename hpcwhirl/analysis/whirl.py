@@ -1,4 +1,4 @@
-"""Static-frame motion of the centre (Eq. 12) and the direction of its whirl.
+"""Motion of the centre in the static frame (Eq. 12) and the direction of its whirl.
 
 Forward means turning with Omega. At Omega = 0 there is no rotation to turn with, and
 forward means anticlockwise.
@@ -19,12 +19,12 @@ FEWEST = 16  # samples below which an orbit has no direction
 
 @dataclass(frozen=True)
 class WhirlNumbers:
-    """Evidence of whirl over a window; forward positive.
+    """Evidence of whirl over a window of time; forward is positive.
 
     Attributes
     ----------
     ratio : (P+ - P-)/(P+ + P-) of the full spectrum, -1 to 1
-    area_rate : signed area swept about the mean a second, m^2/s
+    area_rate : signed area that the orbit sweeps about its mean per second, m^2/s
     line : frequency of the strongest line, rad/s
     radius : rms distance from the mean, m
     """
@@ -36,7 +36,7 @@ class WhirlNumbers:
 
 
 def static_frame(centre: Floats, angle: Floats) -> Floats:
-    """Return the centre in the static frame, Eq. (12).
+    """Return the centre's motion in the static frame, Eq. (12).
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 
 
 def whole_revolutions(time: Floats, speed: float) -> slice:
-    """Return the last whole revolutions of the samples; all, where there is none."""
+    """Return the slice of the samples' last whole revolutions; all if there is none."""
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))
     interval = time[1] - time[0]
     span = len(time) * interval
-    if abs(speed) * span < 2 * np.pi:  # a revolution may be too long for a number
+    if abs(speed) * span < 2 * np.pi:  # first, since 2 pi / speed might overflow
         return slice(0, len(time))
     revolution = 2 * np.pi / abs(speed)
     turns = np.floor(span / revolution)
@@ -89,7 +89,7 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     omega, amplitude = full_spectrum(scaled, interval)
     power, turning = amplitude**2, sign * omega
     forward, backward = (
-        np.add.reduce(power[own]) for own in (turning > 0, turning < 0)
+        np.add.reduce(power[direction]) for direction in (turning > 0, turning < 0)
     )
     areas = (scaled[:-1].conj() * scaled[1:]).imag
     swept = 0.5 * (np.add.reduce(areas) / len(areas)) / interval

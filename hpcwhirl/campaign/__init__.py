@@ -6,7 +6,7 @@ they will take; what runs them is here.
 Called, as `hpcwhirl.campaign("whirl.toml", "results")`, it is the function `campaign`.
 
 Rank 0 hands out cases and computes too, point to point; a process alone is rank 0 of
-one. What there is to do is found once, by rank 0 (`work`). The first units go out
+one. What is left to do rank 0 asks of the `planner`. The first units go out
 together; then a worker asks when it begins what it has. The last units, one a rank, go
 to whoever has nothing left. Seconds a case are learned from its nearest finished
 neighbours and decide order, time left and the size of an answer, never a result.
@@ -14,20 +14,16 @@ Isolated cases are a fresh interpreter, never a fork of a process that has begun
 Every message is received: each worker gets one HALT and ends no sooner, since a message
 that nobody has read hangs `srun --mpi=pmi2` in MPI's end.
 
-A refined campaign grows: rank 0 hears the word of every case with its seconds and hands
-out what the words ask for as soon as they do (`growing`); there are no rounds, but for
-a budget. A rank with nothing left waits while cases at work may lead to others. What is
-wanted is found again from the journals at every start and by everything that reads a
-directory: the set is a function of words (`refinement`), and so are the rows.
+A unit is a job: a case, one of its twins, or one of both for longer where the campaign
+was extended and it is undecided. Rank 0 hears how every job ended with its seconds and
+hands out what follows from it as soon as it does: refined cases, later stages, twins.
+There are no rounds, but for a budget. A rank with nothing left waits while jobs at work
+may lead to others. What is left is planned again from the journals at every start and
+by everything that reads a directory: the set of jobs is a function of words.
 
 A case in flight when two processes died is computed last, in a process of its own: if
 it dies again it is `crashed`, else it was a bystander and has its bits. Of cases that
 give no result, the first five of a rank are printed at once.
-
-A case is computed with all that is of it in one unit: itself, for longer where the
-campaign was extended and it is undecided (`stages`), then its twins (`twins`). Twins of
-boundaries alone are a second round, when all words are there; of a refined campaign
-each twin is a unit that goes out when words ask for it.
 
 A campaign ends early, resumable and within seconds, at INT, TERM or USR1, before its
 time is up (`--walltime`, SLURM_JOB_END_TIME: a tenth of the time, at most 60 s, is kept
@@ -50,6 +46,7 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["campaign"]
+__doc__ = campaign.__doc__ or ""  # what help(hpcwhirl.campaign) is asked for
 
 
 class _Called(type(sys)):  # type: ignore[misc]

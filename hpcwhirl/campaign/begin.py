@@ -11,7 +11,10 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare, put_aside
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.store.directory.columns import told_by
 from hpcwhirl.store.directory.owner import CAMPAIGN, Claim, claim, claimed
+
+LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
 
 
 class Manner(NamedTuple):
@@ -20,12 +23,10 @@ class Manner(NamedTuple):
     Attributes
     ----------
     fresh : put an old directory aside
-    take_over : take it from a run on another machine that is dead
     extend : s, to what cases that are undecided go on; None: as before
     """
 
     fresh: bool = False
-    take_over: bool = False
     extend: float | None = None
 
 
@@ -44,17 +45,34 @@ def begin(
     InputError
         where the directory is another campaign's, or another run computes there
     """
-    asking = asking_of(stopping, take_over=manner.take_over)
+    asking = asking_of(stopping, take_over=policy.take_over)
     if manner.fresh and folder.exists():
         with claimed(folder, CAMPAIGN, asking) as old:  # no shard may be at it
+            old.check()
             aside = put_aside(folder)
             if aside:
                 old.moved(aside)
                 say(f"what was in {folder} is now {aside}")
     own = claim(folder, claim_of(policy.shard), asking)
     try:
-        prepare(design, folder, manner.extend, mends="failed" in policy.retry)
+        mends = "failed" in policy.retry
+        prepare(design, folder, manner.extend, mends=mends, check=own.check)
+        if manner.extend is not None:
+            _tell_stopped(folder, design)
     except BaseException:
         own.release()
         raise
     return own
+
+
+def _tell_stopped(folder: Path, design: Design) -> None:
+    """Tell of how many cases an extension can tell no more than is known."""
+    cases = {
+        int(case)
+        for _, told in told_by(folder, design.digests)
+        for case, outcome in zip(told.case, told.outcome, strict=True)
+        if case >= 0 and outcome in LIMITED
+    }
+    if cases:
+        noun = "case" if len(cases) == 1 else "cases"
+        say(f"{len(cases)} {noun} ended at the limit: more time cannot help")

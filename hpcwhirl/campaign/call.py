@@ -10,17 +10,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import hpcwhirl
 from hpcwhirl.campaign.begin import Manner, begin
-from hpcwhirl.campaign.ending import Ending
+from hpcwhirl.campaign.finalize import Ending
+from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.measure import Measure, measure_of
-from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.sampling import as_begun
-from hpcwhirl.campaign.policy import CHECKS, Policy, options_of, retries, with_rules
-from hpcwhirl.campaign.resume import check_folder
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.resume import as_begun, check_folder
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.stop import Stopping, parse_walltime, time_left
+from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import (
     InputError,
     StoppedError,
@@ -29,17 +30,17 @@ from hpcwhirl.errors import (
     unknown,
 )
 from hpcwhirl.launch import ALONE, Communicator, communicator
+from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.owner import Claim
-from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.results.measured import WHY_NOT
 
 if TYPE_CHECKING:
     import xarray
 
 INTERNAL = 70
-FOLDER = "campaign"
 FLAGS = ("fresh", "take_over")
-OPTIONS = (*CHECKS, *FLAGS, "retry", "walltime")
+NO_OPTIONS = ("out", "report")  # of [campaign]
+OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Call:
     out: Any
     function: Any
     variables: Any
+    version: Any
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
@@ -62,7 +64,7 @@ class Call:
                 found = self._together(comm, stopping)
         if not isinstance(found, Path):
             raise found
-        data = open_results(found)
+        data = hpcwhirl.open_results(found)  # which registers `data.hpcwhirl`
         if comm.rank == 0 and self.function is not None:
             _tell_unmeasured(data)
         return data
@@ -70,69 +72,77 @@ class Call:
     def _together(self, comm: Communicator, stopping: Stopping) -> Path | WhirlError:
         """Run as one rank of several; where it breaks, end all: others would wait."""
         try:
-            with Patience(stopping, Policy().patience, comm) as patience:
+            with Watchdog(stopping, Policy().patience, comm) as patience:
                 return self._run(comm, stopping, patience)
-        except Exception:
+        except BaseException:  # what ends one rank alone would leave the others waiting
             traceback.print_exc()
             sys.stderr.flush()
             comm.Abort(INTERNAL)
             raise
 
     def _run(
-        self, comm: Communicator, stopping: Stopping, patience: Patience | None = None
+        self, comm: Communicator, stopping: Stopping, patience: Watchdog | None = None
     ) -> Path | WhirlError:
         """Return the directory, or why there are no results: the same on every rank."""
+        measure, failure = self._agreed(comm)
+        if failure is not None:
+            return failure
         with ExitStack() as stack:
-            found, own = self._found(comm, stopping)
+            found, own = self._found(comm, stopping, measure)
             design, policy, folder, failure = comm.bcast(found, root=0)
             if own is not None:
                 stack.callback(own.release)
-            failures = comm.allgather(self._wrong_measure())
-            failure = failure or next(filter(None, failures), None)
             if failure is not None:
                 refused: WhirlError = failure
                 return refused
             if patience is not None:
                 patience.seconds = policy.patience
                 patience.last = own.release if own else patience.last
-            design = replace(design, measure=self._measure())
+            design = replace(design, measure=measure)
             ending = run_campaign(design, folder, comm, policy, stopping, own)
         ending = comm.bcast(ending, root=0)
         return _why_not(ending, folder) or folder
 
-    def _measure(self) -> Measure | None:
-        return measure_of(self.function, self.variables)
+    def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
+        """Return this rank's measure, or what is wrong with that of any rank.
 
-    def _wrong_measure(self) -> WhirlError | None:
-        """Return what is wrong with this rank's measure."""
+        Nothing is made before: ranks of different functions would mix their numbers.
+        """
+        measure, wrong = None, None
         try:
-            self._measure()
-        except InputError as wrong:
-            return wrong
-        return None
+            measure = measure_of(self.function, self.variables, self.version)
+        except InputError as failed:
+            wrong = failed
+        told = (measure.fingerprint, measure.plan()) if measure else None
+        every = comm.allgather((told, wrong))
+        failure = next((failed for _, failed in every if failed), None)
+        other = [rank for rank, (its, _) in enumerate(every) if its != every[0][0]]
+        if failure is None and other:
+            failure = InputError(_unlike(other[0], every[0][0], every[other[0]][0]))
+        return measure, failure
 
     def _found(
-        self, comm: Communicator, stopping: Stopping
+        self, comm: Communicator, stopping: Stopping, measure: Measure | None
     ) -> tuple[tuple[Any, ...], Claim | None]:
         """Return (design, policy, folder, failure) and the claim; of rank 0 alone."""
         if comm.rank:
             return (), None
         try:
             design = Design.of(self.design)
-            rules = design.rules | self._options()
-            own = options_of(rules)
-            folder = Path(self.out if self.out is not None else own.get("out", FOLDER))
-            policy = with_rules(_policy(own), rules)
+            rules = design.rules.with_options(self._options())
+            given = self.out if self.out is not None else rules.out
+            folder = Path(given).absolute()  # wherever a measure may go
+            policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
             check_folder(folder)
-            manner = Manner(*(bool(self.options.get(name)) for name in FLAGS))
+            manner = Manner(fresh=bool(self.options.get("fresh")))
             design = design if manner.fresh else as_begun(design, folder)
-            design = replace(design, measure=self._measure())
+            design = replace(design, measure=measure)
             claim = begin(design, folder, policy, stopping, manner)
         except WhirlError as failed:
             return (None, None, None, failed), None
         return (design, policy, folder, None), claim
 
-    def _options(self) -> dict[str, Any]:
+    def _options(self) -> Campaign:
         """Return the options that may stand in [campaign], too."""
         for name, value in self.options.items():
             if name not in OPTIONS:
@@ -140,7 +150,8 @@ class Call:
             if name in FLAGS and not isinstance(value, bool):
                 msg = f"{name} must be True or False, got {shown(value)}"
                 raise InputError(msg)
-        return {n: value for n, value in self.options.items() if n not in FLAGS}
+        given = {n: value for n, value in self.options.items() if n not in FLAGS}
+        return Campaign.read(given, "options", str)
 
 
 def _tell_unmeasured(data: xarray.Dataset) -> None:
@@ -155,9 +166,17 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
         )
 
 
-def _policy(own: Mapping[str, Any]) -> Policy:
-    walltime = parse_walltime(own["walltime"]) if "walltime" in own else None
-    return Policy(retry=retries(own.get("retry", [])), seconds=time_left(walltime))
+def _unlike(rank: int, first: Any, other: Any) -> str:
+    """Return what differs between the measures of rank 0 and of another rank."""
+    what = "whether there is one differs"
+    if first and other:
+        what = "their variables differ"
+        if changed := difference(first[0], other[0]):
+            what = f"{changed} differs"
+    return (
+        f"measure must be the same on all ranks, got another one on rank {rank} than "
+        f"on rank 0: {what}"
+    )
 
 
 def _why_not(ending: Ending, folder: Path) -> WhirlError | None:

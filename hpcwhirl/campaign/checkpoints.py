@@ -109,10 +109,10 @@ class Checkpoints:
 
     def hand_over(self, digest: str, after: str) -> None:
         """Let a case go on from the last state of another, unless it has its own."""
-        if digest in self.kept and after not in self.kept:
+        if digest and after not in self.kept:
             with suppress(MissingFileError):  # it can start anew
-                if hand_over(self.folder, digest, after):
-                    self.kept.add(after)
+                if hand_over(self.folder, digest, after):  # whichever rank kept it
+                    self.kept |= {digest, after}
 
     def drop(self, digest: str) -> None:
         """Forget the state of a case that has ended."""

@@ -9,7 +9,7 @@ from hpcwhirl.campaign.simulate import Course, Result
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import CaseError
+from hpcwhirl.errors import CaseError, one_line, text_of
 from hpcwhirl.scene.words import is_open
 
 
@@ -37,8 +37,8 @@ def late(march: March, limit: float) -> LateError:
 def message_of(failed: Exception) -> str:
     """Return the one line that tells why a case failed."""
     told = isinstance(failed, CaseError)
-    text = str(failed) if told else f"{type(failed).__name__}: {failed}"
-    return text.splitlines()[0]
+    text = str(failed) if told else text_of(failed)
+    return one_line(text.splitlines()[0])
 
 
 def compute(

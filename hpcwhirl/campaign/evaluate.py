@@ -1,18 +1,17 @@
-"""Compute units of cases and keep them; a case that fails is a row."""
+"""Compute jobs and keep what they give; a case that fails is a row."""
 
 from __future__ import annotations
 
 import socket
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Unit, cases_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     DiedError,
@@ -20,19 +19,20 @@ from hpcwhirl.campaign.compute import (
     compute,
     message_of,
 )
-from hpcwhirl.campaign.isolate import Child
 from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.plan.computation import Computation, computation, resolved
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.refined import RefinedDesign
-from hpcwhirl.campaign.plan.stages import Ended, Job, Stages, Todo, ended_of, resolved
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
-from hpcwhirl.case.plan import FOLDING, folds_of
+from hpcwhirl.campaign.worker_process import Child
+from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
+from hpcwhirl.planner.jobs import Completion, completion_of
+from hpcwhirl.scene.words import TOLD
+from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal, Record
-from hpcwhirl.store.directory.running import Running
 from hpcwhirl.store.results.measured import WHY_NOT
 
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
@@ -61,26 +61,28 @@ class Desk:
 
 
 class Evaluator:
-    """Computes units of cases on this rank and keeps them in this rank's journal."""
+    """Computes jobs on this rank and keeps them in this rank's journal.
+
+    Parameters
+    ----------
+    design : of the campaign
+    desk : what this rank works with
+    extended : s, to what undecided cases go on
+    """
 
     def __init__(
-        self,
-        design: Design,
-        units: Sequence[Unit],
-        desk: Desk,
-        stages: Stages | None = None,
-        begun: Mapping[int, Todo] | None = None,
+        self, design: Design, desk: Desk, extended: Sequence[float] = ()
     ) -> None:
-        self.design, self.units, self.desk = design, units, desk
-        self.stages, self.begun = stages or Stages(design), begun or {}
+        self.design, self.desk, self.extended = design, desk, extended
+        self.code = design.code
         self.limit = desk.policy.limit
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
         self.lost = False  # whether what was computed could not be kept
 
-    def warm(self) -> None:
-        """Take a step of a case of each kernel that the units need."""
-        cases = self._kinds()
+    def warm(self, cases: Sequence[int]) -> None:
+        """Take a step of a case of each kernel that some cases need."""
+        cases = self._kinds(cases)
         self.desk.running.begin(self.design.digest(case) for case in cases)
         if self.desk.policy.isolate:
             scenes = [self.design.scene(case) for case in cases]
@@ -95,12 +97,10 @@ class Evaluator:
                 except Exception:  # noqa: BLE001 - it will fail as a row
                     continue
 
-    def _kinds(self) -> list[int]:
-        """Return a case of each kernel that the units need, the first of its kind."""
-        left = cases_of(self.units)
-        left = left[~np.isin(left, list(self.desk.suspects))]
+    def _kinds(self, cases: Sequence[int]) -> list[int]:
+        """Return a case of each kernel that some cases need, the first of its kind."""
         kinds: dict[tuple[str, int], int] = {}
-        for case in self.design.columns.first_of(left, FOLDING):
+        for case in cases:
             scene = self.design.scene(case)
             folds = 1
             with suppress(WhirlError):  # a file that cannot be read fails as a row
@@ -108,16 +108,16 @@ class Evaluator:
             kinds.setdefault((scene.solver.scheme, folds), case)
         return list(kinds.values())
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Ended]:
-        """Compute a unit and return how each of its cases ended."""
+    def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
+        """Compute the job of a number and return how it ended."""
 
         def between() -> None:
             self._writing(self.desk.journal.keep_due)
             between_slices()
 
-        if isinstance(self.design, RefinedDesign):
-            return [self._grown(self.design, unit, between)]
-        return [self._case(case, between) for case in self.units[unit]]
+        computed = computation(self.design, self.code.decode(task), self.extended)
+        self.desk.running.begin([computed.digest])
+        return self._compute(computed, between)
 
     def keep_due(self) -> None:
         """Keep what has been computed, while this rank waits."""
@@ -130,65 +130,29 @@ class Evaluator:
             self._writing(self.desk.journal.keep)
         return not self.lost
 
-    def _grown(
-        self, design: RefinedDesign, number: int, between: Callable[[], None]
-    ) -> Ended:
-        """Compute a case of a refined campaign, or a twin, by its number."""
-        case, twin = design.split(number)
-        if not twin:
-            return self._case(case, between)
-        job = design.twin(number)
-        self.desk.running.begin([job.digest])
-        return self._compute(job, between)
-
-    def _case(self, case: int, between: Callable[[], None]) -> Ended:
-        """Compute what is left of a case: itself, then its twins.
-
-        Returns
-        -------
-        how the first of them ended, but with the worst status of all
-        """
-        ends: list[Ended] = []
-        for twin, stage in self.begun.get(case) or self.stages.whole():
-            ends.append(self._through(case, twin, stage, between))
-            if twin == 0 and ends[-1].status != "ok":
-                break
-        bad = (end.status for end in ends if end.status != "ok")
-        return ends[0]._replace(status=next(bad, "ok"))
-
-    def _through(
-        self, case: int, twin: int, stage: int, between: Callable[[], None]
-    ) -> Ended:
-        """Compute a case or a twin, and go on as long as it is open and may."""
-        end = Ended("ok", "", is_open=True, of="", twin=twin, longest=0.0)
-        for job in self.stages.jobs(case, stage, twin):
-            self.desk.running.begin([job.digest])
-            end = self._compute(job, between)
-            if not end.is_open:
-                break
-        return end
-
-    def _compute(self, job: Job, between: Callable[[], None]) -> Ended:
+    def _compute(
+        self, computed: Computation, between: Callable[[], None]
+    ) -> Completion:
         start, checkpoints = time.perf_counter(), self.desk.checkpoints
         try:
-            self.design.check_engine(job.case)
-            checkpoints.hand_over(job.before, job.digest)
-            keep = job.lasts or self.desk.policy.keep_states
-            if self.desk.policy.isolate or job.case in self.desk.suspects:
-                result = self._isolated(job, between, keep=keep)
+            self.design.check_engine(computed.job.case)
+            checkpoints.hand_over(computed.before, computed.digest)
+            keep = computed.lasts or self.desk.policy.keep_states
+            if self.desk.policy.isolate or computed.job.case in self.desk.suspects:
+                result = self._isolated(computed, between, keep=keep)
             else:
-                case = resolved(self.design, job)
+                case = resolved(self.design, computed)
                 result = compute(
-                    case, job.digest, checkpoints, self.limit, between, keep=keep
+                    case, computed.digest, checkpoints, self.limit, between, keep=keep
                 )
         except Stop:
             raise
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
-            cause = self._changed(job.case) or failed
-            return self._fail(job, cause, time.perf_counter() - start)
-        return self._keep(job, result, keep=keep)
+            cause = self._changed(computed.job.case) or failed
+            return self._fail(computed, cause, time.perf_counter() - start)
+        return self._keep(computed, result, keep=keep)
 
     def _changed(self, case: int) -> WhirlError | None:
         """Return why a case's engine is not known to be the plan's, None if it is."""
@@ -198,13 +162,17 @@ class Evaluator:
             return changed
         return None
 
-    def _isolated(self, job: Job, between: Callable[[], None], *, keep: bool) -> Result:
-        self.desk.checkpoints.kept.add(job.digest)  # the child may have kept a state
+    def _isolated(
+        self, computed: Computation, between: Callable[[], None], *, keep: bool
+    ) -> Result:
+        self.desk.checkpoints.kept.add(computed.digest)  # which the child may keep
         return self.desk.child.compute(
-            job.scene, job.digest, self.limit, between, keep=keep
+            computed.scene, computed.digest, self.limit, between, keep=keep
         )
 
-    def _fail(self, job: Job, failed: Exception, seconds: float) -> Ended:
+    def _fail(
+        self, computed: Computation, failed: Exception, seconds: float
+    ) -> Completion:
         """Keep a row that tells why a case gave no result, and say the first few."""
         status = "failed"
         if isinstance(failed, LateError):
@@ -212,30 +180,33 @@ class Evaluator:
         elif isinstance(failed, DiedError):
             status = "crashed"
         message = message_of(failed)
-        record = self._record(job) | {"status": status, "message": message}
+        record = self._record(computed) | {"status": status, "message": message}
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
         if status != "timeout":  # which may go on from its state
-            self._drop(job.digest)
+            self._drop(computed.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
-        name = told(job, self.design.name(job.case))
+        name = told(computed, self.design.name(computed.job.case))
         self._tell(f"{name} {status} on {where}: {message}")
-        return ended_of(record)
+        return completion_of(record)
 
-    def _record(self, job: Job) -> Record:
-        head: Record = {"case": job.case, "digest": job.digest, "ended": time.time()}
-        return head | job.facts
+    def _record(self, computed: Computation) -> Record:
+        head: Record = {"case": computed.job.case, "digest": computed.digest}
+        return head | {"ended": time.time()} | computed.facts
 
-    def _keep(self, job: Job, result: Result, *, keep: bool) -> Ended:
+    def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
         """Keep a result, unless its engine is no longer known to be the plan's."""
-        if changed := self._changed(job.case):
-            return self._fail(job, changed, float(result.performance["seconds"]))
-        record = self._record(job) | {"status": "ok", "message": "", "row": result.row}
+        if changed := self._changed(computed.job.case):
+            return self._fail(computed, changed, float(result.performance["seconds"]))
+        told = TOLD.get(str(result.row["outcome"]), "")
+        record = self._record(computed) | {"status": "ok", "message": told}
+        record["row"] = result.row
         record["performance"] = self.where | result.performance
-        record |= self._measured(job, result)
+        record |= self._measured(computed, result)
         self._append(record, result.traces)
-        end = ended_of(record)
-        self._drop(job.before, *([] if keep and end.is_open else [job.digest]))
+        end = completion_of(record)
+        kept = keep and end.is_open
+        self._drop(computed.before, *([] if kept else [computed.digest]))
         return end
 
     def _drop(self, *names: str) -> None:
@@ -245,13 +216,14 @@ class Evaluator:
         for name in names:
             self.desk.checkpoints.drop(name)
 
-    def _measured(self, job: Job, result: Result) -> Record:
+    def _measured(self, computed: Computation, result: Result) -> Record:
         """Return what the user's own function makes of a case, or why it does not."""
-        if self.design.measure is None or "twin" in job.facts:
+        if self.design.measure is None or "twin" in computed.facts:
             return {}
-        found = self.design.measure(job.scene, result)
+        found = self.design.measure(computed.scene, result)
         if WHY_NOT in found:
-            self._tell(f"case {job.case}: measure gave no numbers: {found[WHY_NOT]}")
+            case = self.design.name(computed.job.case)
+            self._tell(f"{case}: measure gave no numbers: {found[WHY_NOT]}")
         return found
 
     def _tell(self, text: str) -> None:
@@ -276,7 +248,7 @@ class Evaluator:
             raise Stop from None
 
 
-def told(job: Job, case: str) -> str:
+def told(computed: Computation, case: str) -> str:
     """Return what a computation is called in messages, by the name of its case."""
-    twin = job.facts.get("twin")
+    twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

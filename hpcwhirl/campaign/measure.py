@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.campaign.mark import mark_of
+import numpy as np
+
+from hpcwhirl.campaign.fingerprint import fingerprint
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.errors import InputError, one_line, shown
+from hpcwhirl.errors import InputError, one_line, shown, text_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.quantities import (
     AXES,
@@ -32,23 +39,25 @@ LONGEST = 240  # bytes of a reason
 ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "meaning")}'
 
 
+class _EndError(Exception):
+    """Raised where a user's function would end the process of the campaign."""
+
+
 @dataclass(frozen=True)
 class Measure:
     """A function of one case and the variables that it gives.
 
     Attributes
     ----------
-    function : takes a case, see `store.measured.one_case`, and returns {name: number}
+    function : takes a case and returns {name: number}; see
+        `store.results.measured.one_case`
     variables : {name: (unit, meaning)} of all that it gives, of each case
+    fingerprint : by which the function is told from another one, see `fingerprint`
     """
 
     function: Callable[[xarray.Dataset], Any] = field(compare=False)
     variables: dict[str, tuple[str, str]]
-
-    @property
-    def mark(self) -> str:
-        """The mark of the function's code, see `mark`."""
-        return mark_of(self.function)
+    fingerprint: str = ""
 
     def plan(self) -> dict[str, list[str]]:
         """Return what a campaign's directory keeps of it; the function is not kept."""
@@ -57,15 +66,18 @@ class Measure:
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
         """Return what a record keeps: the numbers, or why there are none.
 
-        What the function raises is no failure of the case, whose words do not depend
-        on it: its variables are NaN, and `measure_message` tells why.
+        What the function raises, `sys.exit` and `os._exit` included, is no failure of
+        the case, whose words do not depend on it: its variables are NaN, and
+        `measure_message` tells why. `KeyboardInterrupt` alone is let through.
         """
         try:
-            case = one_case(scene, result.row, result.traces)
-            return {VALUES: self._checked(self.function(case))}
-        except Exception as failed:  # noqa: BLE001 - kept, and told
-            why = f"{type(failed).__name__}: {failed}"
-            return {WHY_NOT: one_line(why, LONGEST)}
+            with _guarded():
+                case = one_case(scene, result.row, result.traces)
+                return {VALUES: self._checked(self.function(case))}
+        except KeyboardInterrupt:
+            raise
+        except BaseException as failed:  # noqa: BLE001 - kept, and told
+            return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
         """Return the numbers; raise where they are not those that were declared."""
@@ -79,15 +91,59 @@ class Measure:
         return {name: float(given[name]) for name in self.variables}
 
 
-def measure_of(function: Any, variables: Any) -> Measure | None:
+@contextmanager
+def _guarded() -> Iterator[None]:
+    """Keep process and working directory the campaign's while a function runs.
+
+    `os._exit` raises, in this process and thread; a child that the function forks and
+    that comes back ends here; the working directory is again what it was.
+    """
+    process, thread, leave = os.getpid(), threading.get_ident(), os._exit
+    place = os.open(".", os.O_PATH)
+
+    def refuse(status: int) -> None:
+        if (os.getpid(), threading.get_ident()) != (process, thread):
+            leave(status)
+        msg = f"os._exit({status}) would have ended the campaign"
+        raise _EndError(msg)
+
+    os._exit = refuse  # type: ignore[assignment]
+    try:
+        with np.errstate():  # put back what it sets
+            yield
+    finally:
+        os._exit = leave
+        if os.getpid() != process:
+            _end_child(leave)
+        os.fchdir(place)
+        os.close(place)
+
+
+def _end_child(leave: Callable[[int], Any]) -> None:
+    """End a forked process, which must not go on as a second campaign."""
+    left = sys.exception()
+    code = 1
+    if isinstance(left, SystemExit):
+        code = left.code if isinstance(left.code, int) else int(left.code is not None)
+    else:
+        say("a process that measure forked came back from it: ended, the case goes on")
+    sys.stdout.flush()
+    leave(code)
+
+
+def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
     """Return the measure of a call in Python, None for none.
 
     Raises
     ------
     InputError
-        where it is no function, its variables are not told, or one has a taken name
+        where it is no function, cannot be told from another one, its variables are not
+        told, or one has a taken name
     """
     if function is None and variables is None:
+        if version is not None:
+            msg = f"version is of a measure, and there is none; got {shown(version)}"
+            raise InputError(msg)
         return None
     if not callable(function):
         msg = f"measure must be a function of one case, got {shown(function)}"
@@ -95,7 +151,8 @@ def measure_of(function: Any, variables: Any) -> Measure | None:
     if not isinstance(variables, Mapping) or not variables:
         msg = f"variables must tell what measure gives, {ALLOWED}, "
         raise InputError(msg + f"got {shown(variables)}")
-    return Measure(function, {n: _told(n, given) for n, given in variables.items()})
+    told = {n: _told(n, given) for n, given in variables.items()}
+    return Measure(function, told, fingerprint(function, version))
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
@@ -125,4 +182,7 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
     if not isinstance(pair, tuple | list) or [type(t) for t in pair] != [str, str]:
         msg = f"variables must be {ALLOWED}, got {shown({name: given})}"
         raise InputError(msg)
+    if not "".join(pair).isprintable():
+        msg = f"variables: unit and meaning of {name} must have no control characters, "
+        raise InputError(f"{msg}got {shown(pair)}")
     return pair[0] or "1", pair[1]

@@ -12,6 +12,7 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.atomic import sweep
+from hpcwhirl.store.directory.heartbeats import sweep_notes
 from hpcwhirl.store.directory.manifest import NAME
 from hpcwhirl.store.directory.owner import (
     CAMPAIGN,
@@ -79,10 +80,12 @@ def owned(
 def _tidy(own: Claim, *, shared: bool) -> None:
     """Remove what runs before have left half written as they died."""
     # Other shards may be writing now; nobody takes so long for a small file.
+    own.check()
     begun = own.path.stat().st_mtime
     older = begun - LONG_AGO if shared else math.inf
     for place in (own.folder / "states", own.folder / "runs"):
         sweep(place, older=older)
     sweep(own.folder, NAME, older)
+    sweep_notes(own.folder, older)
     for stem in PICTURES:  # which `map` and `report` may be writing now, too
         sweep(own.folder, stem, min(older, begun))

@@ -15,16 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.stop import FILE
-from hpcwhirl.scene.many import end_times
+from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import NO_REGIME, REGIMES
+from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import Told, told_by
-from hpcwhirl.store.directory.journal import Record, newest, next_run, read_journals
-from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.many import Known
-from hpcwhirl.store.directory.refined import dropped_of, full_plan
-from hpcwhirl.store.directory.rows import counting, extending
-from hpcwhirl.store.directory.running import notes
+from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
+from hpcwhirl.store.directory.heartbeats import notes
+from hpcwhirl.store.directory.journal import Record, next_run, read_journals
+from hpcwhirl.store.directory.manifest import Manifest, read_manifest
+from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 from hpcwhirl.store.directory.runs import why_stopped
 
 Floats = NDArray[np.float64]
@@ -68,7 +69,7 @@ class Progress:
     core_hours, core_hours_left : in the kernel; spent includes cases computed twice
     idle_for : s since a case was last finished; None before the first
     regimes : {word: cases} of those that have one
-    statuses : {status: cases} of those that have ended; `unstable` apart from `ok`
+    statuses : {status: cases} of those that have ended, those without a regime apart
     running : what each rank computes now, the longest at it first
     grows : whether words may still ask for more cases
     dropped : cases that a budget has left out
@@ -139,10 +140,9 @@ def seconds_of(record: Record) -> float:
     return float(record.get("performance", {}).get("seconds", 0.0))
 
 
-def status_of(record: Record) -> str:
-    """Return the status of an ended case, `unstable` where that is its outcome."""
-    unstable = record.get("row", {}).get("outcome") == "unstable"
-    return "unstable" if unstable else str(record["status"])
+def status_of(end: Completion) -> str:
+    """Return the status of an ended case; its outcome where that leaves no regime."""
+    return end.outcome if end.outcome in NO_REGIME else end.status
 
 
 def computing(
@@ -156,7 +156,7 @@ def computing(
     ends : {digest: s since 1970, when it ended}
     now : s since 1970
     """
-    known, found = Known(digests), []
+    known, found = CaseIndex(digests), []
     for note in notes(folder):
         begun = note.since or 0.0
         at_it = [d for d in note.digests if not ends.get(d, -math.inf) > begun]
@@ -198,10 +198,11 @@ class Seen:
     Parameters
     ----------
     folder, manifest : of the campaign
-    work : (cases,), steps
 
     Attributes
     ----------
+    manifest : with all cases that are wanted so far
+    work : (cases,), steps
     workers : of each journal that tells times
     open : (cases,), whether something of a case is still to be computed
     without : cases that gave no result, or failed where they were to go on
@@ -210,14 +211,14 @@ class Seen:
     spent, longest : s of all computations, and of the longest
     """
 
-    def __init__(self, folder: Path, manifest: Manifest, work: Floats) -> None:
-        self.manifest, self.work = manifest, work
+    def __init__(self, folder: Path, manifest: Manifest) -> None:
+        self.manifest, self.work = manifest, predicted_work(manifest)
         self.workers: list[Worker] = []
         self.spent = self.longest = 0.0
-        if manifest.extended or manifest.twins:
-            self._from_records(folder)
-        else:
+        if is_plain(manifest):
             self._from_columns(folder)
+        else:
+            self._from_records(folder)
 
     def _from_columns(self, folder: Path) -> None:
         """Where a case is one computation: lines as columns."""
@@ -227,14 +228,17 @@ class Seen:
         for told in self._journals(folder):
             own = told.case >= 0
             case, ok = told.case[own], told.status[own] == "ok"
-            unstable = told.outcome[own] == "unstable"
-            status[case] = np.where(unstable, "unstable", told.status[own])
+            outcome = told.outcome[own]
+            lost = np.isin(outcome.astype(str), NO_REGIME)
+            status[case] = np.where(lost, outcome, told.status[own])
             regime[case] = np.where(ok, told.regime[own], "")
             last[case] = np.nan_to_num(told.ended[own], nan=0.0)
-        self.open = status == ""
+        ended = Ended.nothing(self.manifest)
+        ended.over[:], ended.ok[:] = status != "", regime != ""
+        self.open = ended.planner().open
         self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
         self.without = int(((regime == "") & ~self.open).sum())
-        known = Known(self.manifest.digests)
+        known = CaseIndex(self.manifest.digests)
         named = {digest for note in notes(folder) for digest in note.digests}
         cases = {name: known.find(name, -1) for name in named}
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
@@ -258,21 +262,23 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self, folder: Path) -> None:
-        """Where cases go on or have twins: by their records."""
-        manifest, journals = self.manifest, read_journals(folder)
-        numbers = {name: case for case, name in enumerate(manifest.digests)}
+        """Where cases go on, have twins or lead to others: by their records."""
+        journals = read_journals(folder)
+        every = itertools.chain.from_iterable(journals.values())
+        records = {record["digest"]: record for record in every}
+        planner = ended_of(self.manifest, records.values()).planner()
+        self.manifest = grown_plan(self.manifest, planner)
+        self.work = predicted_work(self.manifest)
+        numbers = {name: case for case, name in enumerate(self.manifest.digests)}
         for lines in journals.values():
             case = np.array([numbers.get(r["digest"], -1) for r in lines], dtype=int)
             ended = [float(r.get("ended", math.nan)) for r in lines]
             self._take(case, np.array(ended), np.array(list(map(seconds_of, lines))))
-        records = newest(folder, itertools.chain.from_iterable(journals.values()))
-        counts = counting(records.values(), manifest)
-        own = [counts[name] for name in numbers if name in counts]
-        done = [record for record in own if record["status"] == "ok"]
-        going, stuck = extending(records.values(), manifest)
-        self.open = np.array([n not in records or n in going for n in numbers], bool)
-        self.without = len(own) - len(done) + len(stuck)
-        self._count(map(status_of, own), [r["row"]["regime"] for r in done])
+        rows = rows_of(self.manifest, planner)
+        self.open = planner.open[rows]
+        self.without = int((planner.failed_alone & ~planner.open).sum())
+        done = [end.regime for end in planner.ends.values() if end.is_ok]
+        self._count(map(status_of, planner.ends.values()), done)
         self.ends = {n: float(r.get("ended", 0.0)) for n, r in records.items()}
 
     def _count(self, statuses: Iterable[str], regimes: Iterable[str]) -> None:
@@ -294,9 +300,8 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         where it is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    manifest = full_plan(folder)
-    work = predicted_work(manifest)
-    seen = Seen(folder, manifest, work)
+    seen = Seen(folder, read_manifest(folder))
+    manifest, work = seen.manifest, seen.work
     workers = active(seen.workers, seen.longest)
     left_work = float(work[seen.open].sum())
     pace = sum(w.work / w.span for w in workers)

@@ -24,6 +24,7 @@ def campaign(
     *,
     measure: Callable[[xarray.Dataset], Mapping[str, Any]] | None = None,
     variables: Mapping[str, str | tuple[str, str]] | None = None,
+    version: str | int | None = None,
     comm: Communicator | None = None,
     **options: Any,
 ) -> xarray.Dataset:
@@ -40,10 +41,17 @@ def campaign(
     out : directory of the campaign; an old one is continued (default ``campaign``)
     measure : your own function of a case, whose numbers become variables of the
         results. It is given an `xarray.Dataset`, which has what `open_results` has of
-        that case, traces over `time` included, and all inputs as `attrs`. Where it
-        raises, its variables are NaN and `measure_message` says why
+        that case, traces over `time` included, as copies that cannot be written to,
+        and all inputs as `attrs`. Where it raises or would end the program, its
+        variables are NaN and `measure_message` says why. A directory takes no numbers
+        of another function: the source file that defines it (in a notebook, its cell)
+        and the values that it uses are compared, so a file of its own suits it best.
+        Not seen: other modules, that is installed packages and what your own modules
+        import
     variables : {name: unit} or {name: (unit, meaning)} of all that `measure` returns;
         a directory keeps the variables that it was begun with
+    version : of the measure, to be compared instead of its source and values, such as
+        "2"; needed where those cannot be known
     comm : an MPI communicator; None: all ranks that were started, or this process
     options : those of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
         `isolate`, `save_every`, `patience`, `fresh`, `take_over`
@@ -71,4 +79,4 @@ def campaign(
     """
     from hpcwhirl.campaign.call import Call
 
-    return Call(design, out, measure, variables, options).run(comm)
+    return Call(design, out, measure, variables, version, options).run(comm)

@@ -3,7 +3,7 @@
 The first units go out together. From then on messages are point to point: a worker
 asks for its next units when it begins those it has, and tells with the question what it
 has finished, so that it does not wait; rank 0 answers between the slices of its own
-case. With many ranks or short cases an answer is several units, see `Agenda.bundle`.
+case. With many ranks or short cases an answer is several units, see `WorkQueue.bundle`.
 
 Every message is received: each question has one answer, and each worker gets one HALT,
 when the campaign is to stop or has ended, and ends no sooner. Under `srun --mpi=pmi2`
@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from hpcwhirl.campaign.agenda import Agenda, Answers, Questions
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stop
+from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Share, write_run
@@ -32,14 +32,15 @@ IDLE = 1e-3  # s between looks while there is nothing to do
 
 
 class Evaluate(Protocol):
-    """Computes and keeps one unit of work; returns how its cases ended."""
+    """Computes and keeps one unit of work; returns how it ended."""
 
-    def __call__(self, unit: int, between_slices: Callable[[], None]) -> list[Any]:
-        """Return how each case ended; let `Stop` through."""
+    def __call__(self, task: int, between_slices: Callable[[], None]) -> Any:
+        """Return how the unit of a task ended; let `Stop` through."""
 
 
-Notice = Callable[[int, list[Any]], None]
-Done = tuple[int, list[Any], float]  # a unit, how its cases ended, its seconds
+Notice = Callable[[int, Any], None]
+Unit = tuple[int, int]  # its number in the queue, and what a rank is sent of it
+Done = tuple[int, Any, float]  # the number of a unit, how it ended, its seconds
 
 
 @dataclass
@@ -50,30 +51,28 @@ class Tally:
     ----------
     busy : s, computing and keeping cases; on rank 0 without serving the others
     span : s, from the first hand-out until all ranks had ended
-    units, cases : finished here
+    cases : computations finished here, those of twins and of later stages, too
     waits : called again and again while this rank waits for others
     """
 
     busy: float = 0.0
     span: float = 0.0
-    units: int = 0
     cases: int = 0
     begun: float = field(default_factory=time.perf_counter)
     waits: Callable[[], None] = lambda: None
 
     def compute(
-        self, unit: int, evaluate: Evaluate, between: Callable[[], None]
+        self, unit: Unit, evaluate: Evaluate, between: Callable[[], None]
     ) -> Done:
         """Return what a unit gave, counting its seconds even where it is stopped."""
         start = time.perf_counter()
         try:
-            ends = evaluate(unit, between)
+            end = evaluate(unit[1], between)
         finally:
             seconds = time.perf_counter() - start
             self.busy += seconds
-        self.units += 1
-        self.cases += len(ends)
-        return unit, ends, seconds
+        self.cases += 1
+        return unit[0], end, seconds
 
     def wait(self) -> None:
         """Leave the core alone for a moment."""
@@ -86,7 +85,7 @@ class Tally:
 
 
 def map_ranks(
-    agenda: Agenda,
+    queue: WorkQueue,
     evaluate: Evaluate,
     notice: Notice,
     stopping: Callable[[], bool],
@@ -97,7 +96,7 @@ def map_ranks(
 
     Parameters
     ----------
-    agenda : units to hand out; rank 0's counts
+    queue : units to hand out; rank 0's counts
     evaluate : computes and keeps a unit on the rank that calls it
     notice : told on rank 0 of every finished unit
     stopping : whether this process has been asked to end
@@ -110,8 +109,8 @@ def map_ranks(
     """
     complete = None
     if comm.rank == 0:
-        root = _Root(agenda, notice, stopping, comm, tally)
-        comm.scatter(agenda.first(), root=0)
+        root = _Root(queue, notice, stopping, comm, tally)
+        comm.scatter([root.units(first) for first in queue.first()], root=0)
         complete = root.run(evaluate)
     else:
         _Worker(stopping, comm, tally).run(evaluate, comm.scatter(None, root=0))
@@ -125,24 +124,24 @@ class _Root:
 
     def __init__(
         self,
-        agenda: Agenda,
+        queue: WorkQueue,
         notice: Notice,
         stopping: Callable[[], bool],
         comm: Any,
         tally: Tally,
     ) -> None:
-        self.agenda, self.tally = agenda, tally
-        self.questions = Questions(agenda, comm.size)
+        self.queue, self.tally = queue, tally
+        self.questions = Questions(queue, comm.size)
         self.notice, self.stopping, self.comm = notice, stopping, comm
         self.at_work = set(range(1, comm.size))
         self.halted = False
 
     def run(self, evaluate: Evaluate) -> bool:
         try:
-            while self.agenda or self.agenda.may_grow:
+            while self.queue or self.queue.may_grow:
                 self.next(evaluate)
         except Stop:
-            self.agenda.drop()
+            self.queue.drop()
         while self.at_work:
             if not self.serve():
                 self.tally.wait()
@@ -150,21 +149,21 @@ class _Root:
                 self.halt()
         if not self.halted:
             self.dismiss()
-        return self.agenda.left == 0
+        return self.queue.left == 0
 
     def next(self, evaluate: Evaluate) -> None:
         """Compute a unit, or wait for those at work, which may lead to others."""
         self.between()
-        if self.agenda:
-            unit = self.agenda.take()
+        if self.queue:
+            (unit,) = self.units([self.queue.take()])
             self.done(*self.tally.compute(unit, evaluate, self.while_busy))
-        elif self.agenda.may_grow:
+        elif self.queue.may_grow:
             self.tally.wait()
 
-    def done(self, unit: int, ends: list[Any], seconds: float) -> None:
-        self.agenda.finished(unit, seconds)
-        self.agenda.hear(unit, ends)
-        self.notice(unit, ends)
+    def done(self, unit: int, end: Any, seconds: float) -> None:
+        self.queue.finished(unit, seconds)
+        self.queue.hear(unit, end)
+        self.notice(unit, end)
 
     def while_busy(self) -> None:
         """Serve between slices; the time it takes is not computing."""
@@ -184,7 +183,7 @@ class _Root:
 
     def halt(self) -> None:
         self.halted = True
-        self.agenda.drop()
+        self.queue.drop()
         self.dismiss()
 
     def dismiss(self) -> None:
@@ -213,7 +212,11 @@ class _Root:
 
     def send(self, answers: Answers) -> None:
         for rank, units in answers:
-            self.comm.send(units, dest=rank, tag=WORK)
+            self.comm.send(self.units(units), dest=rank, tag=WORK)
+
+    def units(self, numbers: list[int]) -> list[Unit]:
+        """Return what is sent of units."""
+        return [(number, self.queue.task(number)) for number in numbers]
 
 
 class _Worker:
@@ -224,7 +227,7 @@ class _Worker:
         self.halted = False
         self.finished: list[Done] = []
 
-    def run(self, evaluate: Evaluate, units: list[int]) -> None:
+    def run(self, evaluate: Evaluate, units: list[Unit]) -> None:
         try:
             while units and not self.halted:
                 self.tell(ASK)
@@ -246,7 +249,7 @@ class _Worker:
         self.comm.send(told, dest=0)
         self.finished = []
 
-    def wait(self) -> list[int]:
+    def wait(self) -> list[Unit]:
         """Return the answer to a question, leaving the core alone meanwhile."""
         asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
@@ -255,7 +258,7 @@ class _Worker:
                 asked = True
             self.look()
             self.tally.wait()
-        units: list[int] = self.comm.recv(source=0, tag=WORK)
+        units: list[Unit] = self.comm.recv(source=0, tag=WORK)
         return units
 
     def look(self) -> None:
@@ -282,8 +285,8 @@ def keep_shares(
     comm : of all ranks
     stopped : why this rank is to stop early; empty: it is not
     """
-    own = {"rank": comm.rank, "host": socket.gethostname(), "units": tally.units}
-    own |= {"cases": tally.cases, "busy": tally.busy, "span": tally.span}
+    own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
+    own |= {"busy": tally.busy, "span": tally.span}
     gathered = comm.gather((own, stopped), root=0)
     if gathered is not None:
         shares = [share for share, _ in gathered]

@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from hpcwhirl.campaign.mark import differ
+from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.sampling import check_scenes
 from hpcwhirl.campaign.plan.twins import twins_of_plan
 from hpcwhirl.campaign.stop import refuse_stop_file
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.scene.many import Many
+from hpcwhirl.scene.batch_validation import Many
+from hpcwhirl.scene.table import is_begun_by
+from hpcwhirl.store.atomic import Check, anyone, keep_names
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
-    MARK,
+    FINGERPRINT,
     MEASURE,
     NAME,
+    SAMPLE,
     Manifest,
     check_same,
     is_sealed,
     read_manifest,
     write_manifest,
 )
+from hpcwhirl.store.results.sampled import drawn_axis
 
 MOST_TRIED = 32  # models built to find a case that can be integrated
 FIXED = (
@@ -36,7 +41,12 @@ FIXED = (
 
 
 def prepare(
-    design: Design, folder: Path, extend: float | None = None, *, mends: bool = False
+    design: Design,
+    folder: Path,
+    extend: float | None = None,
+    *,
+    mends: bool = False,
+    check: Check = anyone,
 ) -> None:
     """Begin a campaign directory, or check that it may be continued.
 
@@ -46,6 +56,8 @@ def prepare(
     folder : its directory
     extend : s, to what cases that are undecided go on from now on; None: as before
     mends : whether another measure may go on, for cases that have no numbers yet
+    check : raises where the directory has become another's; see
+        `store.directory.owner.Claim.check`
 
     Raises
     ------
@@ -65,17 +77,18 @@ def prepare(
     if old == manifest and is_sealed(folder):
         return
     check_steps(design)
-    write_manifest(folder, manifest)
+    write_manifest(folder, manifest, check)
 
 
 def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
     """Refuse another function than the one whose numbers a directory has."""
-    was, now = (plan.base.get(MARK, "") for plan in (old, new))
-    if was and now and differ(was, now):
+    was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
+    changed = difference(was, now)
+    if changed:
         msg = (
-            f"{folder} has numbers of another measure, whose code differs: use another "
-            'out, or fresh=True to compute all anew; retry="failed" computes only what '
-            "has no numbers"
+            f"{folder} has numbers of another measure: {changed} differs: use another "
+            'out, or fresh=True to compute all anew; retry="failed" keeps the numbers '
+            "that are there and computes only what has none"
         )
         raise InputError(msg)
 
@@ -111,21 +124,31 @@ def extended_by(design: Design, folder: Path, extend: float | None) -> list[floa
     return times if extend is None else extended(design, times, extend, folder)
 
 
-@dataclass(frozen=True)
-class Planned(Design):
-    """The design of a campaign's directory: what its plan tells is its own, unchanged.
+def as_begun(design: Design, folder: Path) -> Design:
+    """Return the design with the draws of its directory, where that has some.
 
-    Attributes
-    ----------
-    plan : of the directory
+    Raises
+    ------
+    InputError
+        where more draws are asked for and SciPy would go on otherwise than it began
     """
-
-    plan: Manifest | None = None
-
-    def manifest(self) -> Manifest:
-        """Return the plan as this program would make it."""
-        new = super().manifest()
-        return replace(new, base=(self.plan or new).base | new.base)
+    sample = design.sample
+    if sample is None or not (folder / NAME).exists():
+        return design
+    old = read_manifest(folder)
+    if old.base.get(SAMPLE) != sample.plan():
+        return design  # refused by name when the directory is prepared
+    kept, own = drawn_axis(old), drawn_axis(design.manifest())
+    if is_begun_by(kept, own) or is_begun_by(own, kept):
+        return design
+    if len(kept) < len(own):
+        msg = (
+            f"{folder} has other draws than this version of SciPy makes: it cannot be "
+        )
+        raise InputError(msg + f"continued beyond {len(kept)} draws a point")
+    rows = design.settings.along_last(kept.until(len(own)))
+    check_scenes(design.base, rows, sample)
+    return replace(design, settings=rows)
 
 
 def planned(folder: Path) -> Design:
@@ -147,9 +170,9 @@ def planned(folder: Path) -> Design:
     scene = apply_settings(Scene(), base)
     contents = {scene.engine.file: str(plan.base.get(CONTENT, ""))}
     Many(scene, plan.table).check()
-    return Planned(
+    return Design(
         scene, plan.table, tuple(plan.swept), contents=contents,
-        twins=twins_of_plan(plan.twins), plan=plan,
+        twins=twins_of_plan(plan.twins), begun=plan.base,
     )  # fmt: skip
 
 
@@ -224,6 +247,7 @@ def put_aside(folder: Path) -> Path | None:
         number += 1
     try:
         place.rename(aside)
+        keep_names(place.parent)
     except OSError as failed:
         msg = f"--fresh: cannot rename {folder} to {aside}: {failed.strerror}"
         raise MissingFileError(msg) from None

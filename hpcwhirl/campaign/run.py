@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
-from hpcwhirl.campaign.agenda import Agenda, cases_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.ending import Ending, conclude
 from hpcwhirl.campaign.evaluate import Desk, Evaluator
-from hpcwhirl.campaign.isolate import Child
+from hpcwhirl.campaign.finalize import Ending, conclude
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.owning import owned
+from hpcwhirl.campaign.owning import asking_of, owned
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.stages import Ended, Stages
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
+from hpcwhirl.campaign.work_queue import WorkQueue
+from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
+from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Claim
-from hpcwhirl.store.directory.running import Running
 
 PROGRESS_EVERY = 5.0  # s, at first
 PROGRESS_SHARE = 0.02  # of the time spent so far, later
@@ -64,14 +63,13 @@ def run_campaign(
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
         stopping.watch(None if node.rank else folder, policy.seconds)
-        rounds = partial(_round, design, folder, comm, node, policy, stopping)
-        work, complete, gave_up = rounds()
-        if complete and design.twins and design.twins.of == "boundary":
-            # which cases have twins is known by the words of all of them
-            work, complete, gave_up = rounds()
+        work, complete, gave_up = _computed(
+            design, folder, comm, node, policy, stopping
+        )
         stopping.settled = complete
         if complete:  # a signal does not interrupt what is left to do
-            return conclude(design, folder, comm, work, stopping)
+            asking = asking_of(stopping, take_over=policy.take_over)
+            return conclude(design, folder, comm, work, asking)
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
@@ -79,7 +77,7 @@ def run_campaign(
     )
 
 
-def _round(
+def _computed(
     design: Design,
     folder: Path,
     comm: Communicator,
@@ -87,29 +85,34 @@ def _round(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Do what is known to be left; return it, if it is done, if that was given up."""
-    work, agenda = work_of(design, folder, policy, comm)
-    with desk_of(folder, work, comm, policy, stopping) as desk:
-        stages = Stages(design, work.extended)
-        evaluate = Evaluator(design, work.units, desk, stages, work.begun)
-        if work.units:
-            _warm(evaluate, node)
+    """Do what is left; return it, if it is done, if that was given up."""
+    work, queue = work_of(design, folder, policy, comm)
+    names = design.measure.variables if design.measure else ()
+    with desk_of(folder, work, comm, policy, stopping, names) as desk:
+        evaluate = Evaluator(design, desk, work.extended)
+        if work.jobs:
+            _warm(evaluate, work, node)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
-        complete, gave_up = _compute(evaluate, work, agenda, comm)
+        complete, gave_up = _compute(evaluate, work, queue, comm)
     return work, complete, gave_up
 
 
 @contextmanager
 def desk_of(
-    folder: Path, work: Work, comm: Communicator, policy: Policy, stopping: Stopping
+    folder: Path,
+    work: Work,
+    comm: Communicator,
+    policy: Policy,
+    stopping: Stopping,
+    measured: Iterable[str] = (),
 ) -> Iterator[Desk]:
-    """Open what this rank works with."""
+    """Open what this rank works with; `measured`: names of the user's variables."""
     rank = comm.rank
     checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
     with (
-        Journal(folder, work.run, rank, work.plan) as journal,
+        Journal(folder, work.run, rank, work.plan, measured) as journal,
         Running(folder, work.run, rank) as running,
         closing(child),
     ):
@@ -119,34 +122,34 @@ def desk_of(
 
 
 def _compute(
-    evaluate: Evaluator, work: Work, agenda: Agenda, comm: Communicator
+    evaluate: Evaluator, work: Work, queue: WorkQueue, comm: Communicator
 ) -> tuple[bool, bool]:
     """Do the work on all ranks; return whether all is done and whether it gave up."""
-    desk, report = evaluate.desk, _Report(agenda, evaluate.desk)
+    desk, report = evaluate.desk, _Report(queue, evaluate.desk)
     tally = Tally(waits=evaluate.keep_due)
-    complete = map_ranks(agenda, evaluate, report, desk.stopping, comm, tally)
+    complete = map_ranks(queue, evaluate, report, desk.stopping, comm, tally)
     complete &= all(comm.allgather(evaluate.keep()))
-    if work.units:
+    if work.jobs:
         why = "" if complete else desk.stopping.reason
         keep_shares(desk.journal.folder, work.run, tally, comm, why)
     return complete, report.gave_up
 
 
-def _warm(evaluate: Evaluator, node: Communicator) -> None:
+def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
     """Fill numba's cache on one rank a node, then let the others read it."""
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see it, too
-            evaluate.warm()
+            evaluate.warm(work.kinds)
     node.Barrier()
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     """Return how many cases there are, and what of them is not to be computed."""
     cases, so_far = len(design.settings), ""
-    if design.grows and work.units:
+    if design.grows and work.jobs:
         so_far = " so far, and those that their words ask for"
     of = f" of {cases} in shard {shard}" if shard else ""
-    kept = len(work.mine) - len(cases_of(work.units))
+    kept = len(work.mine) - work.cases
     already = f", {kept} already there" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} of two crashes apart" if alone else ""
@@ -156,8 +159,8 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 class _Report:
     """Plain progress lines on rank 0's stderr, which alone is told of units."""
 
-    def __init__(self, agenda: Agenda, desk: Desk) -> None:
-        self.desk, self.agenda = desk, agenda
+    def __init__(self, queue: WorkQueue, desk: Desk) -> None:
+        self.desk, self.queue = desk, queue
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
@@ -167,22 +170,22 @@ class _Report:
         most = self.desk.policy.max_fails
         return most is not None and self.failed >= most
 
-    def __call__(self, unit: int, ends: list[Ended]) -> None:
+    def __call__(self, unit: int, end: Completion) -> None:
         del unit
-        self.finished += len(ends)
-        self.failed += sum(end.status != "ok" for end in ends)
+        self.finished += 1
+        self.failed += not end.is_ok
         if self.gave_up:
             self.desk.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
-        if now - self.last < every and self.agenda.left:
+        if now - self.last < every and self.queue.left:
             return
-        total = len(cases_of(self.agenda.units))
+        total = len(self.queue.rows)
         self.last = now
-        left = self.agenda.seconds_left() / self.agenda.ranks
+        left = self.queue.seconds_left() / self.queue.ranks
         bad = f", {self.failed} failed" if self.failed else ""
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
-        so_far = " so far" if self.agenda.may_grow else ""
+        so_far = " so far" if self.queue.may_grow else ""
         progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import is_open
 
 Value = float | int | str
@@ -42,6 +44,26 @@ class Result:
     row: dict[str, Value]
     traces: dict[str, NDArray[np.float64]]
     performance: dict[str, Value]
+
+    def _repr_html_(self) -> str:
+        """Return words and numbers as a table, for a notebook."""
+        lines = [
+            f"<tr><th>{escape(name)}</th><td>{escape(told_value(value))}</td>"
+            f"<td>{escape(unit_of(name))}</td></tr>"
+            for name, value in self.row.items()
+        ]
+        return f"<table>{''.join(lines)}</table>"
+
+
+def told_value(value: Value) -> str:
+    """Return a number by six digits, a word as it is."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a number of a row, "" for none."""
+    unit = ROW[name].unit if name in ROW else ""
+    return "" if unit == "1" else unit
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:

@@ -14,10 +14,10 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Self
 
-from hpcwhirl import early
-from hpcwhirl.errors import InputError, shown
+from hpcwhirl import early_signals
+from hpcwhirl.errors import InputError
 
-SIGNALS = early.SIGNALS
+SIGNALS = early_signals.SIGNALS
 FILE = "STOP"  # in the campaign's directory
 MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
 LOOK_EVERY = 1.0  # s between looks for the file
@@ -101,9 +101,9 @@ class Stopping:
         if threading.current_thread() is threading.main_thread():
             for name in SIGNALS:
                 self._before[name] = signal.signal(name, self._hear)
-            for number in early.heard:
+            for number in early_signals.heard:
                 self._hear(number, None)
-            early.heard.clear()
+            early_signals.heard.clear()
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -179,22 +179,6 @@ def refuse_stop_file(folder: Path) -> None:
     if (folder / FILE).exists():
         msg = f"{folder / FILE} keeps this campaign stopped: remove it to go on"
         raise InputError(msg)
-
-
-def parse_walltime(text: str, what: str = "--walltime") -> float:
-    """Return the seconds of ``HH:MM:SS``; hours have no upper limit."""
-    parts = text.split(":")
-    plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
-    if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"{what} must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
-        raise InputError(msg)
-    seconds = 0.0
-    for part in parts:
-        seconds = 60.0 * seconds + int(part)
-    if seconds == 0.0:
-        msg = f"{what} must be > 00:00:00, got {shown(text)}"
-        raise InputError(msg)
-    return seconds
 
 
 def time_left(

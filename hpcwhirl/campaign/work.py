@@ -1,30 +1,33 @@
-"""What is left of a campaign, and who is to do it: found once, by rank 0."""
+"""What is left of a campaign, and who is to do it: asked of the planner by rank 0."""
 
 from __future__ import annotations
 
 import heapq
 from array import array
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Agenda, Singles, Unit
-from hpcwhirl.campaign.growing import GrowingAgenda, Nominal, Wanted
-from hpcwhirl.campaign.plan.cost import Costs, costs_of
+from hpcwhirl.campaign.job_queue import JobQueue
+from hpcwhirl.campaign.plan.computation import computation
+from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.ends import brief, ends_of
-from hpcwhirl.campaign.plan.refined import RefinedDesign
-from hpcwhirl.campaign.plan.stages import Ended, Stages, Todo
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.work_queue import WorkQueue
+from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard
-from hpcwhirl.store.directory.journal import claim_run, scan
+from hpcwhirl.planner.jobs import Completion, Job
+from hpcwhirl.planner.planner import Jobs, Planner
+from hpcwhirl.store.directory.completions import Ended, ended_in
+from hpcwhirl.store.directory.heartbeats import crashes, forget_crashes
+from hpcwhirl.store.directory.journal import Record, claim_run, is_whole
 from hpcwhirl.store.directory.manifest import read_manifest
-from hpcwhirl.store.directory.running import crashes, forget_crashes
 from hpcwhirl.store.directory.states import drop_state, stored_states
+from hpcwhirl.store.results.measured import WHY_NOT
 
 CRASHES = 2  # of processes that a case was in flight at, from when on it is isolated
 
@@ -35,99 +38,100 @@ class Work:
 
     Attributes
     ----------
-    units : cases that are handed out together
+    jobs, cases : how many are left, so far; of how many cases something is
+    kinds : a case of each kind that may need a kernel of its own
     suspects : cases to be isolated: in flight when two processes died
     mine : all cases that this run is asked for, those of its shard
     run : its number
-    extended : s, to what undecided cases go on, see `stages`
+    extended : s, to what undecided cases go on
     plan : identity of the cases, by which their numbers are known
-    begun : {case: what is to do of it} of those that are begun, see `stages`
     """
 
-    units: Sequence[Unit]
+    jobs: int
+    cases: int
+    kinds: Sequence[int]
     suspects: frozenset[int]
     mine: Sequence[int]
     run: int
     extended: tuple[float, ...] = ()
     plan: str = ""
-    begun: Mapping[int, Todo] = field(default_factory=dict)
 
 
 def work_of(
     design: Design, folder: Path, policy: Policy, comm: Communicator
-) -> tuple[Work, Agenda]:
+) -> tuple[Work, WorkQueue]:
     """Return the work of all ranks and what this one hands out: all, or nothing."""
-    work, agenda = None, Agenda([], Costs.unknown())
+    work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
-        work, agenda = _found(design, folder, policy, comm.size)
-    return comm.bcast(work, root=0), agenda
+        work, queue = _planned(design, folder, policy, comm.size)
+    return comm.bcast(work, root=0), queue
 
 
-def _found(
+def _planned(
     design: Design, folder: Path, policy: Policy, ranks: int
-) -> tuple[Work, Agenda]:
+) -> tuple[Work, WorkQueue]:
     """Return the work that is left in a directory, the longest first."""
-    if isinstance(design, RefinedDesign):
-        return _found_refined(design, folder, policy, ranks)
-    costs, asked = costs_of(design), stored_states(folder) | crashes(folder).keys()
+    extended, costs = read_manifest(folder).extended, costs_of(design)
+    plan = replace(design.manifest(), extended=extended)
     mine = share(costs.steps, policy.shard)
-    stages = Stages(design, read_manifest(folder).extended)
-    ends = ends_of(folder, stages, policy.retry, asked if stages.is_plain else None)
-    costs.learn_all(ends.seconds)
-    _tidy(folder, ends.told)
-    left, begun = ends.left(stages), {}
-    if not stages.is_plain:
-        begun = {c: todo for c, todo in left.begun.items() if todo != stages.whole()}
-    cases = left.cases
+    asked = stored_states(folder) | crashes(folder).keys()
+    again = partial(is_again, folder, policy.retry) if policy.retry else None
+    ended = ended_in(folder, plan, asked, again)
+    planner = ended.planner()
+    costs = _learned(design, costs, ended, planner)
+    _tidy(folder, ended.told)
+    jobs = planner.left()
     if policy.shard:
-        cases = cases[np.isin(cases, np.asarray(mine))]
-    alone = _suspects(folder, stages, begun, cases)
-    cases = cases[~np.isin(cases, list(alone))] if alone else cases
-    units = Singles(np.concatenate([cases, np.array(sorted(alone), dtype=np.int64)]))
-    last = range(len(cases), len(units))
-    run = claim_run(folder)
-    plan = design.digests.identity
-    work = Work(units, alone, mine, run, stages.extended, plan, begun)
-    return work, Agenda(units, costs, ranks, last)
+        jobs = Jobs(*(one[np.isin(jobs.row, np.asarray(mine))] for one in jobs))
+    alone = _suspects(folder, design, planner, jobs, extended)
+    kinds = [case for case in _kinds(design, planner, jobs) if case not in alone]
+    queue = JobQueue(planner, jobs, design.code, costs, ranks, alone)
+    if design.grows:
+        mine = range(len(planner))
+    identity = "" if design.grows else design.digests.identity
+    times, run = tuple(extended), claim_run(folder)
+    still = planner.open[np.asarray(mine)] if policy.shard else planner.open
+    cases = int(still.sum())
+    return Work(len(queue), cases, kinds, alone, mine, run, times, identity), queue
 
 
-def _found_refined(
-    design: RefinedDesign, folder: Path, policy: Policy, ranks: int
-) -> tuple[Work, Agenda]:
-    """Return the work that is left of a refined campaign, so far."""
-    word_of = design.refinement.word_of
-    found = scan(folder, partial(brief, folder, policy.retry))
-    ended = {d: end for d, (end, _, again) in found.items() if not again}
-    _tidy(folder, ended)
-    nominal = Nominal(design, costs_of(design))
-    words = {d: word_of(end._asdict()) for d, end in ended.items()}
-    twins = {(end.of, end.twin) for end in ended.values() if end.twin}
-    wanted = Wanted(design, words, twins)
-    left = wanted.begin()
-    for address in wanted.growth.wanted:
-        case = design.family.number(address)
-        end, seconds, _ = found.get(design.digest(case), (None, 0.0, True))
-        if end is not None and end.status == "ok":
-            nominal.costs.learn([nominal.index(case)], seconds)
-    count = crashes(folder)
-    asked = left if count else []  # each twin's digest takes a moment
-    names = ((design.split(i)[0], _digest(design, i)) for i in asked)
-    alone = frozenset(case for case, name in names if count[name] >= CRASHES)
-    units: list[Unit] = [design.split(i)[:1] for i in left]
-    last = [i for i, (case,) in enumerate(units) if case in alone]
-    each = design.kin.count if design.kin else 0
-    mine = range(len(wanted.growth.wanted) + each * len(wanted.growth.twinned))
-    work = Work(units, alone, mine, claim_run(folder))
-    return work, GrowingAgenda(left, nominal, wanted.after, ranks, last)
+def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
+    """Return the costs of a planner's rows, with what finished cases tell."""
+    costs.learn_all(ended.seconds)
+    if not design.grows:
+        return costs
+    costs = RefinedCosts(design, costs)
+    costs.cover(planner)
+    for row in range(planner.kind.first, len(planner)):
+        seconds = ended.taken.get(design.digest(planner.number(row)))
+        if seconds is not None:
+            costs.learn([row], seconds)
+    return costs
 
 
-def _digest(design: RefinedDesign, number: int) -> str:
-    """Return the digest of a case or of a twin by its number."""
-    case, twin = design.split(number)
-    return design.twin(number).digest if twin else design.digest(case)
+def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
+    """Return whether what a record is of is computed again.
+
+    retry : statuses to be computed again; damaged traces are, too, and what a measure
+        gave no numbers of
+    """
+    status = str(record["status"])
+    damaged = status == "ok" and not is_whole(folder, record)
+    return status in retry or damaged or WHY_NOT in record
 
 
-def _tidy(folder: Path, ended: Mapping[str, Ended]) -> None:
+def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
+    """Return a case of each kind of those left that may need a kernel of its own."""
+    rows = planner.rows_of(jobs)
+    coarse = rows[rows < planner.kind.first]
+    beyond: dict[tuple[int, int], int] = {}
+    for case in map(planner.number, rows[len(coarse) :].tolist()):
+        address = design.family.address(case)
+        beyond.setdefault((address.fidelity, address.panel), case)
+    return [*design.columns.first_of(coarse, FOLDING), *beyond.values()]
+
+
+def _tidy(folder: Path, ended: Mapping[str, Completion]) -> None:
     """Forget states and crashes of cases that have ended since.
 
     From those of cases that are open a longer run may go on.
@@ -139,7 +143,11 @@ def _tidy(folder: Path, ended: Mapping[str, Ended]) -> None:
 
 
 def _suspects(
-    folder: Path, stages: Stages, begun: Mapping[int, Todo], left: NDArray[np.int64]
+    folder: Path,
+    design: Design,
+    planner: Planner,
+    jobs: Jobs,
+    extended: Sequence[float],
 ) -> frozenset[int]:
     """Return the cases that were in flight when processes died, twice.
 
@@ -148,17 +156,26 @@ def _suspects(
 
     Parameters
     ----------
-    folder, stages : of the campaign
-    begun : {case: what is to do} of those left that have begun
-    left : cases
+    folder, design, planner : of the campaign
+    jobs : that are left
+    extended : s, see `computation`
     """
-    own = {stages.name(case, todo): case for case, todo in begun.items()}
-    digests, found = stages.design.digests, set()
-    for name, count in crashes(folder).items():
-        case = own[name] if name in own else digests.find(name)
-        if count >= CRASHES and (name in own or case not in begun):
-            found.add(case)
-    return frozenset(found & set(left[np.isin(left, list(found))].tolist()))
+    names = {name for name, count in crashes(folder).items() if count >= CRASHES}
+    if not names:
+        return frozenset()
+    found = {name: design.digests.find(name) for name in names}
+    left = set(jobs.row[(jobs.twin == 0) & (jobs.stage == 0)].tolist())
+    alone = {case for case in found.values() if case in left}
+    names = {name for name, case in found.items() if case < 0}
+    first = planner.kind.first
+    later = (jobs.twin > 0) | (jobs.stage > 0) | (jobs.row >= first)
+    for row, twin, stage in zip(*(one[later].tolist() for one in jobs), strict=True):
+        if not names:
+            break
+        job = Job(planner.number(row), twin, stage)
+        if computation(design, job, extended).digest in names:
+            alone.add(job.case)
+    return frozenset(alone)
 
 
 def share(

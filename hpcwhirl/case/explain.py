@@ -1,4 +1,4 @@
-"""What a plan leaves out, why that is safe, what it saves: in words."""
+"""Explain in words what a plan leaves out, why that is safe and what it saves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hpcwhirl.scene import Scene, apply_settings
 
 @dataclass(frozen=True)
 class Note:
-    """One thing left out: what, why that is safe, what it saves."""
+    """One omission of a plan: what is left out, why that is safe, what it saves."""
 
     left_out: str
     why: str
@@ -25,7 +25,7 @@ class Note:
 
 
 def amplitudes(model: Model) -> int:
-    """Return the modal amplitudes of both bodies."""
+    """Return the number of modal amplitudes of both bodies."""
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
     return sum(len(body.omega) for body in bodies)
 
@@ -48,14 +48,15 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return what a truncated model saves against the modes that a scene names."""
-    few, limit = amplitudes(case.model), min(case.model.limits().values())
+    """Return what truncation saves compared with the modes that a scene names."""
+    scene = case.given
+    few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"
     try:
         whole = resolve(apply_settings(case.given, {"truncation": 0.0})).model
     except InputError:  # the modes it names are not there
         return kept
-    many, usual = amplitudes(whole), min(whole.limits().values())
+    many, usual = amplitudes(whole), min(whole.limits(scene.speed).values())
     return f"{kept}; with the inputs as they are, {many} and {usual:.3g} s"
 
 
@@ -90,7 +91,7 @@ def _settling(scene: Scene, plan: Plan) -> Note:
 
 
 def notes_of(case: Case) -> list[Note]:
-    """Return what the plan of a case leaves out."""
+    """Return the omissions of a case's plan."""
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
@@ -110,7 +111,7 @@ def notes_of(case: Case) -> list[Note]:
 
 
 def facts_of_plan(case: Case) -> dict[str, object]:
-    """Return the facts that `model --json` gives under `plan`."""
+    """Return the facts that `model --json` shows under `plan`."""
     scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
     coordinates = {"rotor": len(model.rotor.omega)}
     marched = {"rotor": len(lean.rotor.omega)}
@@ -137,25 +138,25 @@ def facts_of_plan(case: Case) -> dict[str, object]:
 
 
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:
-    """Return what was found of a rotor from file: are its sectors equal.
+    """Return whether the sectors of a rotor from file are equal, and how nearly.
 
-    `told` says it in words; `deviation` is None where it is no number: where pairs are
-    missing, or there are fewer than 3 blades.
+    `told` is the same in words; `deviation` is None where pairs of modes are missing,
+    or there are fewer than 3 blades.
     """
-    found = rotor.symmetry
+    symmetry = rotor.symmetry
     facts: dict[str, object] = {
         "equal_sectors": rotor.cyclic,
         "suspension_known": not np.isnan(rotor.centre_share).any(),
         "told": "rotor from file: fewer than 3 blades, marched by scheme general",
     }
-    if found is None:
+    if symmetry is None:
         return facts | {"deviation": None, "tolerance": None, "where": None}
-    size = found.deviation if np.isfinite(found.deviation) else None
+    size = symmetry.deviation if np.isfinite(symmetry.deviation) else None
     differ = "" if size is None else f" by {size:.2g} at most"
     way = "marched as the built-in one" if rotor.cyclic else "marched by scheme general"
-    told = (
-        f"rotor from file: sectors differ{differ} ({found.where}); up to "
-        f"{found.tolerance:g} they are taken for equal: {way}"
+    sentence = (
+        f"rotor from file: sectors differ{differ} ({symmetry.where}); up to "
+        f"{symmetry.tolerance:g} they are taken for equal: {way}"
     )
-    where = {"tolerance": found.tolerance, "where": found.where}
-    return facts | {"deviation": size, "told": told} | where
+    where = {"tolerance": symmetry.tolerance, "where": symmetry.where}
+    return facts | {"deviation": size, "told": sentence} | where

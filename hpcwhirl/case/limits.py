@@ -1,8 +1,8 @@
-"""Which steps a case allows: stability, pulse, turn and wall, and how they are counted.
+"""Limits of a case's time step (stability, pulse, rotation, wall), and its step counts.
 
-The free motion of the recursion that is marched (`dynamics.timestep`) is z^n, (1 + xi
-x) z^2 - (2 - x^2) z + (1 - xi x) = 0 with x = w dt, so that a mode turns by arg z a
-step instead of x sqrt(1 - xi^2): see `frequency_error`.
+The free motion of the marched recursion (`dynamics.timestep`) is z^n, (1 + xi x) z^2 -
+(2 - x^2) z + (1 - xi x) = 0 with x = w dt, so that the phase of a mode advances by
+arg z per step instead of x sqrt(1 - xi^2): see `frequency_error`.
 """
 
 from __future__ import annotations
@@ -15,33 +15,60 @@ import numpy as np
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import NAMES, SCHEMES
 from hpcwhirl.structure import RingOperator
 
-MOST_KEPT = 32  # models, as in `reduction.model`
-SAFE = 0.9  # of the stability limit, where an accuracy asks for a step
-MATTERS = 1e-2  # share of the largest compliance: 1e-4 of the power
-PER_PERIOD = 12.0  # rows of evidence a period of the fastest line
-FEWEST_ROWS = 160  # of a run
+MOST_KEPT = 32  # cached models, as in `reduction.model`
+OF_CORIOLIS = 0.5  # factor on the step with Coriolis forces: a quarter of the error
+SAFE = 0.9  # largest share of the limits that a step chosen by accuracy takes
+MATTERS = 1e-2  # share of the largest compliance of a line that matters: 1e-4 of power
+PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
+FEWEST_ROWS = 160  # of evidence in a run
 FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
-HARDLY = 0.7  # ratio above which a mode hardly turns: its step is that of this ratio
-RESOLVED = 1e-8  # error below which round-off hides it; it goes with x^2 there
-FEWEST_IN_RISE = 50  # steps of a rigid casing: fewer miss a tenth of its impulse
-MOST_GROWTH = 0.05  # of a rigid casing's distortion in a step: misses 3 % of it
+HARDLY = 0.7  # xi from which a mode hardly oscillates: it is treated as having this xi
+RESOLVED = 1e-8  # frequency error that round-off hides; smaller ones follow x^2
+FEWEST_IN_RISE = 50  # steps of a rigid casing's rise: fewer miss a tenth of its impulse
+MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
 
 def check_limits(model: Model, scene: Scene) -> None:
-    """Raise InputError where a scene's step is beyond what its model and it allow."""
+    """Raise InputError where a scene's time step or speed exceeds one of its limits."""
+    check_rotation(model, scene)
     check_step(model, scene)
     check_loading(scene)
     check_turn(model, scene)
     check_wall(scene)
 
 
+def check_rotation(model: Model, scene: Scene) -> None:
+    """Raise InputError where the scheme or the blades' stiffness forbids rotation.
+
+    The scheme must include rotation, and the speed be below that at which softening
+    takes all stiffness of a wave that does not move the shaft. A wave that moves the
+    shaft is held by Coriolis forces beyond its critical speed.
+    """
+    spin, scheme = model.rotor.spin, scene.solver.scheme
+    if spin is None:
+        return
+    if not SCHEMES[scheme].turns:
+        allowed = " or ".join(f"'{name}'" for name in NAMES if SCHEMES[name].turns)
+        msg = f"scheme must be {allowed} where rotation is full, got '{scheme}'"
+        raise InputError(msg)
+    most = stiff_up_to(model.rotor, model.blades)
+    if not abs(scene.speed) < most:
+        msg = (
+            f"speed must be < {most:.6g} rad/s with rotation full: a wave of the blades"
+            f" has no stiffness left beyond it, got {scene.speed:.6g}"
+        )
+        raise InputError(msg)
+
+
 def check_step(model: Model, scene: Scene) -> None:
     """Raise InputError, naming the limit, where dt >= 2 / omega_max of a body."""
     step = scene.solver.time_step
-    body, limit = min(model.limits().items(), key=lambda item: item[1])
+    body, limit = min(model.limits(scene.speed).items(), key=lambda item: item[1])
     if not step < limit:
         msg = (
             f"time_step must be < {limit:.6g} s (2 / omega_max of the {body}), "
@@ -53,8 +80,8 @@ def check_step(model: Model, scene: Scene) -> None:
 def check_loading(scene: Scene) -> None:
     """Raise InputError where the pulse is too short for the steps it is sampled at.
 
-    n steps give F tau cot(pi / 2n) / n instead of 2 F tau / pi, less by (pi / n)^2 / 12
-    of it; a pulse shorter than a step would give nothing.
+    Sampled at n steps, its impulse is F tau cot(pi / 2n) / n instead of 2 F tau / pi,
+    too small by a share (pi / n)^2 / 12; a pulse shorter than a step has none.
     """
     step = scene.solver.time_step
     if scene.is_loaded and scene.pulse < FEWEST_IN_PULSE * step:
@@ -68,9 +95,9 @@ def check_loading(scene: Scene) -> None:
 def check_wall(scene: Scene) -> None:
     """Raise InputError where a rigid casing would jump into the blades.
 
-    Contact takes back within a step whatever gap is missing at its end: a casing that
-    is inside the blades at once, or after few steps, gives an impulse that grows as the
-    step falls. One that comes to them in many steps gives the same at any.
+    Contact removes any penetration within one step: a casing that is inside the blades
+    at once, or after few steps, gives an impulse that grows as the step shrinks. If it
+    takes many steps to reach them, the impulse does not depend on the step.
     """
     casing, step = scene.engine.casing, scene.solver.time_step
     limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
@@ -102,9 +129,9 @@ def wall_limits(scene: Scene) -> dict[str, float]:
 
 
 def _wall_reach(scene: Scene) -> float:
-    """Return how far inward of round a rigid casing is at any blade after its rise, m.
+    """Return a rigid casing's largest inward distortion at a blade after its rise, m.
 
-    During a rise that is too short, blades hardly move.
+    Blades are taken as not deflected: they hardly move during a rise that is too short.
     """
     casing, blades = scene.engine.casing, scene.engine.rotor.blades
     place = scene.speed * casing.rise + 2 * np.pi * np.arange(blades) / blades
@@ -114,7 +141,7 @@ def _wall_reach(scene: Scene) -> float:
 
 
 def longest_turn(model: Model, scene: Scene) -> float:
-    """Return the time in which a blade passes half a wave of the casing, s."""
+    """Return the time in which a blade passes half of the casing's shortest wave, s."""
     waves = float(scene.nodal_diameter)
     if isinstance(model.ring, RingOperator):
         waves = 0.5 * model.ring.elements
@@ -137,7 +164,7 @@ def check_turn(model: Model, scene: Scene) -> None:
 
 
 def frequency_error(phase: float, ratio: float = 0.0) -> float:
-    """Return by how much of itself central differences make a frequency too high.
+    """Return the relative error of a mode's frequency by central differences.
 
     sin(w' dt / 2) = (x / 2) sqrt((1 - 2 xi^2 / (1 + s)) / s), s = sqrt(1 - xi^2 x^2),
     against w' = w sqrt(1 - xi^2); undamped sin(w' dt / 2) = w dt / 2, with the leading
@@ -145,7 +172,7 @@ def frequency_error(phase: float, ratio: float = 0.0) -> float:
 
     Parameters
     ----------
-    phase : x = w dt, at most 2 sqrt(1 - xi^2), from where z is real
+    phase : x = w dt, at most 2 sqrt(1 - xi^2), from which on z is real
     ratio : xi < 1
     """
     root = math.sqrt(1.0 - (ratio * phase) ** 2)
@@ -160,14 +187,14 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
     Parameters
     ----------
-    accuracy : of the damped frequency, of itself
-    ratio : xi; above `HARDLY` it is taken as that
+    accuracy : largest relative error of the damped frequency
+    ratio : xi; above `HARDLY` it is taken as `HARDLY`
     """
     ratio = min(ratio, HARDLY)
     top = 2.0 * math.sqrt(1.0 - ratio**2)  # the error grows up to there
     if frequency_error(top, ratio) <= accuracy:
         return top
-    from scipy.optimize import brentq  # a campaign of given steps has no need of it
+    from scipy.optimize import brentq  # slow to import, needless where steps are given
 
     asked = max(accuracy, RESOLVED)
     phase = brentq(lambda x: frequency_error(x, ratio) - asked, 1e-6, top)
@@ -177,14 +204,18 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 def step_asked(model: Model, scene: Scene) -> float:
     """Return the longest step that a scene's accuracy allows, s.
 
-    Central differences make a mode's frequency wrong by `frequency_error` of itself:
-    the step keeps that below `accuracy` for every mode of the rotor, and is at most
-    `SAFE` of what the stability of both bodies, the pulse and the turn allow.
+    The step keeps `frequency_error` below `accuracy` for every mode of the rotor, and
+    is at most `SAFE` of the limits by stability of both bodies, pulse, rotation and
+    wall. Coriolis forces have a relative error of (w dt)^2 / 6, four times that of a
+    frequency: hence `OF_CORIOLIS`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
     step = 1.0 / float((rotor.omega / phases).max())
-    limits = [*model.limits().values(), longest_turn(model, scene)]
+    bodies = model.limits(scene.speed)
+    if rotor.spin is not None:
+        step *= OF_CORIOLIS * min(1.0, bodies["rotor"] / model.limits(0.0)["rotor"])
+    limits = [*bodies.values(), longest_turn(model, scene)]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
     limits += [limit for limit in wall_limits(scene).values() if limit > 0.0]
@@ -192,18 +223,20 @@ def step_asked(model: Model, scene: Scene) -> float:
 
 
 def fastest_line(model: Model, speed: float) -> float:
-    """Return the fastest line that matters in the static frame, rad/s.
+    """Return the highest frequency of motion that matters in the static frame, rad/s.
 
-    Of the modes that move the centre, or the tips where none does, under a load that
-    stands: those that give at least `MATTERS` of what the most compliant one does;
-    in the static frame each has a line at omega + |Omega| at most.
+    Modes matter that have at least `MATTERS` of the largest modal compliance of the
+    centre (of the tips, if no mode moves the centre) under a steady load. In the static
+    frame a mode has a line at omega + |Omega| at most; with full rotation at omega +
+    2 |Omega|, since Coriolis forces split a pair by 2 |Omega| at most.
     """
-    return _fastest(model) + abs(speed)
+    turns = 1.0 if model.rotor.spin is None else 2.0
+    return _fastest(model) + turns * abs(speed)
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def _fastest(model: Model) -> float:
-    """Return the same in the rotating frame."""
+    """Return the highest omega, rad/s, of the modes that matter in `fastest_line`."""
     body = model.rotor
     rows = centre_rows(body, model.blades)
     if not rows.any():
@@ -215,10 +248,10 @@ def _fastest(model: Model) -> float:
 
 
 def beat_of(model: Model, scene: Scene) -> int:
-    """Return the steps between rows of evidence: `PER_PERIOD` of the fastest line.
+    """Return the steps between rows of evidence: `PER_PERIOD` rows a fastest period.
 
-    It depends on engine, speed, step and duration, never on what is kept; of a run of
-    so few steps that its last 40 % would have less than 64 rows, on its duration alone.
+    It depends on engine, speed, step and duration, never on the traces kept; in a run
+    whose last 40 % would have fewer than 64 rows, on the duration alone.
     """
     step = scene.solver.time_step
     total, _ = step_counts(scene)

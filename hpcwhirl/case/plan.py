@@ -1,4 +1,4 @@
-"""What of the model a scene requires: decided from the scene and its whole model."""
+"""Plans: which part of a scene's model is integrated, and how far."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ FOLDING = (
     "engine.casing.kind",
     "engine.casing.discretization",
     "engine.file",
-)  # inputs that `folds_of` and kernels depend on; of a pattern, whether there is one
-MOST_KEPT = 256  # numbers
-SOON = 0.7  # of the run: a certificate expected later is not looked for
+    "engine.rotation",
+)  # inputs that `folds_of` and kernels depend on; of mistuning, whether there is any
+MOST_KEPT = 256  # cached settling times
+SOON = 0.7  # share of the run: a certificate expected later is not looked for
 
 
 class Marched(NamedTuple):
-    """A scene and its model as they are marched: all sectors, or one."""
+    """A scene and its model as they are integrated: all sectors, or one."""
 
     scene: Scene
     model: Model
@@ -38,14 +39,14 @@ class Marched(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """What is marched for a scene.
+    """The part of a model that is integrated, and how far.
 
     Attributes
     ----------
-    folds : g, sectors that move alike, of which one is marched; 1: all
-    settles : whether it is looked for the proof that no contact can recur, from which
-        on the run goes on in closed form or ends
-    settling : s, when the ring by itself, at the earliest, swings less than the gap
+    folds : g, number of sectors that move alike, of which one is integrated; 1: all are
+    settles : whether the run looks for a proof that no contact can recur, after which
+        it continues in closed form or ends
+    settling : s, time from which on the ring, untouched, swings less than the gap
     """
 
     folds: int
@@ -54,20 +55,20 @@ class Plan:
 
 
 def folds_of(scene: Scene) -> int:
-    """Return g, the sectors that move alike: gcd(k, N), or 1 where all are marched."""
+    """Return g, the number of sectors that move alike: gcd(k, N), or 1 to march all."""
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
-    if not has_families(scene):
+    if scene.engine.rotation == "full" or not has_families(scene):
         return 1
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
 
 
 def settling_time(scene: Scene, model: Model) -> float:
-    """Return when the ring that nothing touches swings less than the gap, s.
+    """Return the time, s, from which on the untouched ring swings less than the gap.
 
-    From bounds of its modes after the pulse, which decay with xi omega; infinite where
-    they do not, or where a casing is driven.
+    It follows from bounds of the modes' amplitudes after the pulse, which decay with
+    xi omega; infinite for undamped modes and for a driven casing.
     """
     if model.casing is None:
         return 0.0 if scene.engine.casing.amplitude == 0.0 else math.inf
@@ -83,13 +84,13 @@ def settling_time(scene: Scene, model: Model) -> float:
 def _settling(
     model: Model, lobes: int, force: float, pulse: float, gap: float
 ) -> float:
-    """Return the same of a ring of harmonics that is loaded."""
+    """Return `settling_time` of a ring of harmonics under a pulse."""
     body, ring = model.casing, model.ring
     if body is None or ring is None:
         return 0.0
-    own = np.flatnonzero((body.diameter == lobes) & (body.phase == 0))
-    omega, decay = body.omega[own], (body.ratios * body.omega)[own]
-    shape = body.shapes[ring.radial[max(2 * lobes - 1, 0)], own]
+    modes = np.flatnonzero((body.diameter == lobes) & (body.phase == 0))
+    omega, decay = body.omega[modes], (body.ratios * body.omega)[modes]
+    shape = body.shapes[ring.radial[max(2 * lobes - 1, 0)], modes]
     if not (decay > 0.0).all() or gap == 0.0:
         return math.inf
     push = np.minimum(2 * pulse / (math.pi * omega), 2 / omega**2)
@@ -103,15 +104,16 @@ def _settling(
 
 
 def plan_of(scene: Scene, model: Model) -> Plan:
-    """Return what is marched for a scene and its whole model."""
+    """Return the plan of a scene and its whole model."""
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
+    lean = lean and scene.engine.rotation == "none"
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return what is marched for a scene and its whole model."""
+    """Return the scene and model to integrate: of all sectors, or of one of g alike."""
     folds = folds_of(scene)
     if folds == 1:
         return Marched(scene, model)

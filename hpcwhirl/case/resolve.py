@@ -1,4 +1,4 @@
-"""A case: a scene and all that follows from it, each part made once."""
+"""A case: a scene with its model, time step and plan, each computed once."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, resolved: immutable, and each part is made once, when it is asked for.
+    """A resolved scene; immutable, each property is computed once, on first use.
 
-    So a campaign's cost needs no models where steps are given, and a scene that cannot
-    be marched has modes to show all the same; `check` tells.
+    The cost of a campaign with fixed steps therefore needs no models, and the modes of
+    a scene that cannot be integrated can still be shown; `check` raises for it.
 
     Attributes
     ----------
-    given : the scene as it was given; what a case is known by
-    own : its model, where it is not to be made from the scene
+    given : the scene as the user gave it, which identifies the case
+    own : a model to use instead of one made from the scene
     """
 
     given: Scene
@@ -31,42 +31,42 @@ class Case:
 
     @cached_property
     def reduced(self) -> Scene:
-        """The scene with the modes and harmonics that its truncation asks for."""
+        """The scene with modes and harmonics chosen by its truncation error."""
         return with_truncation(self.given)
 
     @cached_property
     def model(self) -> Model:
-        """The whole model; one object for all cases of an engine and a reduction.
+        """The whole model; cases of one engine and reduction share one object.
 
         Raises
         ------
         InputError
-            where the inputs do not lead to a model that double precision holds
+            where the model of these inputs cannot be computed in double precision
         """
         return self.own or model_of(self.reduced)
 
     @cached_property
     def step(self) -> float:
-        """Time step, s: as given, or what the accuracy asks for by the model."""
+        """Time step, s: as given, or chosen for the accuracy by the model."""
         if self.given.solver.accuracy == 0.0:
             return self.given.solver.time_step
         return step_asked(self.model, self.reduced)
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene as resolved: its modes, harmonics and step are those marched."""
+        """The scene with the modes, harmonics and time step that are integrated."""
         if self.given.solver.accuracy == 0.0:
             return self.reduced
         return apply_settings(self.reduced, {"time_step": self.step})
 
     @cached_property
     def plan(self) -> Plan:
-        """What of the model is marched, and how far."""
+        """Which part of the model is integrated, and how far."""
         return plan_of(self.reduced, self.model)
 
     @cached_property
     def lean(self) -> Marched:
-        """The scene and the model that are marched by this plan."""
+        """The scene and the model that this plan integrates."""
         return lean_of(self.scene, self.model)
 
     @property
@@ -76,16 +76,18 @@ class Case:
 
     @property
     def steps(self) -> float:
-        """Steps to the end of the run."""
+        """Number of time steps to the end of the run."""
         return self.given.end_time / self.step
 
     @property
     def cost(self) -> float:
-        """Predicted seconds of one core, if the run goes to its end."""
-        return self.steps * SCHEMES[self.given.solver.scheme].nominal
+        """Predicted time on one core, s, if the run goes to its end."""
+        scheme = SCHEMES[self.given.solver.scheme]
+        turns = self.given.engine.rotation == "full"
+        return self.steps * (scheme.turns if turns else scheme.nominal)
 
     def check(self) -> None:
-        """Raise InputError, naming the limit, where the step is beyond one."""
+        """Raise InputError, naming the limit, where the time step exceeds one."""
         check_limits(self.model, self.scene)
 
 

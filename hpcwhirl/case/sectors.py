@@ -1,4 +1,4 @@
-"""One of g sectors that move alike: a model of N / g blades on a folded circle.
+"""The model of one of g sectors that move alike: N / g blades on a folded circle.
 
 A rotor of N equal blades at rest, a round ring at rest and a load on k lobes are the
 same after a turn by 2 pi / g, g = gcd(k, N); so is every later motion. Only nodal
@@ -26,45 +26,45 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
-MOST_KEPT = 32  # models of one sector
+MOST_KEPT = 32  # cached models of one sector
 
 
 def folded_body(
     body: ModalModel, rows: NDArray[np.intp], folds: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the modes of one sector, and what lifts their amplitudes to the whole.
+    """Return the modes of one sector, and the matrix from them to the whole body.
 
     Parameters
     ----------
-    body : of the whole
-    rows : coordinates of the whole that the sector has
+    body : modes of the whole body
+    rows : indices of its coordinates that belong to the sector
     folds : g
 
     Returns
     -------
-    body : the modes h = g h', named by h'; no matrices
-    lift : (n, m), the displacements of the whole for its amplitudes
+    body : the modes h = g h', labelled by h'; without mass and stiffness matrices
+    lift : (n, m), displacements of the whole body from the sector's amplitudes
     """
-    own = np.flatnonzero(body.diameter % folds == 0)
-    lift = np.ascontiguousarray(math.sqrt(folds) * body.shapes[:, own])
+    modes = np.flatnonzero(body.diameter % folds == 0)
+    lift = np.ascontiguousarray(math.sqrt(folds) * body.shapes[:, modes])
     one_of_many = replace(
         body,
         mass=NONE,
         stiffness=NONE,
         shapes=np.ascontiguousarray(lift[rows]),
-        omega=body.omega[own],
-        diameter=body.diameter[own] // folds,
-        rank=body.rank[own],
-        phase=body.phase[own],
-        centre_share=body.centre_share[own],
-        damping=body.ratios[own],
+        omega=body.omega[modes],
+        diameter=body.diameter[modes] // folds,
+        rank=body.rank[modes],
+        phase=body.phase[modes],
+        centre_share=body.centre_share[modes],
+        damping=body.ratios[modes],
         kept=0,
     )
     return one_of_many, lift
 
 
 def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
-    """Return the coordinates of the harmonics g h', w and then u."""
+    """Return the coordinates of the ring's harmonics g h', those of w and then of u."""
     harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
     pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()
     radial = np.concatenate([[0], pairs])
@@ -73,12 +73,12 @@ def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def folded_model(whole: Model, folds: int) -> Model:
-    """Return the model of one of g sectors; it has no centre, which stays at rest.
+    """Return the model of one of g sectors; without a centre, which stays at rest.
 
     Raises
     ------
     ModelError
-        where the whole has no such symmetry
+        where the whole model has no such symmetry
     """
     foreign = whole.ring is not None and not isinstance(whole.ring, FourierOperator)
     if whole.blades % folds or foreign or not whole.rotor.cyclic or folds < 2:
@@ -97,9 +97,9 @@ def folded_model(whole: Model, folds: int) -> Model:
 
 
 def folded_scene(scene: Scene, folds: int) -> Scene:
-    """Return the scene as one of g sectors sees it: g Omega, k / g lobes, F / g.
+    """Return the scene of one of g sectors: speed g Omega, k / g lobes, force F / g.
 
-    Its engine stays that of the whole, which only lends the radius.
+    Its engine stays that of the whole; only its radius is used.
     """
     return scene.model_copy(
         update={

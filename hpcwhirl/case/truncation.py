@@ -1,37 +1,37 @@
-"""What a reduced model leaves out of a contact: an estimate, and a choice by it.
+"""Estimate the error of a truncated model in a contact, and choose modes by it.
 
 A blade's tip and the ring below it are struck by unit impulses. The tip's radial motion
 then is
 
 r(t) = sum_m g_m e^{-xi_m w_m t} sin(w_d t) / w_d,
 
-g_m the radial shape squared of each mode; its tangential motion s(t) alike, pulled by
-friction mu times as hard; and the ring's c(t). What of them a truncated body misses,
-over the `WINDOW` of first contacts, is compared with what all modes make: of the rotor
-`FINEST_FAMILIES` fixed-interface modes a blade, of the ring `FINEST` harmonics. With
-|.| the norm over the window and d what is missed,
+g_m the radial shape squared of each mode; its tangential motion s(t) has the same form,
+pulled by friction mu times as hard; the ring's motion is c(t). The error (dr, ds, dc)
+of a truncated body over the `WINDOW` of first contacts is its difference from the
+motion with all modes: `FINEST_FAMILIES` fixed-interface modes a blade of the rotor,
+`FINEST` harmonics of the ring. With |.| the norm over the window, three parts count:
 
-of the rotor |(dr, f ds)| / |(r, f s)|: of that motion itself, f = c mu. Without
-friction blades do no more than stretch, and what is left out of that is left out of all
-there is; with it they bend, slowly, and so strikes add up in bending while they do not
-in stretching, in which a blade swings many times between two: c = `ADDED_UP`. A casing
-without lobes touches all blades at once and few times: c = 1.
+Rotor, |(dr, f ds)| / |(r, f s)|, f = c mu: relative to the tip's motion itself. Without
+friction blades only stretch, and the error is one of all their motion. With friction
+they also bend, slowly, so that strikes add up in bending but not in stretching, in
+which a blade swings many times between two strikes: c = `ADDED_UP`. A casing without
+lobes touches all blades at once and few times: c = 1.
 
-of the ring |dc| / |r + c|: the contact's force is wrong by as much, and with it when
-it ends, and so each following contact. A tip that only stretches is thrown from contact
-to contact by nothing else: this counts `STRETCHED` times where |r| is all of the
-motion, `BENT` times where it is little of it, or where the shaft's centre (k = 1) or
-all of the ring at once (k = 0) moves slowly with it.
+Ring, |dc| / |r + c|: the relative error of the contact's force, and so of the time at
+which it ends and of each following contact. The bounces of a tip that only stretches
+depend on nothing else: the factor is `STRETCHED` where |r| is all of the motion, `BENT`
+where it is little of it, or where the shaft's centre (k = 1) or the whole ring (k = 0)
+moves slowly with it.
 
-of the load |dp| / |p|: p(t) is what the pulse alone makes of the ring's k lobes before
-anything touches. A short pulse on one lobe stretches the ring beside moving it, and a
-ring that cannot stretch comes late to its first contact: this counts `LOADED` times. It
-is no part of the motion after a strike: both are added as squares.
+Load, |dp| / |p|: p(t) is the motion of the ring's k lobes by the pulse alone, before
+any contact. A short pulse on one lobe stretches the ring in addition to moving it, and
+a ring that cannot stretch comes late to its first contact: the factor is `LOADED`. This
+error is independent of those after a strike: they are added as squares.
 
 Equal blades and a load on k lobes move alike after a turn by 1/g, g = gcd(k, N): only
 nodal diameters and harmonics that are multiples of g are struck. The factors are at or
-above the 95 % quantiles of motions' errors over what is missed, over 230 drawn engines;
-others, drawn since, are counted by scripts/evidence/estimates.py.
+above the 95 % quantiles of the ratio of errors of motions to these differences, over
+230 random engines; scripts/evidence/estimates.py checks them on others.
 """
 
 from __future__ import annotations
@@ -57,26 +57,26 @@ from hpcwhirl.scene.files import Value
 from hpcwhirl.structure import FourierOperator, bladed_disk
 
 Floats = NDArray[np.float64]
-FINEST = 160  # harmonics that stand for all
-FINEST_FAMILIES = 8
+FINEST = 160  # harmonics of the reference ring
+FINEST_FAMILIES = 8  # fixed-interface modes a blade of the reference rotor
 WINDOW = 2e-3  # s
-TIMES = 200  # at which motions are compared
+TIMES = 200  # samples of the window
 ADDED_UP = 2.0  # how much more strikes add up in bending than in stretching
-OF_ROTOR = 2.2  # error of motions over what the rotor misses, in 19 of 20 cases
-BENT, STRETCHED = 10.0, 45.0  # and over what the ring does: see above
-LOADED = 5.0  # and over what the pulse makes of it
-OVERDAMPED = 0.999  # ratio of modes that do not swing: they are taken as this
-TO_ROTOR = 2 / 3  # of what is asked
+OF_ROTOR = 2.2  # error of motions over the rotor's difference, in 19 of 20 cases
+BENT, STRETCHED = 10.0, 45.0  # the same for the ring's difference: see above
+LOADED = 5.0  # the same for the difference under the pulse
+OVERDAMPED = 0.999  # largest damping ratio: modes above it are treated as having it
+TO_ROTOR = 2 / 3  # share of the error asked for that the rotor may take
 HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
 
 
 class Missed(NamedTuple):
-    """Errors of motions by what modes leave out, shares of the motion.
+    """Estimated relative errors of a motion by truncation.
 
     Attributes
     ----------
-    rotor, ring : by each body, of what a strike makes
-    load : by the ring, of what the pulse makes
+    rotor, ring : by the truncation of each body, after a strike
+    load : by the truncation of the ring, under the pulse
     """
 
     rotor: float
@@ -85,18 +85,18 @@ class Missed(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Of the motion as a whole."""
+        """Estimated relative error of the whole motion."""
         return math.hypot(self.rotor + self.ring, self.load)
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return motions (n, TIMES), m, after a unit impulse, by modes.
+    """Return the motions (n, TIMES), m, of a body after a unit impulse.
 
     Parameters
     ----------
-    body : m modes
-    weights : (n, m), 1/kg, of each motion
-    chosen : (m,), modes that move
+    body : the body, with m modes
+    weights : (n, m), 1/kg, products of modal shapes that give each motion
+    chosen : (m,), which modes move
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
     omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free: the limit w to 0
@@ -107,25 +107,25 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor: of sections or, where there is a file, of its content."""
+    """A rotor by its inputs or by its file and the digest of that file's content."""
 
     rotor: Rotor
     file: str
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return file and content of a casing that is from there."""
+        """Return (file, digest of its content) of a casing from file, else ("", "")."""
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
         )
 
     @property
     def blades(self) -> int:
-        """N."""
+        """Number of blades, N."""
         return self.rotor.blades
 
     def model(self, modes: int) -> ModalModel:
-        """Return it with so many fixed-interface modes; modes alone are as they are."""
+        """Return the rotor with so many fixed-interface modes, if it has matrices."""
         if self.file:
             return file_model(self.file, self.content, self.rotor, modes)
         return rotor_model(self.rotor, modes)
@@ -138,7 +138,7 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return the fixed-interface modes there are, at most `FINEST_FAMILIES` a blade."""
+    """Return how many fixed-interface modes exist, up to `FINEST_FAMILIES` a blade."""
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
         return min(most, file_model(wheel.file, wheel.content, rotor).kept)
@@ -149,7 +149,7 @@ def _most_modes(wheel: Wheel) -> int:
 
 @lru_cache(maxsize=512)
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
-    """Return a struck tip's motion (2, TIMES), radial and tangential."""
+    """Return the motion of a struck tip, (2, TIMES), radial and tangential, m."""
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
     return struck(body, np.array(weights), body.diameter % folds == 0)
@@ -157,7 +157,7 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
 
 @lru_cache(maxsize=1024)
 def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
-    """Return a struck ring's motion (TIMES,); none of a rigid casing."""
+    """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing."""
     if casing.kind == "rigid":
         return np.zeros(TIMES)
     body, operator = casing_model(casing, radius, source)
@@ -169,28 +169,28 @@ def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) ->
 
 
 def truncation_error(scene: Scene) -> float:
-    """Return the estimate of the relative error of motions by the modes left out.
+    """Return the estimated relative error of a motion by the modes left out.
 
     Parameters
     ----------
-    scene : where `has_families`
+    scene : a scene with `has_families`
     """
     return left_out(scene).error
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the estimate's parts, by what each body misses.
+    """Return the parts of `truncation_error`, by body and load.
 
     Parameters
     ----------
-    scene : where `has_families`
+    scene : a scene with `has_families`
     """
     casing, modes = scene.engine.casing, scene.solver.modes
     return _missed(_wheel(scene), casing, modes, Load.of(scene))
 
 
 class Load(NamedTuple):
-    """What strikes: the lobes of the load, how long it lasts (s), and friction."""
+    """The load: its lobes, its duration in s, and the friction coefficient."""
 
     lobes: int
     pulse: float
@@ -198,7 +198,7 @@ class Load(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> Load:
-        """Return the load of a scene; of none, that which lasts for ever."""
+        """Return the load of a scene; without a force, one of infinite duration."""
         pulse = scene.pulse if scene.force else math.inf
         return cls(scene.nodal_diameter, pulse, scene.friction)
 
@@ -211,20 +211,20 @@ def _pushed(
     body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
-    own = (body.diameter == lobes) & (body.phase == 0)
+    modes = (body.diameter == lobes) & (body.phase == 0)
     crest = body.shapes[operator.radial[max(2 * lobes - 1, 0)]]
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    # what the pulse has given so far, of 1: it may be shorter than the time between
-    given = np.sin(0.5 * math.pi * np.minimum(times, pulse) / pulse) ** 2
-    force = np.diff(given, prepend=0.0)
-    swung = struck(body, crest[None] ** 2, own)[0]
+    # impulse so far, of 1 in all: a pulse may be shorter than the time between samples
+    impulse = np.sin(0.5 * math.pi * np.minimum(times, pulse) / pulse) ** 2
+    force = np.diff(impulse, prepend=0.0)
+    swung = struck(body, crest[None] ** 2, modes)[0]
     return np.asarray(np.convolve(force, swung)[:TIMES])
 
 
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
-    """Return weight |part| / |whole|, however small or large both are.
+    """Return weight |part| / |whole|, without underflow or overflow.
 
-    Of what does not move at all, too stiff or too heavy, nothing is left out.
+    0 where nothing moves, being too stiff or too heavy: then nothing is left out.
     """
     if not (part.any() or whole.any()):
         return 0.0
@@ -234,9 +234,9 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 
 
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
-    """Return what a casing leaves out of the ring's motion under the load."""
+    """Return the relative error of a truncated casing's motion under the load."""
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
-    if absent or load.lobes > casing.harmonics:  # which no run is begun with
+    if absent or load.lobes > casing.harmonics:  # the latter is refused before a run
         return 0.0
     place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
     every = _pushed(whole, *place)
@@ -250,7 +250,7 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
     pull = load.friction * (ADDED_UP if lobes else 1.0)
     every = {"harmonics": max(FINEST, casing.harmonics), "families": "all"}
     tip = _tip(wheel, _most_modes(wheel), folds)
-    # the ring's radius is a gap larger: of no account here
+    # the ring's radius is larger by the gap, which does not matter here
     whole = casing.model_copy(update=every)
     ring = _ring(whole, radius, folds, source)
     less = _tip(wheel, modes, folds) - tip
@@ -265,12 +265,12 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
 
 
 def with_truncation(scene: Scene) -> Scene:
-    """Return the scene with the modes that its truncation asks for, if it asks.
+    """Return the scene with the modes that meet its truncation error, if it sets one.
 
-    The fewest families a blade whose part of the estimate is at most `TO_ROTOR` of it,
-    and the fewest harmonics, without those modes that stretch the ring if that is
-    enough, that what remains allows; where none is enough, the finest. Of a casing from
-    file none are left out.
+    The rotor gets the fewest families a blade whose part of the estimate is at most
+    `TO_ROTOR` of the error asked for, the ring the fewest harmonics, if possible
+    without the modes that stretch it, that keep the whole estimate below it; the finest
+    where none does. A casing from file keeps all its harmonics.
     """
     asked = scene.solver.truncation
     if asked == 0.0 or not has_families(scene):

@@ -1,37 +1,41 @@
-"""Command line: one sub-command, one call. Imports stay lazy: `--help` is fast.
+"""Command line: the table of sub-commands and the entry point `main`.
 
-Before anything else is imported, a campaign listens to the signals that end it.
+Modules are imported only when needed, so that `--help` is fast. For `campaign`, the
+handlers of signals are installed before anything else is imported.
 """
 
 from __future__ import annotations
 
 import sys
 
-from hpcwhirl import early
+from hpcwhirl import early_signals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 COMMANDS = {
-    "campaign": "integrate a whole design over MPI ranks and draw its map",
-    "run": "integrate one case",
-    "status": "say how far a campaign is, from its journals",
-    "gather": "write results.h5 from journals and traces",
-    "classify": "name the regimes again with other thresholds",
-    "map": "draw regimes, whirl or a number over the inputs",
-    "sensitivity": "say which drawn input makes what vary, by Sobol indices",
-    "cases": "list the cases, chosen by a condition",
-    "figures": "draw spectra, orbits, contributions, contacts, ledgers",
-    "report": "write one HTML file to explore a campaign with, offline",
+    "new": "write a campaign file for a fan from a few numbers",
+    "campaign": "integrate all cases of a campaign on all MPI ranks and draw the map",
+    "run": "integrate one case and print its summary",
+    "status": "show the progress of a campaign, also while it runs",
+    "gather": "write results.h5 from the journals and traces of a campaign",
+    "classify": "classify the regimes again with other thresholds, without integrating",
+    "map": "draw regimes, whirl or a number over the swept inputs",
+    "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
+    "cases": "list the cases of a campaign that meet a condition",
+    "margin": "list the ranges of an input in which all cases are damped",
+    "figures": "draw spectra, orbits, contributions, contacts and energy ledgers",
+    "report": "write one HTML page to explore a campaign offline",
     "job": "print a job script for slurm, pbs, lsf, sge or flux",
-    "doctor": "say what will break here, and how to mend it",
-    "inputs": "list inputs and presets: default, unit, meaning, allowed",
-    "model": "modal table, critical speeds, time-step limits",
-    "tradeoff": "measure what accuracy costs, against a finer reference",
-    "bench": "measure what a step costs on this core",
-    "import-model": "reduce M and K of finite elements to an engine's file",
-    "export-model": "write M, K, D and contact operators to HDF5",
+    "doctor": "check machine, MPI and directory: what will break, and the remedy",
+    "manual": "show a page of the manual, or list the pages",
+    "inputs": "list inputs and presets: default, unit, allowed values, meaning",
+    "model": "print modal table, critical speeds and time-step limits of an engine",
+    "tradeoff": "measure the error and cost of solver inputs against a finer run",
+    "bench": "measure the time of a step and of a case on this core",
+    "import-model": "reduce finite-element matrices M and K to an engine file",
+    "export-model": "write M, K, D and contact operators of an engine to HDF5",
 }
 
 
@@ -40,16 +44,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    argv : words after the program's name; None: this process is that program
+    argv : words after the program's name; None: those of `sys.argv`, and this process
+        is the program, which may replace its standard streams
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    listens = words[:1] == ["campaign"]  # all others die of a signal, as any program
+    listens = words[:1] == ["campaign"]  # other commands die of a signal, as usual
     if listens:
-        early.listen()
+        early_signals.listen()
     try:
         from hpcwhirl.cli.command import run_command, run_program
 
         return run_program(words) if argv is None else run_command(words)
     finally:
         if listens:
-            early.leave(program=argv is None)
+            early_signals.leave(program=argv is None)

@@ -1,4 +1,4 @@
-"""`hpcwhirl bench`: what a step, and a case, cost on this core."""
+"""`hpcwhirl bench`: time of a step and of whole cases on this core."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 420.0},
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
-COUNTED = (DEFAULT, "general")  # schemes whose operations are counted
-UNEVEN = 0.03  # of Young's modulus, of the blades of a mistuned engine
+COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
+UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, mistuned engine
 START = (
     "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
@@ -38,7 +38,8 @@ START = (
     "chosen = sizes | {'scheme': sys.argv[1]}\n"
     "March(resolve(apply_settings(named_scene('table2'), chosen))).warm()\n"
 )
-# of a process that takes a step, one after the other with one cache: empty at first
+# name: inputs, of processes that take one step, one after the other with the same
+# cache of compiled functions, which is empty for the first
 STARTS: dict[str, tuple[str, ...]] = {
     "cold": (),
     "new_size": ("blades=13", "modes=52", "harmonics=7"),
@@ -49,24 +50,29 @@ STARTS: dict[str, tuple[str, ...]] = {
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_scene(parser)
-    parser.add_argument("--repeats", type=int, default=9, help="timed runs (default 9)")
     parser.add_argument(
-        "--cases", action="store_true", help="also whole cases, one of each regime"
-    )
+        "--repeats", type=int, default=9, metavar="N",
+        help="number of timed repetitions (default 9)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--cases", action="store_true",
+        help="also time whole cases, one for each regime",
+    )  # fmt: skip
     parser.add_argument(
         "--compile",
         action="store_true",
-        help="also the first start ever, one with a new size, and the next",
+        help="also time starts: the very first, which compiles, one with another model "
+        "size, and the next",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Time the schemes one after the other in this process and print a table."""
+    """Time the schemes in this process and print a table."""
     if args.repeats < 1:
         msg = f"--repeats must be >= 1, got {args.repeats}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
-    scene = apply_settings(scene, {"plan": "everything"})  # steps, not what is spared
+    scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
     facts = facts_of(scene, args.repeats)
     if args.cases:
         facts["cases"] = whole_cases(scene)
@@ -81,8 +87,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return the timings, the core's peak and what of it is reached in flight."""
-    from hpcwhirl.measure import bench
+    """Return time per step of each scheme, and FLOP rates without contact and at peak.
+
+    Parameters
+    ----------
+    scene : the case to time
+    repeats : number of timed repetitions
+    """
+    from hpcwhirl.benchmark import bench
 
     peak = bench.fma_peak(repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
@@ -100,7 +112,15 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
-    """Return engines made of a built-in one: mistuned, and both as files."""
+    """Return {name: scene} of variants: mistuned, and both engines read from files.
+
+    Empty if the engine comes from a file or is mistuned already.
+
+    Parameters
+    ----------
+    scene : a scene with a built-in engine
+    folder : directory for the engine files
+    """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
     from hpcwhirl.store.results.single import write_arrays
@@ -111,15 +131,15 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     pattern = [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
     mistuned = apply_settings(scene, {"mistuning": pattern})
     engines = {"mistuned": mistuned}
-    for name, own in (("file, cyclic", scene), ("file, mistuned", mistuned)):
+    for name, source in (("file, cyclic", scene), ("file, mistuned", mistuned)):
         path = folder / f"{name}.h5"
-        write_arrays(path, arrays_of(resolve(own).model), {})
+        write_arrays(path, arrays_of(resolve(source).model), {})
         engines[name] = apply_settings(scene, {"file": str(path)})
     return engines
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Return regime and seconds of whole cases, by the schemes of large campaigns."""
+    """Integrate `CASES` by every scheme that folds; return regimes and times, s."""
     from hpcwhirl.campaign.simulate import simulate
 
     out = []
@@ -135,9 +155,10 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Return what processes cost that take a step, the first with an empty cache.
+    """Time processes that take one step, the first with an empty cache.
 
-    Of each of `STARTS`: seconds, those of the processor, and what it left in the cache.
+    The result has for each of `STARTS` wall and processor time, s, and the number of
+    functions compiled.
     """
     facts: dict[str, Any] = {"scheme": scheme}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:
@@ -155,12 +176,12 @@ def start_of(scheme: str) -> dict[str, Any]:
 
 
 def _compiled(cache: str) -> int:
-    """Return how many compiled functions there are in a cache."""
+    """Return the number of compiled functions in a cache directory."""
     return sum(1 for _ in Path(cache).rglob("*.nbc"))
 
 
 def _of_children() -> float:
-    """Return the processor's seconds of all ended children, in user mode."""
+    """Return the processor time of all ended child processes in user mode, s."""
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
 

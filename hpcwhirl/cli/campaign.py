@@ -1,4 +1,4 @@
-"""`hpcwhirl campaign`: a whole design over MPI ranks, results and map."""
+"""`hpcwhirl campaign`: integrate all cases on all MPI ranks, write results and map."""
 
 from __future__ import annotations
 
@@ -8,25 +8,20 @@ import sys
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.campaign.patience import Patience
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.sampling import as_begun
-from hpcwhirl.campaign.policy import (
-    MOST_ON_PAGE,
-    PATIENCE,
-    Policy,
-)
+from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.cli.campaign_options import (
     arguments,
     design_of_call,
     extension,
-    fill,
     policy_of,
+    rules_of,
 )
 from hpcwhirl.cli.command import (
     COMPLETE,
@@ -41,32 +36,34 @@ from hpcwhirl.cli.options import (
     parsed,
     print_json,
     print_notes,
+    tell_load,
     tell_preset,
     tell_remarks,
 )
 from hpcwhirl.errors import InputError, NoRoomError, WhirlError
 from hpcwhirl.launch import Communicator, communicator
 from hpcwhirl.scene import load_document
+from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 __all__ = ["arguments", "run"]
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run or continue a campaign on this process or on all ranks."""
+    """Run or continue a campaign on all ranks; return the exit code."""
     args.began = time.monotonic()
-    with Stopping() as stopping:  # to the end: a warning must not kill the gathering
+    with Stopping() as stopping:  # to the end: a signal must not kill the gathering
         comm = communicator()
-        with Patience(stopping, PATIENCE, comm) as args.patience_of:
+        with Watchdog(stopping, Policy().patience, comm) as args.patience_of:
             code = _guarded(args, comm, stopping)
         if comm.size > 1:
-            # Where a rank exits with 75, srun may send TERM to those that have not yet:
-            # they are to end with 75, too.
+            # When one rank exits with 75, srun may send TERM to the others: ignore it,
+            # so that they exit with 75, too.
             stopping.ignore()
     return code
 
 
 def _guarded(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
-    """Run; where one of several ranks fails, end all of them."""
+    """Run and return the exit code; if one rank fails, abort all ranks."""
     try:
         return _run(args, comm, stopping)
     except NoRoomError as full:
@@ -75,7 +72,7 @@ def _guarded(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -
     except WhirlError as failed:
         tell_error(failed)
         code = WRONG_INPUT
-    except Exception as failed:  # noqa: BLE001 - told, then ended below
+    except Exception as failed:  # noqa: BLE001 - printed here, aborted below
         code = tell_failure(failed)
     sys.stderr.flush()
     comm.Abort(code)  # one rank's error must not hang the others
@@ -83,37 +80,38 @@ def _guarded(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -
 
 
 def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
-    """Prepare on rank 0; share its error, so that one line is printed."""
+    """Prepare on rank 0, share the design or the error with all ranks, and compute."""
     from hpcwhirl.campaign.run import run_campaign
 
     root = comm.rank == 0
-    design, policy, failure, own = None, None, None, None
+    design, policy, failure, claim = None, None, None, None
     with ExitStack() as stack:
         if root:
             try:
                 design, policy = _prepared(args, comm.size, stopping)
-                own = _owned(args, design, policy, stopping, stack)
+                claim = _owned(args, design, policy, stopping, stack)
             except WhirlError as failed:
                 failure = failed
-        told = (design, policy, failure, args.out)
-        design, policy, failure, args.out = comm.bcast(told, root=0)
+        shared = (design, policy, failure, args.out)
+        design, policy, failure, args.out = comm.bcast(shared, root=0)
         if failure is not None:
             return _refused(args, failure, root=root)
         if args.dry_run or design is None or policy is None:
             return COMPLETE
         args.patience_of.seconds = policy.patience
-        if own is not None:
-            args.patience_of.last = own.release
-        if policy.seconds is not None:  # the wall-time began with the command
+        if claim is not None:
+            args.patience_of.last = claim.release
+        if policy.seconds is not None:  # the walltime counts from the command's start
             spent = time.monotonic() - args.began
-            policy = replace(policy, seconds=policy.seconds - spent)
-        ending = run_campaign(design, args.out, comm, policy, stopping, own)
+            left = {"seconds": policy.seconds - spent}
+            policy = policy.model_copy(update=left)
+        ending = run_campaign(design, args.out, comm, policy, stopping, claim)
         code = _conclude(args, ending) if root else COMPLETE
         return int(comm.bcast(code, root=0))
 
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
-    """Say on rank 0 why nothing is computed; return the exit code."""
+    """Print on rank 0 why the preparation failed; return the exit code."""
     from hpcwhirl.store.directory.owner import BrokenOffError
 
     stopped = isinstance(failure, BrokenOffError | NoRoomError)
@@ -131,33 +129,38 @@ def _owned(
     stopping: Stopping,
     stack: ExitStack,
 ) -> Any:
-    """Claim the directory until the stack ends, and prepare it; None for a dry run."""
+    """Claim and prepare the directory; return the claim, or None for a dry run.
+
+    The claim is released when `stack` closes.
+    """
     from hpcwhirl.campaign.begin import Manner, begin
 
-    own = None
+    claim = None
     if not args.dry_run:
-        manner = Manner(args.fresh, args.take_over, args.to)
-        own = begin(design, args.out, policy, stopping, manner)
-        stack.callback(own.release)
-    tell_remarks(design.columns)  # of what is not refused: a mistake is one line
-    return own
+        manner = Manner(args.fresh, args.to)
+        claim = begin(design, args.out, policy, stopping, manner)
+        stack.callback(claim.release)
+    tell_load(design.columns)
+    tell_remarks(design.columns)  # after all checks: an error stays a single line
+    return claim
 
 
 def _prepared(
     args: argparse.Namespace, ranks: int, stopping: Stopping
 ) -> tuple[Design, Policy]:
-    from hpcwhirl.campaign.resume import check_folder, check_steps
+    from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
 
     settings = parsed(args.settings)
     if args.regimes_only:
         settings |= _words_alone(args.file, settings)
     args.to = extension(args)
     design = design_of_call(args, settings)
-    fill(args, design.rules)
+    rules = rules_of(args, design.rules)
+    args.out, args.report = Path(args.out or rules.out), rules.report
     design = design if args.fresh else as_begun(design, args.out)
-    policy = policy_of(args, design)
-    if policy.shard and design.twins and design.twins.of == "boundary":
-        msg = "[twins] of = boundary needs the words of all cases: no --shard"
+    policy = policy_of(args, design, rules)
+    if policy.shard and design.twins and design.twins.is_late:
+        msg = f"[twins] of = {design.twins.of} needs the words of all cases: no --shard"
         raise InputError(msg)
     check_folder(args.out)
     tell_preset(design.base)
@@ -171,13 +174,17 @@ def _prepared(
 
         times = extended_by(design, args.out, args.to)
         loaded = age() - (time.monotonic() - args.began)
-        found = forecast(design, args.out, policy.shard, times, stopping, loaded)
-        tell(found, design, ranks, as_json=args.json)
+        cost = forecast(design, args.out, policy.shard, times, stopping, loaded)
+        tell(cost, design, ranks, as_json=args.json)
     return design, policy
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return what --regimes-only sets: cases that are to be decided go on to be."""
+    """Return the inputs that --regimes-only sets: traces, and when a case ends.
+
+    A case ends when its word is certain, unless the campaign asks for ``until =
+    decided``, which stays.
+    """
     file = None if file is None or file.is_dir() else file
     solver = load_document(file).get("solver") if file else {}
     asked = solver.get("until") if isinstance(solver, Mapping) else None
@@ -187,14 +194,14 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Say on stderr what the plans of the cases leave out, each kind of plan once."""
+    """Print on stderr what the plans of the cases leave out, each kind of plan once."""
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}
     for case in range(len(design.settings)):
         try:
             plan = design.resolved(case).plan
-        except WhirlError:  # it will fail as a row
+        except WhirlError:  # the case will be a row with status failed
             continue
         kinds.setdefault((plan.folds, plan.settles), []).append(case)
     for cases in kinds.values():
@@ -204,7 +211,8 @@ def _explain(design: Design) -> None:
 
 
 def _conclude(args: argparse.Namespace, ending: Any) -> int:
-    from hpcwhirl.store.reading.reader import has_contact
+    """Print how the campaign ended, draw map and page, and return the exit code."""
+    from hpcwhirl.store.reading.results_file import has_contact
 
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
@@ -215,7 +223,7 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
     if ending.left:
         return _conclude_shard(args, ending)
     if ending.failed:
-        print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
+        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
     if not has_contact(ending.results):
         print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
@@ -233,7 +241,12 @@ def _conclude(args: argparse.Namespace, ending: Any) -> int:
 
 
 def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
-    """Return the page of a campaign that wants one, written if it is not there."""
+    """Write report.html if --report asks for it and it is missing or outdated.
+
+    Returns
+    -------
+    a list of its path; empty: no page is wanted
+    """
     from hpcwhirl.report.page.build import NAME, is_stale, write_page
 
     wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
@@ -250,14 +263,14 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
 
 
 def _maps(ending: Any, out: Path) -> list[Path]:
-    """Draw the map; where it must be told what to show, say so in one line.
+    """Return the files of the map, drawn unless newer than results that did not change.
 
-    One that is there and no older than results which nothing has changed stays.
+    If the map cannot be drawn without options, say so in one line.
     """
-    known = [out / "map.png", out / "map.svg"]
-    if not ending.gathered and _is_after(ending.results, known):
-        return known
-    from hpcwhirl.report.apart import draw_apart
+    files = [out / "map.png", out / "map.svg"]
+    if not ending.gathered and _is_after(ending.results, files):
+        return files
+    from hpcwhirl.report.render_process import draw_apart
 
     try:
         return draw_apart(ending.results, out)
@@ -267,10 +280,10 @@ def _maps(ending: Any, out: Path) -> list[Path]:
 
 
 def _is_after(results: Path, paths: list[Path]) -> bool:
-    """Return whether all of these are there and no older than results."""
+    """Return whether all these files exist and are no older than the results file."""
     try:
-        made = min(path.stat().st_mtime_ns for path in paths)
-        return made >= results.stat().st_mtime_ns
+        oldest = min(path.stat().st_mtime_ns for path in paths)
+        return oldest >= results.stat().st_mtime_ns
     except OSError:
         return False
 
@@ -284,8 +297,8 @@ def _tell_stopped(args: argparse.Namespace, reason: str) -> None:
     )
 
 
-def _told(ending: Any) -> str:
-    """Return how many cases failed, and how to find out why."""
+def _failures(ending: Any) -> str:
+    """Return a sentence on how many cases failed, and where the reasons are."""
     text = f"{ending.failed} of {ending.cases} cases failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
@@ -294,13 +307,13 @@ def _told(ending: Any) -> str:
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
-    """Tell that a shard is complete and others are not: they will gather.
+    """Print that this shard is complete while others are not; return the exit code.
 
-    Cases that are left to others are no failure: an element of an array ends with 0
-    unless one of its own has no result. The last one ends with 1 where any has none.
+    The code is 0 unless a case of this shard has no result: cases of other shards are
+    no failure. The last shard to finish gathers, and returns 1 if any case failed.
     """
     if ending.failed:
-        print(f"hpcwhirl: {_told(ending)}", file=sys.stderr)
+        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
     facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
     if args.json:
         print_json(facts | {"failed": ending.failed, "results": None})

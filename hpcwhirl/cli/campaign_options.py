@@ -1,4 +1,4 @@
-"""The options of `hpcwhirl campaign`, which a file's table [campaign] may hold, too."""
+"""Options of `hpcwhirl campaign`, many of which the table [campaign] may set, too."""
 
 from __future__ import annotations
 
@@ -6,136 +6,107 @@ import argparse
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from hpcwhirl.campaign.plan.design import Design, load_design
-from hpcwhirl.campaign.policy import (
-    CHECKS,
-    MOST_ON_PAGE,
-    OPTIONS,
-    WAYS,
-    Policy,
-    options_of,
-    retries,
-    with_rules,
-)
-from hpcwhirl.campaign.stop import parse_walltime, time_left
-from hpcwhirl.cli.options import add_explain, add_json, add_set
+from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
 from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard
+from hpcwhirl.scene.campaign_tables import Campaign
+from hpcwhirl.scene.table_model import key_of, kind_of
+
+FIELDS = Campaign.model_fields
+SHAPES = {"out": "DIR", "retry": "STATUS", "walltime": "HH:MM:SS"}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
         "file", nargs="?", type=Path, metavar="FILE.toml",
-        help="campaign; without one, the embedded default; with --extend also the "
-        "directory of one",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="directory of the campaign (default campaign); an old one is continued. "
-        f"In a file's [campaign], too: {', '.join([*OPTIONS, *CHECKS])}",
+        help="campaign file; without one, the built-in default campaign; with --extend "
+        "also the directory of a campaign; its table [campaign] may set the options "
+        f"{', '.join(FIELDS)}, which the command line overrides",
     )  # fmt: skip
     add_set(parser)
     parser.add_argument(
-        "--dry-run", action="store_true", help="cases and predicted core-hours only"
-    )
-    _add_ends(parser)
-    parser.add_argument(
-        "--extend",
-        choices=("undecided",),
-        help="let cases that are undecided go on, in DIR or in the campaign of FILE",
-    )
-    parser.add_argument(
-        "--to", type=float, metavar="SECONDS", help="engine time of --extend, at most"
-    )
-    parser.add_argument(
-        "--shard",
-        metavar="I/N",
-        help="only the I-th of N shares, as an element of an array job; the last ends "
-        "with the results of all",
-    )
-    parser.add_argument(
-        "--regimes-only",
-        action="store_true",
-        help="words alone: traces = summary, and a case ends as its word is certain",
-    )
-    parser.add_argument(
-        "--report",
-        choices=WAYS,
-        help=f"report.html beside the map: auto up to {MOST_ON_PAGE} cases",
-    )
-    add_explain(parser)
-    add_json(parser)
-
-
-def _add_ends(parser: argparse.ArgumentParser) -> None:
-    """Declare what ends a campaign or a case, and what begins again."""
-    parser.add_argument(
-        "--retry", action="append", default=[], metavar="STATUS",
-        help="compute cases of this status again: failed, timeout, crashed, or several "
-        "by commas; also those whose traces are damaged",
+        "--dry-run", action="store_true",
+        help="compute a few cases, print the number of cases and the predicted time, "
+        "core-hours and disk space, and end",
+    )  # fmt: skip
+    fails = parser.add_mutually_exclusive_group()
+    for name, field in FIELDS.items():
+        _add_option(fails if name == "max_fails" else parser, name, field)
+    fails.add_argument(
+        "--fail-fast", dest="max_fails", action="store_const", const=1,
+        help="end at the first case without a result, as --max-fails 1",
     )  # fmt: skip
     parser.add_argument(
         "--fresh", action="store_true",
         help="start over; an old directory is renamed to DIR.1, DIR.2, ...",
     )  # fmt: skip
+    add_take_over(parser)
     parser.add_argument(
-        "--take-over", action="store_true",
-        help="take DIR from a run on another machine that is dead for certain; without "
-        "it, that counts as dead 2 minutes after its last sign of life",
-    )  # fmt: skip
+        "--extend",
+        choices=("undecided",),
+        help="continue the undecided cases of the directory, up to the time --to",
+    )
     parser.add_argument(
-        "--walltime", metavar="HH:MM:SS",
-        help="stop, resumable, shortly before this call has taken so long",
-    )  # fmt: skip
-    parser.add_argument(
-        "--patience", type=float, metavar="SECONDS",
-        help="time for all ranks to stop once asked to (default 30); then the job ends "
-        "with exit code 75 without those that hang, and all that was finished is kept",
+        "--to", type=float, metavar="SECONDS",
+        help="simulated time at which --extend ends a case, at the latest",
     )  # fmt: skip
     parser.add_argument(
-        "--case-limit", type=float, metavar="SECONDS",
-        help="computing time after which a case is given up, status timeout",
-    )  # fmt: skip
-    fails = parser.add_mutually_exclusive_group()
-    fails.add_argument(
-        "--max-fails", type=int, metavar="N",
-        help="end, exit code 1, once N cases gave no result on this call",
-    )  # fmt: skip
-    fails.add_argument(
-        "--fail-fast", dest="max_fails", action="store_const", const=1,
-        help="end at the first case without a result",
-    )  # fmt: skip
+        "--shard",
+        metavar="I/N",
+        help="compute only the I-th of N shares, as one element of an array job; the "
+        "last to finish gathers the results of all",
+    )
     parser.add_argument(
-        "--keep-states", action="store_true", default=None,
-        help="keep the last states of undecided cases, from which --extend goes on",
-    )  # fmt: skip
-    parser.add_argument(
-        "--isolate", action="store_true", default=None,
-        help="each case in a process of its own: what crashes is a row",
-    )  # fmt: skip
+        "--regimes-only",
+        action="store_true",
+        help="keep no traces, and end each case as soon as its regime is certain",
+    )
+    add_explain(parser)
+    add_json(parser)
 
 
-DEFAULTS = {"out": "campaign", "report": "auto"}
+def option(name: str) -> str:
+    """Return the option for a key of [campaign]: ``case_limit``: ``--case-limit``."""
+    return f"--{name.replace('_', '-')}"
 
 
-def fill(args: argparse.Namespace, rules: Mapping[str, Any]) -> None:
-    """Take options that were not given from the table [campaign], or their defaults."""
-    for name, value in (DEFAULTS | options_of(rules)).items():
-        if getattr(args, name) in (None, []):
-            setattr(args, name, value)
-    args.out = Path(args.out)
+def _add_option(parser: Any, name: str, field: Any) -> None:
+    """Add a key of [campaign] as an option whose value is None if it is not used."""
+    kind, key = kind_of(field), key_of(field)
+    meaning = key.meaning
+    if field.default and kind is not bool:
+        meaning += f" (default {field.default})"
+    how: dict[str, Any] = {"default": None, "help": meaning}
+    if kind is bool:
+        how["action"] = "store_true"
+    elif get_origin(kind) is Literal:
+        how["choices"] = get_args(kind)
+    else:
+        how["metavar"] = SHAPES.get(name, "N" if kind is int else "SECONDS")
+        how |= {"action": "append"} if get_origin(kind) is frozenset else {}
+        how |= {"type": kind} if kind in {int, float} else {}
+    parser.add_argument(option(name), **how)
+
+
+def rules_of(args: argparse.Namespace, table: Campaign) -> Campaign:
+    """Return the table [campaign] with the options of the call, but `out`, applied."""
+    options = {name: getattr(args, name) for name in FIELDS.keys() - {"out"}}
+    given = {name: value for name, value in options.items() if value is not None}
+    return table.with_options(Campaign.read(given, "options", option))
 
 
 def extension(args: argparse.Namespace) -> float | None:
-    """Return to what undecided cases are to go on, s; None: no longer than they do.
+    """Return the simulated time up to which undecided cases continue, s; None: no more.
 
     Raises
     ------
     InputError
-        where one of --extend and --to stands alone, or the time is none
+        if only one of --extend and --to is used, or the time is not positive and finite
     """
     if (args.extend is None) != (args.to is None):
         msg = "--extend undecided and --to SECONDS belong together"
@@ -147,12 +118,12 @@ def extension(args: argparse.Namespace) -> float | None:
 
 
 def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
-    """Return the design of the file, of the directory to extend, or the embedded one.
+    """Return the design of the file, of the directory to extend, or the default one.
 
     Raises
     ------
     InputError
-        where a directory comes with what only a file may
+        for a directory without --extend, or with options that only a file allows
     """
     if args.file is None or not args.file.is_dir():
         return load_design(args.file, settings)
@@ -171,17 +142,21 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     return planned(args.file)
 
 
-def policy_of(args: argparse.Namespace, design: Design) -> Policy:
-    """Return the rules of this call; options count before the table [campaign]."""
-    walltime = parse_walltime(args.walltime) if args.walltime else None
-    policy = Policy(
-        retry=retries(args.retry),
-        seconds=time_left(walltime),
-        shard=parse_shard(args.shard) if args.shard is not None else None,
-    )
-    if design.grows and policy.shard:
+def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
+    """Return the policy of this call.
+
+    Parameters
+    ----------
+    args, design : options of the command line; the campaign
+    rules : table [campaign] with the options applied, see `rules_of`
+
+    Raises
+    ------
+    InputError
+        for a shard of a refined campaign
+    """
+    shard = parse_shard(args.shard) if args.shard is not None else None
+    if design.grows and shard:
         msg = "--shard and [refine]: what a shard is to compute follows from the words "
         raise InputError(msg + "of all cases; one job of more ranks does the same")
-    names = ("case_limit", "max_fails", "isolate", "patience", "keep_states")
-    given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
-    return with_rules(with_rules(policy, design.rules), given)
+    return Policy.of(rules, shard, take_over=args.take_over)

@@ -1,11 +1,9 @@
-"""`hpcwhirl cases`: the cases of a campaign as a table, chosen and sorted."""
+"""`hpcwhirl cases`: print cases of a campaign as a table, filtered and sorted."""
 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,17 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.cli.options import OR_FILE, print_json
+from hpcwhirl.cli.tables import print_csv, print_table, records
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.store.reading.query import Source
+    from hpcwhirl.analysis.columns import Source
 
-SHOWN = 200  # rows of a table on a terminal
-AT_ONCE = 10_000  # rows of CSV: Python's objects take ten times what arrays do
+SHOWN = 200  # rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
-WORD = "word"  # regime, or why there is none
+TWINS = ("word_majority", "word_share", "twin_count")
+WORD = "word"  # column: the regime, or why there is none
 Columns = dict[str, NDArray[Any]]
 
 
@@ -32,33 +31,45 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--where", metavar="CONDITION",
-        help='e.g. "regime == sustained and speed > 400", or "word == failed"; word is '
-        "the regime, or unstable, failed, missing",
+        help='only cases that meet this condition, e.g. "regime == sustained and speed '
+        '> 400" or "word == failed"; word is the regime or, for cases without one, '
+        "overloaded, unstable, failed or missing",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V[,V]",
         help="only cases with this value of an input",
     )  # fmt: skip
-    parser.add_argument("--sort", metavar="NAME", help="by this column, ascending")
-    parser.add_argument("--reverse", action="store_true", help="descending")
+    parser.add_argument("--sort", metavar="NAME", help="sort by this column, ascending")
+    parser.add_argument(
+        "--reverse", action="store_true", help="reverse the order: descending"
+    )
     parser.add_argument(
         "--columns", metavar="NAME[,NAME]",
-        help="what is shown besides case and swept inputs; ?: tell what there is",
+        help="columns besides the case number and swept inputs; '?' lists all with "
+        "their meanings",
     )  # fmt: skip
     parser.add_argument(
         "--limit", type=int, default=SHOWN, metavar="N",
-        help=f"rows of the table (default {SHOWN}; 0: all; CSV and JSON have all)",
+        help=f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
+        "have all)",
     )  # fmt: skip
+    parser.add_argument(
+        "--no-units",
+        action="store_true",
+        help="head CSV columns by names without units",
+    )
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--csv", action="store_true", help="print comma-separated values")
-    how.add_argument("--json", action="store_true", help="print facts as JSON")
+    how.add_argument("--json", action="store_true", help="print JSON, not text")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the table."""
+    """Print the table of the chosen cases, or the list of columns."""
+    from hpcwhirl.analysis.columns import source_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reading.reader import open_results, results_of
+    from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.store.reading.results_file import results_of
 
     if args.limit < 0:
         msg = f"--limit must be >= 0, got {args.limit}"
@@ -73,66 +84,47 @@ def run(args: argparse.Namespace) -> int:
         columns = _columns(args, data, source, chosen)
         units = {n: _unit(data, n) for n in columns}
     if args.csv:
-        _print_csv(columns, units)
+        print_csv(columns, units, headed=not args.no_units)
     elif args.json:
         print_json({"units": {n: u for n, u in units.items() if u},
-                    "cases": _records(columns)})  # fmt: skip
+                    "cases": records(columns)})  # fmt: skip
     else:
-        _print_table(columns, units, args.limit)
+        _print_first(columns, units, args.limit)
     return 0
 
 
-def source_of(data: xarray.Dataset) -> Source:
-    """Return the columns of a file, and `case` and `word`, for conditions."""
-    from hpcwhirl.errors import InputError, nearest
-    from hpcwhirl.scene.words import ENUMS, SHOWN
-    from hpcwhirl.store.reading.query import Source
-    from hpcwhirl.store.reading.reader import words
-    from hpcwhirl.store.reading.select import variable_of
-    from hpcwhirl.store.reading.shown import words_of
-
-    known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
-
-    def variable(name: str) -> str:
-        if name == WORD or name in known:
-            return name
-        try:
-            return variable_of(name, known, "variable")
-        except InputError:
-            hint = nearest(name, known) or "; --columns '?' lists what there is"
-            msg = f"unknown variable '{name}'{hint}"
-            raise InputError(msg) from None
-
-    def column(name: str) -> NDArray[Any]:
-        if name != WORD:
-            return np.asarray(data[name].to_numpy())
-        return words_of(*(words(data[n]) for n in ("status", "outcome", "regime")))
-
-    allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
-    return Source(variable, column, allowed | {WORD: tuple(SHOWN)}, data.sizes["case"])
+def _print_first(columns: Columns, units: dict[str, str], limit: int) -> None:
+    """Print the first `limit` rows (0: all), and the number of the rest."""
+    count = len(columns["case"])
+    shown = count if not limit else min(limit, count)
+    print_table(columns, units, shown)
+    if not count:
+        print("hpcwhirl: no case is as asked", file=sys.stderr)
+    if shown < count:
+        print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
 
 
 def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
-    """Return the numbers of the cases asked for, in the order asked for."""
-    from hpcwhirl.store.reading.query import matching
+    """Return the case numbers that --at and --where choose, in the order of --sort."""
+    from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where
 
-    found = np.ones(source.cases, dtype=bool)
+    mask = np.ones(source.cases, dtype=bool)
     at = where(args.at, {n: data[n].to_numpy() for n in swept_of(data)})
-    found &= True if at is None else at
+    mask &= True if at is None else at
     if args.where is not None:
-        found &= matching(args.where, source)
-    chosen = np.flatnonzero(found)
+        mask &= matching(args.where, source)
+    chosen = np.flatnonzero(mask)
     if not args.sort:
         return chosen[::-1] if args.reverse else chosen
     keys = source.column(source.variable(args.sort))[chosen]
     keys = keys.astype(str) if keys.dtype.kind == "O" else keys
     order = np.argsort(keys, kind="stable")
     if args.reverse:
-        known = keys[order] == keys[order]
-        order = np.r_[order[known][::-1], order[~known]]
+        valid = keys[order] == keys[order]  # NaN stays last
+        order = np.r_[order[valid][::-1], order[~valid]]
     return chosen[order]
 
 
@@ -148,7 +140,8 @@ def _columns(
     if args.columns:
         wanted = [source.variable(n.strip()) for n in args.columns.split(",")]
     else:
-        wanted = [WORD, "whirl", *(n for n in NUMBERS if n in data), "message"]
+        twins = (n for n in TWINS if n in data)
+        wanted = [WORD, *twins, "whirl", *(n for n in NUMBERS if n in data), "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
     columns = {name: source.column(name)[chosen] for name in names}
     if not args.columns and not (columns["message"] != "").any():
@@ -162,50 +155,8 @@ def _unit(data: xarray.Dataset, name: str) -> str:
 
 
 def _tell_columns(data: xarray.Dataset) -> None:
-    print(f"{WORD}: the regime, or unstable, failed, missing")
+    print(f"{WORD}: the regime, or overloaded, unstable, failed, missing")
     for name, variable in data.variables.items():
         if variable.dims == ("case",):
-            told = variable.attrs.get("long_name", "")
-            print(f"{with_unit(str(name), _unit(data, str(name)))}: {told}")
-
-
-def _print_csv(columns: Columns, units: Mapping[str, str]) -> None:
-    out = csv.writer(sys.stdout, lineterminator="\n")
-    out.writerow(f"{n} [{units[n]}]" if units[n] else n for n in columns)
-    for start in range(0, len(columns["case"]), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
-        rows = zip(*(c[part].tolist() for c in columns.values()), strict=True)
-        out.writerows(rows)
-
-
-def _records(columns: Columns) -> list[dict[str, Any]]:
-    rows = zip(*(c.tolist() for c in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in rows]
-
-
-def _print_table(columns: Columns, units: Mapping[str, str], limit: int) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    count = len(columns["case"])
-    shown = count if not limit else min(limit, count)
-    table = Table(box=None, pad_edge=False)
-    for name, values in columns.items():
-        head = name + (f"\n{units[name]}" if units[name] else "")
-        right = values.dtype.kind in "iuf"
-        table.add_column(Text(head), justify="right" if right else "left")
-    for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
-        table.add_row(*(Text(_cell(value)) for value in row))
-    wide = None if sys.stdout.isatty() else 100_000  # a pipe gets whole lines
-    Console(width=wide).print(table)
-    if not count:
-        print("hpcwhirl: no case is as asked", file=sys.stderr)
-    if shown < count:
-        print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
-    return str(value)
+            meaning = variable.attrs.get("long_name", "")
+            print(f"{with_unit(str(name), _unit(data, str(name)))}: {meaning}")

@@ -1,4 +1,4 @@
-"""`hpcwhirl classify`: regimes named again with other thresholds, no integration."""
+"""`hpcwhirl classify`: classify the stored cases again with other thresholds."""
 
 from __future__ import annotations
 
@@ -11,23 +11,32 @@ from typing import Any
 
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
-from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
 from hpcwhirl.errors import InputError, unknown
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
-    known = ", ".join(f"{n}={v:g}" for n, v in asdict(Thresholds()).items())
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
+    known = "; ".join(
+        f"{f.name}={f.default:g}, {f.metadata['meaning']}" for f in fields(Thresholds)
+    )
     parser.add_argument(
         "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-        help=f"a threshold; defaults: {known}",
+        help=f"set a threshold, may be repeated; defaults and meanings: {known}",
     )  # fmt: skip
+    add_take_over(parser)
     add_json(parser)
 
 
 def thresholds_of(settings: list[str]) -> Thresholds:
-    """Return the thresholds with ``name=value`` settings applied."""
+    """Return the default thresholds with texts ``NAME=VALUE`` applied.
+
+    Raises
+    ------
+    InputError
+        for an unknown name, or a value that is no finite number >= 0
+    """
     known = [f.name for f in fields(Thresholds)]
     changes: dict[str, Any] = {}
     for text in settings:
@@ -46,26 +55,29 @@ def thresholds_of(settings: list[str]) -> Thresholds:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Rename every case from its stored evidence and say what changed."""
+    """Classify every case again from its stored evidence and print the changes."""
     from hpcwhirl.campaign.log import say
-    from hpcwhirl.report.fresh import refresh
+    from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.relabel import relabel
 
     limits = thresholds_of(args.settings)
     path, words = args.folder / "results.h5", asdict(limits)
-    asking = Asking(say=say)
+    asking = Asking(args.take_over, say)
     changes = relabel(
         path, lambda numbers: words_by_table(numbers, words), words, asking
     )
-    moved = Counter(f"{old[1]} -> {new[1]}" for old, new in changes if old[1] != new[1])
-    turned = Counter(
-        f"{old[2]} -> {new[2]}" for old, new in changes if old[2] != new[2]
-    )
+    regimes, whirls = Counter[str](), Counter[str]()
+    moved, turned = Counter[str](), Counter[str]()
+    for (old, new), count in changes.items():
+        regimes[new[1]] += count
+        whirls[new[2]] += count
+        moved[f"{old[1]} -> {new[1]}"] += count * (old[1] != new[1])
+        turned[f"{old[2]} -> {new[2]}"] += count * (old[2] != new[2])
     facts = {
-        "cases": len(changes),
-        "regimes": dict(Counter(new[1] for _, new in changes)),
-        "whirls": dict(Counter(new[2] for _, new in changes)),
+        "cases": changes.total(),
+        "regimes": dict(regimes),
+        "whirls": dict(whirls),
         "changed": dict(moved + turned),
         "thresholds": asdict(limits),
     }

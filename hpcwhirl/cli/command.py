@@ -1,4 +1,4 @@
-"""Running a sub-command: threads, arguments, and one line for what goes wrong."""
+"""Run a sub-command: checks, arguments, exit code, and one line for each error."""
 
 from __future__ import annotations
 
@@ -14,25 +14,44 @@ from typing import NoReturn
 
 from hpcwhirl.cli import COMMANDS
 from hpcwhirl.cli.streams import flush_stdout, stand_in
-from hpcwhirl.errors import InputError, WhirlError, one_line, shown, unknown
+from hpcwhirl.errors import (
+    PASSING,
+    InputError,
+    NoRoomError,
+    WhirlError,
+    one_line,
+    shown,
+    unknown,
+)
+from hpcwhirl.launch import launched_first, launched_ranks, without_mpi
 
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
-INTERRUPTED = 130  # as a shell says it
+INTERRUPTED = 130  # exit code after SIGINT, as a shell reports it
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-LEAST_MEMORY = 400_000  # KiB of addresses; with 150,000 OpenBLAS may try for ever
+LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000 OpenBLAS may
+# retry for ever without a message
+# commands that only print
+TELL = {"cases", "doctor", "inputs", "manual", "margin", "model", "status"}
+LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
+TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaint is one line, as that of every other wrong input."""
+    """Argument parser that raises `InputError`, so that its errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing the usage and leaving."""
+        """Raise InputError, instead of printing the usage and exiting."""
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
 def run_program(words: Sequence[str]) -> int:
-    """Run a sub-command as this process: its streams are the program's own."""
+    """Run a sub-command as the program itself: replace its streams, flush stdout.
+
+    Returns
+    -------
+    the exit code
+    """
     stand_in()
     try:
         code = run_command(words)
@@ -43,11 +62,11 @@ def run_program(words: Sequence[str]) -> int:
     try:
         flush_stdout()
     except WhirlError as failed:
-        if code != WRONG_INPUT:  # told already
+        if code not in (WRONG_INPUT, STOPPED):  # else an error was printed already
             tell_error(failed)
-        return code or WRONG_INPUT
+        return code or code_of(failed)
     except BrokenPipeError:
-        return code or FAILED
+        return code or _unread(words)
     return code
 
 
@@ -59,40 +78,59 @@ def run_command(words: Sequence[str]) -> int:
         return _run(words)
     except WhirlError as failed:
         tell_error(failed)
-        return WRONG_INPUT
+        return code_of(failed)
     except BrokenPipeError:
-        return FAILED
-    except Exception as failed:  # noqa: BLE001 - 1 would say that some cases failed
+        return _unread(words)
+    except SystemExit as left:
+        if isinstance(left.__context__, BrokenPipeError):  # Rich exits so
+            return _unread(words)
+        raise
+    except Exception as failed:  # noqa: BLE001 - Python's exit code 1 has a meaning here
         return tell_failure(failed)
 
 
+def code_of(failed: BaseException) -> int:
+    """Return the exit code of an error: `STOPPED` if a repetition may succeed.
+
+    That holds for a full disk or quota, see `PASSING`; else `WRONG_INPUT`.
+    """
+    passing = isinstance(failed, OSError) and failed.errno in PASSING
+    return STOPPED if passing or isinstance(failed, NoRoomError) else WRONG_INPUT
+
+
+def _unread(words: Sequence[str]) -> int:
+    """Return the exit code after a closed pipe: success if the command only prints."""
+    return COMPLETE if {*words[:1]} <= TELL else FAILED
+
+
 def tell_error(failed: BaseException | str) -> None:
-    """Print one line on stderr."""
+    """Print an error as one line on stderr."""
     print(f"hpcwhirl: error: {one_line(str(failed))}", file=sys.stderr)
 
 
 def tell_failure(failed: Exception) -> int:
-    """Tell what no one has foreseen; return the exit code.
+    """Print an unexpected exception on stderr; return the exit code.
 
-    What a machine refuses, memory or a file, is a line; a mistake of the program is
-    its traceback.
+    A lack of memory or a refused file is one line; any other exception is an error of
+    the program and printed with its traceback.
     """
-    said = str(failed).lower()
+    message = str(failed).lower()
     lacking = isinstance(failed, ImportError | OSError) and any(
-        words in said for words in NO_MEMORY
+        words in message for words in NO_MEMORY
     )
     if lacking or isinstance(failed, MemoryError):
         tell_error(f"not enough memory{_limit()}: {str(failed) or 'imports'}")
         return WRONG_INPUT
-    if isinstance(failed, OSError) and failed.filename is not None:
-        tell_error(f"{os.fsdecode(failed.filename)}: {failed.strerror}")
-        return WRONG_INPUT
+    if isinstance(failed, OSError) and (failed.filename or code_of(failed) == STOPPED):
+        name = failed.filename or "a file cannot be written"  # close() names no file
+        tell_error(f"{os.fsdecode(name)}: {failed.strerror}")
+        return code_of(failed)
     traceback.print_exception(failed)
     return INTERNAL
 
 
 def _limit() -> str:
-    """Return the limit of this process's memory, as a shell sets it."""
+    """Return the limit of this process's address space as text; empty: no limit."""
     most = resource.getrlimit(resource.RLIMIT_AS)[0]
     return "" if most == resource.RLIM_INFINITY else f" (ulimit -v {most >> 10})"
 
@@ -107,6 +145,10 @@ def _run(words: Sequence[str]) -> int:
     _check_words(words)
     _check_place()
     _check_memory()
+    if words[0] not in TOGETHER and launched_ranks() > 1:
+        if not launched_first():
+            return COMPLETE  # rank 0 alone runs the command
+        without_mpi()
     module = importlib.import_module(_command(words[0]))
     parser = _Parser(prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]])
     module.arguments(parser)
@@ -114,17 +156,20 @@ def _run(words: Sequence[str]) -> int:
 
 
 def _check_words(words: Sequence[str]) -> None:
-    """Refuse, before anything is computed, names that results could not keep."""
+    """Raise InputError for arguments that are not UTF-8 or have control characters."""
     for word in words:
         try:
             word.encode()
         except UnicodeEncodeError:
             msg = f"an argument must be UTF-8, got {shown(word)}"
             raise InputError(msg) from None
+        if not word.translate(LAYOUT).isprintable():
+            msg = f"an argument must have no control characters, got {shown(word)}"
+            raise InputError(msg)
 
 
 def _check_place() -> None:
-    """Refuse to work in a directory that is no more."""
+    """Raise InputError if the working directory was removed or cannot be used."""
     try:
         Path.cwd()
     except OSError as failed:
@@ -133,7 +178,7 @@ def _check_place() -> None:
 
 
 def _check_memory() -> None:
-    """Refuse a limit in which a library would hang or end the process as it loads."""
+    """Raise InputError if ``ulimit -v`` is so low that importing a library may hang."""
     most = resource.getrlimit(resource.RLIMIT_AS)[0]
     if most != resource.RLIM_INFINITY and most >> 10 < LEAST_MEMORY:
         msg = f"not enough memory{_limit()}: at least {LEAST_MEMORY} are needed"

@@ -1,4 +1,4 @@
-"""`hpcwhirl doctor`: what will break here, and how to mend it."""
+"""`hpcwhirl doctor`: check machine, MPI and directory; print problems and remedies."""
 
 from __future__ import annotations
 
@@ -18,40 +18,41 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path(),
         metavar="DIR",
-        help="directory that campaigns are to write to (default: this one)",
+        help="directory in which campaigns will be stored (default: working directory)",
     )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print findings and remedies; 1 where something will break, else 0."""
+    """Print findings and remedies; return 1 if something will break, else 0."""
     from hpcwhirl.cluster.doctor.facts import launcher_facts, rank_facts, ranks_of
     from hpcwhirl.cluster.doctor.findings import BREAKS, findings
     from hpcwhirl.cluster.doctor.place import place_facts
 
-    own = rank_facts()
-    comm, told = ranks_of(own["launched"])
-    own |= told
-    own |= place_facts(args.dir, comm) | {"folder": str(args.dir.resolve())}
-    everyone = comm.gather(own, root=0)
+    facts = rank_facts()
+    comm, mpi = ranks_of(facts["launched"])
+    facts |= mpi
+    facts |= place_facts(args.dir, comm) | {"folder": str(args.dir.resolve())}
+    everyone = comm.gather(facts, root=0)
     code = 0
     if everyone is not None:
         everyone[0] |= launcher_facts()
-        found = findings(everyone, comm.size)
-        # Of several singletons one speaks; srun would kill it if another failed first.
-        if comm.size == own["launched"] or launched_first():
-            _show(args, found, everyone)
-            code = int(any(finding.level == BREAKS for finding in found))
+        results = findings(everyone, comm.size)
+        # If MPI made each process a singleton, all are rank 0: the launcher's first one
+        # prints; the others return 0, since srun kills all processes when one fails.
+        if comm.size == facts["launched"] or launched_first():
+            _show(args, results, everyone)
+            code = int(any(finding.level == BREAKS for finding in results))
     return int(comm.bcast(code, root=0))
 
 
 def _show(
-    args: argparse.Namespace, found: list[Any], everyone: list[dict[str, Any]]
+    args: argparse.Namespace, results: list[Any], everyone: list[dict[str, Any]]
 ) -> None:
     if args.json:
-        print_json({"findings": [asdict(one) for one in found], "ranks": everyone})
+        print_json({"findings": [asdict(one) for one in results], "ranks": everyone})
         return
-    for one in found:
+    for one in results:
         print(f"{one.level:6}  {one.what}: {one.got}")
         if one.remedy:
             print(f"{'':6}  -> {one.remedy}")

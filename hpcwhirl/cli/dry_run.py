@@ -1,4 +1,4 @@
-"""What `hpcwhirl campaign --dry-run` tells: cases, time on these ranks, bytes."""
+"""Output of `hpcwhirl campaign --dry-run`: cases, predicted time, core-hours, bytes."""
 
 from __future__ import annotations
 
@@ -12,114 +12,128 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
 
 
-def tell(found: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
+def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
     """Print a forecast.
 
     Parameters
     ----------
-    found, design : of the campaign
-    ranks : of this call, on which it is thought to run
-    as_json : whether as one JSON object
+    cost, design : forecast and design of the campaign
+    ranks : number of ranks for which the wall time is predicted: those of this call
+    as_json : whether to print one JSON object instead of lines
     """
     if as_json:
-        print_json(facts_of(found, design, ranks))
+        print_json(facts_of(cost, design, ranks))
         return
-    for line in _lines(found, design, ranks):
+    for line in _lines(cost, design, ranks):
         print(line)
 
 
-def facts_of(found: Forecast, design: Design, ranks: int) -> dict[str, Any]:
-    """Return a forecast as plain data."""
-    usual, low, high = found.wall(ranks)
+def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
+    """Return a forecast as plain data for JSON; the parameters are those of `tell`."""
+    usual, low, high = cost.wall(ranks)
     facts: dict[str, Any] = {
-        "cases": found.cases,
-        "left": found.left,
+        "cases": cost.cases,
+        "left": cost.left,
         "swept": list(design.swept),
-        "steps": found.steps,
-        "microseconds_per_step": _step(found),
-        "core_hours": found.seconds / 3600,
-        "core_hours_range": [seconds / 3600 for seconds in found.range],
-        "core_hours_most": found.most / 3600,
+        "steps": cost.steps,
+        "microseconds_per_step": _step(cost),
+        "core_hours": cost.seconds / 3600,
+        "core_hours_range": [seconds / 3600 for seconds in cost.range],
+        "core_hours_most": cost.most / 3600,
         "wall_seconds": {"ranks": ranks, "usual": usual, "range": [low, high]},
-        "overhead_seconds_per_case": found.overhead,
-        "seconds_before": found.before,
-        "seconds_after": found.after,
-        "compiled_here": found.compiled,
+        "overhead_seconds_per_case": cost.overhead,
+        "seconds_before": cost.before,
+        "seconds_after": cost.after,
+        "compiled_here": cost.compiled,
         "learned_from": {
-            "finished": found.finished,
-            "rehearsed": found.rehearsed,
-            "probed": found.probed,
+            "finished": cost.finished,
+            "rehearsed": cost.rehearsed,
+            "probed": cost.probed,
         },
-        "bytes": {**asdict(found.disk), "total": found.disk.total},
+        "bytes": {**asdict(cost.disk), "total": cost.disk.total},
     }
     if design.grows:
-        more = {"usual": found.more[0], "range": list(found.more[1:])}
+        more = {"usual": cost.more[0], "range": list(cost.more[1:])}
         facts |= {"coarse": len(design.settings), "at_most": design.most, "more": more}
+        facts["beyond"] = cost.beyond
     return facts
 
 
-def _step(found: Forecast) -> float:
-    """Return microseconds a step, if all cases run to their end."""
-    return 1e6 * found.seconds / found.steps if found.steps else 0.0
+def _step(cost: Forecast) -> float:
+    """Return the predicted time of a step, microseconds, if no case ends early."""
+    return 1e6 * cost.seconds / cost.steps if cost.steps else 0.0
 
 
-def _lines(found: Forecast, design: Design, ranks: int) -> list[str]:
-    rest = f", {found.left} left" if found.left < found.cases else ""
-    cases = "1 case" if found.cases == 1 else f"{found.cases} cases"
+def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
+    rest = f", {cost.left} left" if cost.left < cost.cases else ""
+    cases = "1 case" if cost.cases == 1 else f"{cost.cases} cases"
     over = f" over {', '.join(design.swept)}" if design.swept else ""
-    told = [f"{cases}{over}{rest}"]
+    lines = [f"{cases}{over}{rest}"]
     if design.grows:
-        more, least, most = found.more
-        told.append(
-            f"that is the coarse level; words may ask for some {more} more ({least} to "
-            f"{most}, guessed from few words), with all of them {design.most} at most"
-            f"{design.beside}"
+        more, least, most = cost.more
+        beyond = f"{cost.beyond} beyond it have ended, " if cost.beyond else ""
+        lines.append(
+            f"that is the coarse level; {beyond}words may ask for some {more} more "
+            f"({least} to {most}, guessed from the nearest words known), with all of "
+            f"them {design.most} at most{_twins(design)}"
         )
-    told.append(f"{found.steps:.4g} steps, {_step(found):.2f} us each ({_how(found)})")
-    low, high = (seconds / 3600 for seconds in found.range)
-    told.append(
-        f"predicted: {found.seconds / 3600:.3g} core-hours ({low:.3g} to {high:.3g}), "
-        f"{found.most / 3600:.3g} if none ends early"
+    lines.append(f"{cost.steps:.4g} steps, {_step(cost):.2f} us each ({_how(cost)})")
+    low, high = (seconds / 3600 for seconds in cost.range)
+    lines.append(
+        f"predicted: {cost.seconds / 3600:.3g} core-hours ({low:.3g} to {high:.3g}), "
+        f"{cost.most / 3600:.3g} if none ends early"
     )
-    told.append(_wall(found, ranks))
-    disk = found.disk
-    told.append(
+    lines.append(_wall(cost, ranks))
+    disk = cost.disk
+    lines.append(
         f"on disk: {_size(disk.results)} results.h5, {_size(disk.traces)} traces, "
         f"{_size(disk.journal)} journal"
     )
-    return told
+    return lines
 
 
-def _how(found: Forecast) -> str:
-    """Return what the time of a step was learned from."""
-    if found.finished:
-        return f"learned from {found.finished} finished cases"
-    return f"{found.rehearsed} cases computed to their end, {found.probed} for a moment"
+def _twins(design: Design) -> str:
+    """Return a clause on the twins, whose number depends on words not known yet."""
+    twins = design.twins
+    if twins is None:
+        return ""
+    where = {"boundary": " at a boundary", "speckle": " in speckle"}
+    of = f"of each case{where.get(twins.of, '')}"
+    if twins.of == "even":
+        of = f"of each of {twins.sample} even cases"
+    return f", and {twins.count} twins {of}, not counted here"
 
 
-def _wall(found: Forecast, ranks: int) -> str:
-    """Return the line of the wall time, and what of it further ranks do not shorten."""
-    usual, low, high = found.wall(ranks)
-    alone = sum(found.before.values()) + sum(found.after.values())
+def _how(cost: Forecast) -> str:
+    """Return a text on which cases the predicted time of a step rests."""
+    if cost.finished:
+        return f"learned from {cost.finished} finished cases"
+    return f"{cost.rehearsed} cases computed to their end, {cost.probed} for a moment"
+
+
+def _wall(cost: Forecast, ranks: int) -> str:
+    """Return the line on the wall time and on its serial part."""
+    usual, low, high = cost.wall(ranks)
+    serial = sum(cost.before.values()) + sum(cost.after.values())
     on = f"{ranks} rank" + ("s" if ranks > 1 else "")
-    beside = f"{1e3 * found.overhead:.2g} ms a case beside its steps"
-    note = "; kernels were compiled here" if found.compiled else ""
+    overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"
+    note = "; kernels were compiled here" if cost.compiled else ""
     return (
         f"wall time on {on}: {_duration(usual)} ({_duration(low)} to "
-        f"{_duration(high)}); {_duration(alone)} of it start, gather and map, "
-        f"{beside}{note}"
+        f"{_duration(high)}); {_duration(serial)} of it start, gather and map, "
+        f"{overhead}{note}"
     )
 
 
 def _duration(seconds: float) -> str:
-    """Return a duration: short ones to a tenth of a second."""
+    """Format a duration, below 10 s to a tenth of a second."""
     from hpcwhirl.campaign.progress import duration_text
 
     return f"{seconds:.1f} s" if seconds < 10 else duration_text(seconds)
 
 
 def _size(count: int) -> str:
-    """Return a number of bytes in the unit that gives it one to three digits."""
+    """Format a number of bytes with the unit that gives one to three digits."""
     size, units = float(count), ["B", "kB", "MB", "GB", "TB"]
     while size >= 1000 and len(units) > 1:
         size, units = size / 1000, units[1:]

@@ -1,4 +1,4 @@
-"""`hpcwhirl export-model`: M, K, D, contact operators and DoF maps of both bodies."""
+"""`hpcwhirl export-model`: write M, K, D, contact operators and DoF maps to HDF5."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.options import scene_of
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -29,13 +30,15 @@ LAYOUT = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("out", type=Path, metavar="FILE.h5")
+    parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
     parser.add_argument(
-        "scene", nargs="?", default="table2", help=f"TOML file or {', '.join(NAMED)}"
-    )
+        "scene", nargs="?", default="table2", metavar="SCENE",
+        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
+    )  # fmt: skip
     parser.add_argument(
-        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE"
-    )
+        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
+        help="set an input, e.g. blades=18; may be repeated",
+    )  # fmt: skip
 
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:
@@ -52,7 +55,7 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {name: array} of everything that is exported."""
+    """Return {path in the file: array} of all that is exported of a model."""
     tips = 2 * np.arange(model.blades)
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
     radial, tangential = tip_rows(model.rotor, model.blades)
@@ -80,6 +83,12 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.results.single import write_arrays
 
     scene = scene_of(args.scene, args.settings)
+    if scene.engine.rotation != "none":
+        msg = (
+            "engine.rotation must be none: the file has no place for what rotation "
+            f"adds, got {scene.engine.rotation}"
+        )
+        raise InputError(msg)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
     write_arrays(args.out, arrays_of(resolve(scene).model), facts)
     print(args.out)

@@ -1,43 +1,48 @@
-"""`hpcwhirl figures`: spectra, orbits, contributions, contacts of a campaign."""
+"""`hpcwhirl figures`: draw spectra, orbits, contributions, contacts and ledgers."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from hpcwhirl.cli.options import OF_CAMPAIGN
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
         "--kind", action="append", metavar="NAME",
-        help="frequency, cascade, bifurcation, interaction, growth (all speeds); "
-        "shapes, campbell (the engine); "
-        "orbit, section, contributions, contacts, ledger (one a case); default: all",
+        help="kind of figure, may be repeated (default: all); over the speed: "
+        "frequency, cascade, bifurcation, interaction, growth; of the engine: shapes, "
+        "campbell; of each case: orbit, section, contributions, contacts, ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",
-        help="number of a case; of figures over the speed, the ones like it",
+        help="only this case, by its number; a figure over the speed shows the cases "
+        "that differ from it in speed alone; may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="cases by an input's value instead of their number: speed=410",
+        help="only cases with this value of an input, e.g. speed=410",
     )  # fmt: skip
     parser.add_argument(
-        "--transient", action="store_true", help="show the transient part, too"
-    )
+        "--transient", action="store_true",
+        help="show the whole run, not only its last part, on which regimes are judged",
+    )  # fmt: skip
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="default: figures in DIR"
-    )
+        "--out", type=Path, metavar="DIR",
+        help="directory for the figures (default: figures in the campaign's directory)",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw the figures; one line for each, also where there can be none.
+    """Draw the figures; print for each its path, or why it cannot be drawn.
 
-    Where nothing at all could be drawn, what was asked for is wrong: exit code 2.
+    If none can be drawn, the request is wrong: exit code 2.
     """
     from hpcwhirl.errors import InputError, WhirlError
-    from hpcwhirl.report.figures import cases_at, draw_figures
+    from hpcwhirl.report.figures.kinds import cases_at, draw_figures
 
     out = args.out or args.folder / "figures"
     only = args.cases
@@ -50,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
             drawn += isinstance(made, Path)
             print(made)
     except (BrokenPipeError, WhirlError):
-        for _ in figures:  # who closes the list wants the figures still
+        for _ in figures:  # draw the remaining figures, although no one reads the list
             pass
         raise
     if not drawn:

@@ -1,4 +1,4 @@
-"""`hpcwhirl gather`: journals and traces to results.h5."""
+"""`hpcwhirl gather`: write results.h5 from the journals and traces of a campaign."""
 
 from __future__ import annotations
 
@@ -6,27 +6,31 @@ import argparse
 import sys
 from pathlib import Path
 
-COMPLETE, FAILED, WRONG_INPUT = 0, 1, 2
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
+
+COMPLETE, FAILED = 0, 1
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
         "--compress", type=int, choices=range(10), default=0, metavar="LEVEL",
-        help="gzip of the traces, 1 to 9 (default 0: none)",
+        help="gzip level of the traces, 1 to 9 (default 0: not compressed)",
     )  # fmt: skip
+    add_take_over(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Gather what there is; cases without a result are rows with status missing.
+    """Gather all results so far; a case without one is a row with status missing.
 
-    The exit code is 1 where a case failed or is missing, also while a campaign is
-    still at it: who goes on with the results of all may rely on 0.
+    The exit code is 0 only if every case has a result: 1 if one failed or is missing,
+    also while a campaign is still computing it.
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.campaign.log import say
+    from hpcwhirl.cli.command import code_of
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.launch import communicator
     from hpcwhirl.store.directory.owner import Asking
@@ -35,12 +39,12 @@ def run(args: argparse.Namespace) -> int:
     comm = communicator()
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
-        asking = Asking(say=say)
+        asking = Asking(args.take_over, say)
         path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
-    except WhirlError:  # raised on every rank, told by one
+    except WhirlError as failed:  # raised on every rank, printed by rank 0
         if comm.rank == 0:
             raise
-        return WRONG_INPUT
+        return code_of(failed)
     code = COMPLETE
     if comm.rank == 0:
         print(path)
@@ -50,23 +54,23 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _code(path: Path) -> int:
-    """Return the exit code of a results file; say how many cases have no result."""
-    from hpcwhirl.store.reading.reader import count_statuses
+    """Return the exit code for a results file; print how many cases have no result."""
+    from hpcwhirl.store.reading.results_file import count_statuses
 
-    found = count_statuses(path)
-    cases = sum(found.values())
-    bad = {name: count for name, count in found.items() if name != "ok"}
+    statuses = count_statuses(path)
+    cases = sum(statuses.values())
+    bad = {name: count for name, count in statuses.items() if name != "ok"}
     if not bad:
         return COMPLETE
     why = ", ".join(f"{count} {name}" for name, count in bad.items())
-    told = f"{sum(bad.values())} of {cases} cases have no result: {why}"
-    print(f"hpcwhirl: {told}; see `status` and `message` in {path}", file=sys.stderr)
+    text = f"{sum(bad.values())} of {cases} cases have no result: {why}"
+    print(f"hpcwhirl: {text}; see `status` and `message` in {path}", file=sys.stderr)
     return FAILED
 
 
 def _refresh(folder: Path) -> None:
-    """Draw a map again that there is, and say what else shows older results."""
-    from hpcwhirl.report.fresh import refresh
+    """Redraw an existing map; print which other files show older results."""
+    from hpcwhirl.report.map.maps import refresh
 
     drawn, stale = refresh(folder)
     for made in drawn:

@@ -1,4 +1,4 @@
-"""`hpcwhirl import-model`: from matrices of finite elements to an engine's file."""
+"""`hpcwhirl import-model`: reduce finite-element matrices to an engine file."""
 
 from __future__ import annotations
 
@@ -26,15 +26,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
         "file", type=Path, metavar="FILE.toml",
-        help="names the files of M and K and the unknowns of tips, centre and cuts; "
-        "its keys: hpcwhirl/store/models/wheel_file.py",
+        help="file that names the matrix files of M and K and the unknowns at tips, "
+        "centre and sector cuts; its keys: hpcwhirl/store/models/wheel_file.py",
     )  # fmt: skip
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE.h5")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE.h5",
+        help="engine file to write",
+    )  # fmt: skip
     add_json(parser)
 
 
 def arrays_of(rotor: Imported) -> dict[str, Any]:
-    """Return {name: array} of the engine's file."""
+    """Return {path in the engine file: array} of a reduced rotor."""
     tips = 2 * np.arange(rotor.blades)
     hub = 2 * rotor.blades + np.arange(2 if rotor.centre else 0)
     return {
@@ -47,7 +50,13 @@ def arrays_of(rotor: Imported) -> dict[str, Any]:
 
 
 def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
-    """Return what is told of an imported rotor."""
+    """Return the summary of a reduced rotor that is printed.
+
+    Parameters
+    ----------
+    rotor : the reduced rotor
+    unknowns : number of unknowns of the finite-element model
+    """
     hertz = rotor.omega / (2 * np.pi)
     return {
         "unknowns": unknowns,
@@ -79,11 +88,11 @@ def run(args: argparse.Namespace) -> int:
     rotor = imported(wheel, _tell)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)
-    told = facts_of(rotor, wheel.mass.shape[0])
+    summary = facts_of(rotor, wheel.mass.shape[0])
     if args.json:
-        print_json(told)
+        print_json(summary)
     else:
-        _show(args.out, told)
+        _show(args.out, summary)
     return 0
 
 
@@ -91,18 +100,18 @@ def _tell(line: str) -> None:
     print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
-def _show(out: Path, told: dict[str, Any]) -> None:
-    lowest = ", ".join(f"{f:.5g}" for f in told["frequencies_hz"][:12])
-    print(f"unknowns {told['unknowns']}, condition number {told['condition']:.1e}")
+def _show(out: Path, facts: dict[str, Any]) -> None:
+    lowest = ", ".join(f"{f:.5g}" for f in facts["frequencies_hz"][:12])
+    print(f"unknowns {facts['unknowns']}, condition number {facts['condition']:.1e}")
     print(
-        f"coordinates {told['coordinates']}: {told['blades']} tips, "
-        f"{told['modes']} fixed-interface modes, all to {told['highest_hz']:.5g} Hz"
+        f"coordinates {facts['coordinates']}: {facts['blades']} tips, "
+        f"{facts['modes']} fixed-interface modes, all to {facts['highest_hz']:.5g} Hz"
     )
     print(f"lowest frequencies {lowest} Hz")
-    print(f"time-step limit of the rotor {told['time_step_limit']:.3g} s")
-    if told["mass"] is not None:
-        print(f"mass {told['mass']:.5g} kg, a translation strains ", end="")
-        print(f"{told['translation']:.1e} of the wheel")
-    if told["rigid_modes"]:
-        print(f"rigid modes {told['rigid_modes']}: nothing holds the wheel there")
+    print(f"time-step limit of the rotor {facts['time_step_limit']:.3g} s")
+    if facts["mass"] is not None:
+        print(f"mass {facts['mass']:.5g} kg, a translation strains ", end="")
+        print(f"{facts['translation']:.1e} of the wheel")
+    if facts["rigid_modes"]:
+        print(f"rigid modes {facts['rigid_modes']}: nothing holds the wheel there")
     print(out)

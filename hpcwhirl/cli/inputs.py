@@ -1,4 +1,4 @@
-"""`hpcwhirl inputs`: every input with default, unit, meaning and what is allowed."""
+"""`hpcwhirl inputs`: list inputs with default, unit, allowed values and meaning."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.campaign.plan.tables import tables
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.scene import (
     engine_inputs,
@@ -18,7 +17,7 @@ from hpcwhirl.scene import (
     preset_loss,
     preset_names,
 )
-from hpcwhirl.scene.catalogue import catalogue, find_inputs
+from hpcwhirl.scene.catalogue import catalogue, design_tables, find_inputs
 from hpcwhirl.scene.documents import DESIGN_TABLES
 
 if TYPE_CHECKING:
@@ -27,22 +26,23 @@ if TYPE_CHECKING:
 PRESET = "preset"
 ENGINES = "engines"
 TABLES = ("scene", "engine", "engine.casing", "engine.rotor", "solver", "output")
-WIDE = 110  # columns of a table where there is no terminal
+WIDE = 110  # columns of a table if stdout is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
         "name", nargs="?", metavar="NAME",
-        help="an input, as gap or casing.damping; a table, as solver, or one of a "
-        f"campaign ({', '.join(DESIGN_TABLES)}); preset, or a preset's name; engines, "
-        "those with a name; default: all inputs",
+        help="what to list (default: all inputs): an input, as gap or casing.damping; "
+        f"a table, e.g. solver or one of a campaign ({', '.join(DESIGN_TABLES)}); "
+        "preset for all presets, or the name of one; engines for the built-in engines; "
+        "or a word in the meanings of the inputs sought",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print facts as JSON")
+    parser.add_argument("--json", action="store_true", help="print JSON, not text")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what was asked for."""
+    """Print the inputs, presets or engines of the name."""
     if args.name == PRESET:
         _tell_presets(preset_names(), as_json=args.json)
     elif args.name in preset_names():
@@ -50,18 +50,18 @@ def run(args: argparse.Namespace) -> int:
     elif args.name == ENGINES:
         _tell_engines(as_json=args.json)
     else:
-        _tell_inputs(_found(args.name), as_json=args.json)
+        _tell_inputs(_facts(args.name), as_json=args.json)
     return 0
 
 
-def _found(name: str | None) -> list[InputFact]:
-    """Return the inputs of a name, in the order of the tables; all for None."""
+def _facts(name: str | None) -> list[InputFact]:
+    """Return the inputs or table keys that a name stands for; None: all inputs."""
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
-    beside = tables()
-    if name.strip("[]") in beside:
-        return beside[name.strip("[]")]
-    return find_inputs(name, (PRESET, *preset_names(), ENGINES, *beside))
+    designs = design_tables()
+    if name.strip("[]") in designs:
+        return designs[name.strip("[]")]
+    return find_inputs(name, (PRESET, *preset_names(), ENGINES, *designs))
 
 
 def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
@@ -70,7 +70,7 @@ def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:
     elif len(facts) == 1:
         _tell_one(facts[0])
     else:
-        for table in (*TABLES, *tables()):
+        for table in (*TABLES, *design_tables()):
             _print_table(table, [fact for fact in facts if fact.table == table])
 
 
@@ -95,8 +95,8 @@ def _print_table(table: str, facts: Sequence[InputFact]) -> None:
     for head in (f"[{table}]", "default", "unit", "allowed", "meaning"):
         shown.add_column(Text(head, style="bold"), overflow="fold")
     for fact in facts:
-        told = "; ".join(part for part in (fact.meaning, fact.rules) if part)
-        row = (fact.name, _plain(fact.default), fact.unit, fact.allowed, told)
+        meaning = "; ".join(part for part in (fact.meaning, fact.rules) if part)
+        row = (fact.name, _plain(fact.default), fact.unit, fact.allowed, meaning)
         shown.add_row(*map(Text, row))
     console = Console(width=None if sys.stdout.isatty() else WIDE)
     console.print(shown)
@@ -104,13 +104,13 @@ def _print_table(table: str, facts: Sequence[InputFact]) -> None:
 
 
 def _plain(value: Any) -> str:
-    """Return a default as one writes it in a TOML; "" where there is none."""
+    """Format a default value as in a TOML file; "" for None."""
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        pairs = (f"{name} = {_plain(own)}" for name, own in value.items())
+        pairs = (f"{name} = {_plain(item)}" for name, item in value.items())
         return f"{{{', '.join(pairs)}}}"
     if isinstance(value, str):
         return f'"{value}"'
@@ -119,9 +119,9 @@ def _plain(value: Any) -> str:
 
 def _tell_presets(names: Sequence[str], *, as_json: bool) -> None:
     if as_json:
-        told = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
-                for n in names]  # fmt: skip
-        print_json({"presets": told})
+        presets = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
+                   for n in names]  # fmt: skip
+        print_json({"presets": presets})
         return
     for name in names:
         sets = ", ".join(f"{n} = {_plain(v)}" for n, v in preset_inputs(name).items())
@@ -132,9 +132,9 @@ def _tell_presets(names: Sequence[str], *, as_json: bool) -> None:
 
 def _tell_engines(*, as_json: bool) -> None:
     if as_json:
-        told = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
-                for n in engine_names()]  # fmt: skip
-        print_json({"engines": told})
+        engines = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
+                   for n in engine_names()]  # fmt: skip
+        print_json({"engines": engines})
         return
     for name in engine_names():
         inputs = engine_inputs(name).items()

@@ -1,43 +1,45 @@
-"""`hpcwhirl job`: a job script for a cluster's scheduler."""
+"""`hpcwhirl job`: print or write a job script for a cluster's scheduler."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
 from hpcwhirl.errors import InputError, MissingFileError
-from hpcwhirl.regular import read_regular
+from hpcwhirl.safe_open import read_regular
 
 TEXTS = {
     "out": (
         "DIR",
-        "directory of the campaign (default: of the file's [campaign], or campaign)",
+        "directory of the campaign (default: out of the file's [campaign] or campaign)",
     ),
     "time": (
         "[D-]HH:MM:SS",
-        "time limit of the job (default: [campaign] walltime, or 04:00:00)",
+        "time limit of the job (default: walltime of [campaign] in the file or 4 h)",
     ),
     "name": ("NAME", "name of the job (default hpcwhirl)"),
     "partition": ("NAME", "partition or queue"),
     "account": ("NAME", "account, project or bank"),
-    "shard": ("I/N", "only this share of the campaign"),
-    "launcher": ("NAME", "mpirun, mpiexec, srun or flux; what the scheduler allows"),
-    "mpi": ("NAME", "for srun --mpi, e.g. pmix or pmi2"),
+    "shard": ("I/N", "compute only the I-th of N shares of the campaign"),
+    "launcher": (
+        "NAME",
+        "program that starts the ranks: mpirun, mpiexec, srun (Slurm) or flux (Flux)",
+    ),
+    "mpi": ("NAME", "value of srun --mpi, e.g. pmix or pmi2"),
     "pe": ("NAME", "parallel environment of Grid Engine (default mpi)"),
     "venv": ("DIR", "virtual environment to activate"),
-    "script": ("PATH", "write the script there instead of printing it"),
+    "script": ("PATH", "write the script to PATH instead of printing it"),
 }
-IN_FILE = {"out": "out", "time": "walltime"}  # options, and keys of [campaign]
+IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
 NUMBERS = {
-    "ntasks": "ranks, of each element of an array (default 32)",
-    "nodes": "nodes to spread the ranks over",
-    "array": "an array job of so many shards",
-    "requeues": "how often it may come again while there is more to do (default 20)",
-    "warning": "seconds before the limit at which it stops (default 120)",
+    "ntasks": "number of ranks, of an array for each element (default 32)",
+    "nodes": "number of nodes to spread the ranks over (default: scheduler's choice)",
+    "array": "make an array job of N elements, each of which computes a shard",
+    "requeues": "restart the job up to N times while there is more to do (default 20)",
+    "warning": "stop the campaign N seconds before the time limit (default 120)",
 }
 
 
@@ -46,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(LAUNCHERS)}"
     )
-    parser.add_argument("file", metavar="FILE.toml", help="campaign")
+    parser.add_argument("file", metavar="FILE.toml", help="campaign file")
     defaults = Request.__dataclass_fields__
     for name, (shape, meaning) in TEXTS.items():
         default = None if name in IN_FILE else defaults[name].default
@@ -62,24 +64,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         dest="modules",
         metavar="NAME",
-        help="environment module to load; repeatable",
+        help="environment module to load; may be repeated",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the script, or write it to the path it is to lie at."""
+    """Print the script, or write it to --script and print the command to submit it."""
     from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
     from hpcwhirl.cluster.jobs.script import job_script
 
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
-    told = _in_file(Path(args.file))
+    table = _in_file(Path(args.file), shards=bool(args.array or args.shard))
     for name, key in IN_FILE.items():
         if values[name] is None:
             default = Request.__dataclass_fields__[name].default
-            values[name] = told.get(key, default)
+            values[name] = table.get(key, default)
     request = Request(**(values | {"modules": tuple(args.modules)}))
-    if request.array or request.shard:
-        _check_shards(Path(args.file))
     text = job_script(request)
     if not request.script:
         sys.stdout.write(text)
@@ -89,37 +89,34 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _in_file(path: Path) -> dict[str, Any]:
-    """Return the options that a campaign's file sets; none where it is still to come.
+def _in_file(path: Path, *, shards: bool) -> dict[str, Any]:
+    """Check a campaign file and return the keys that its table [campaign] sets.
 
-    A script may be printed before the file is there, or on another machine.
+    Parameters
+    ----------
+    path : path of the file
+    shards : whether the job computes a shard, which some campaigns do not allow
+
+    Raises
+    ------
+    InputError, MissingFileError
+        if it cannot be read or is no campaign: else the job would fail only after
+        waiting in the queue
     """
-    from hpcwhirl.campaign.plan.design import rules_of
-    from hpcwhirl.campaign.policy import Policy, options_of, with_rules
-    from hpcwhirl.scene import load_document
+    from hpcwhirl.campaign.plan.design import load_design
 
-    if not path.exists():
-        return {}
-    rules = rules_of(load_document(path))
-    with_rules(Policy(), rules)
-    return options_of(rules)
-
-
-def _check_shards(path: Path) -> None:
-    """Refuse shards of a campaign whose cases follow from the words of others."""
-    from hpcwhirl.scene import load_document
-
-    document = load_document(path) if path.exists() else {}
-    twins = document.get("twins")
-    boundary = isinstance(twins, Mapping) and twins.get("of") == "boundary"
-    if "refine" in document or boundary:
-        what = "[refine]" if "refine" in document else "[twins] of = boundary"
-        msg = f"{what} needs the words of all cases: neither --array nor --shard"
+    design = load_design(path, {})
+    late = [f"[twins] of = {t.of}" for t in [design.twins] if t and t.is_late]
+    late = ["[refine]"] if design.grows else late
+    if shards and late:
+        msg = f"{late[0]} needs the words of all cases: neither --array nor --shard"
         raise InputError(msg)
+    rules = design.rules
+    return {name: getattr(rules, name) for name in rules.model_fields_set}
 
 
 def _write(path: Path, text: str) -> None:
-    """Write the script; only a script that was printed before is replaced."""
+    """Write the script; an existing file is replaced only if it is such a script."""
     from hpcwhirl.cluster.jobs.script import PRINTED
     from hpcwhirl.store.atomic import write_whole
 

@@ -1,4 +1,4 @@
-"""`hpcwhirl map`: regimes, whirl or a number over a campaign's inputs."""
+"""`hpcwhirl map`: draw regimes, whirl or a number over the swept inputs."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ from hpcwhirl.cli.options import OR_FILE
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="directory for the map (default: that of the results)",
+    )  # fmt: skip
     for side in ("x", "y"):
         parser.add_argument(
-            f"--{side}", metavar="NAME", help="swept input of this axis, as in the TOML"
+            f"--{side}", metavar="NAME", help=f"swept input of the {side} axis"
         )
     parser.add_argument(
         "--panel", action="append", default=[], metavar="NAME", dest="panels",
-        help="swept input that gets a panel for each of its values; of two, for each "
-        "pair; default: those that differ besides, up to 12 panels",
+        help="swept input with one panel for each value; if repeated, one panel for "
+        "each pair of values (default: inputs that are on no axis, up to 12 panels)",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V[,V]",
@@ -27,24 +30,24 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--colour", "--color", default="regime", metavar="WHAT", dest="colour",
-        help="regime (default), whirl, a number of the file such as growth_rate, or "
-        "one over another: orbit_radius/gap",
+        help="what the colours show: regime (default), whirl, a numeric variable such "
+        "as growth_rate, or a ratio such as orbit_radius/gap",
     )  # fmt: skip
-    parser.add_argument("--rpm", action="store_true", help="speeds in rpm")
+    parser.add_argument("--rpm", action="store_true", help="show speeds in rpm")
     parser.add_argument(
         "--critical", action="store_true",
         help="mark the critical speeds of Eq. 13 and its super-harmonics",
     )  # fmt: skip
     parser.add_argument(
-        "--csv", action="store_true", help="also write what is drawn to map.csv"
+        "--csv", action="store_true", help="also write the values drawn to map.csv"
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw map.png and map.svg, and write map.csv if asked."""
-    from hpcwhirl.report.maps import drawing_of, save_map
-    from hpcwhirl.report.picture import Wish
-    from hpcwhirl.store.reading.reader import results_of
+    """Draw map.png and map.svg; with --csv write map.csv."""
+    from hpcwhirl.report.map.data import Wish
+    from hpcwhirl.report.map.maps import drawing_of, save_map
+    from hpcwhirl.store.reading.results_file import results_of
 
     wish = Wish(
         args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,

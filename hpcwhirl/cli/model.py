@@ -1,11 +1,17 @@
-"""`hpcwhirl model`: modal table, critical speeds, time-step limits."""
+"""`hpcwhirl model`: print modal table, critical speeds and time-step limits."""
 
 from __future__ import annotations
 
 import argparse
+from itertools import product
 from typing import Any
 
-from hpcwhirl.analysis.critical import critical_of_families
+from hpcwhirl.analysis.rotation import (
+    critical_of,
+    lines_of,
+    rotation_of_case,
+    side_by_side,
+)
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
@@ -22,12 +28,13 @@ from hpcwhirl.reduction.families import (
     as_records,
     modal_table,
 )
+from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
 
-MOST_ORDERS = 10_000
-SHOWN_HZ = 300.0
-SHOWN_SPEED = 600.0  # rad/s
+MOST_ORDERS = 10_000  # super-harmonics, at most
+SHOWN_HZ = 300.0  # highest frequency printed by default
+SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed at other diameters
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,42 +45,49 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--orders",
         type=int,
         default=12,
-        help="super-harmonics of Eq. 13, of 1F (default 12)",
+        metavar="N",
+        help="number of super-harmonics of the critical speed of 1F, Eq. 13 (default "
+        "12)",
     )
     parser.add_argument(
         "--up-to", type=float, default=SHOWN_HZ, metavar="HZ",
-        help=f"highest frequency printed (default {SHOWN_HZ:g}; JSON has them all)",
+        help=f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
     )  # fmt: skip
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    speeds = critical_of_families(table, orders)
-    foreign = engine.file != ""  # of its blades, tips alone are known
+    foreign = engine.file != ""  # from file: only the tips of its blades are known
     return {
-        "engine": engine.name,
+        "engine": title_of(engine.name, engine.file),
         "modes": as_records(table),
         "blade_stiffness": None if foreign else blade_stiffness(engine.rotor),
-        "critical_speeds": speeds,
+        "critical_speeds": critical_of(case, orders),
+        "lines": lines_of(case),
+        "rotation": rotation_of_case(case),
         "rotor_from_file": facts_of_file(case.model.rotor) if foreign else None,
-        "time_step_limits": case.model.limits(),
+        "time_step_limits": case.model.limits(case.given.speed),
         "plan": facts_of_plan(case),
     }
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the model's facts."""
+    """Print modal table, critical speeds and plan of a scene's model."""
     if not 1 <= args.orders <= MOST_ORDERS:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
-    facts = facts_of(resolve(scene), args.orders)
+    case = resolve(scene)
+    facts = facts_of(case, args.orders)
+    if args.explain:
+        facts["rotations"] = side_by_side(case, 1)
     tell_remarks(scene)
     if args.json:
         print_json(facts)
     elif args.explain:
         print_notes(facts["plan"]["left_out"])
+        _show_rotations(facts["rotations"], scene)
     else:
         _show(facts, args.up_to, scene.nodal_diameter)
     return 0
@@ -88,11 +102,69 @@ def _show_plan(plan: dict[str, Any]) -> None:
     part = f"one of {plan['folds']} sectors" if plan["folds"] > 1 else "the whole"
     marched = " and ".join(f"{n} {body}" for body, n in plan["marched"].items())
     print(f"plan {plan['kind']}: {part} is marched, {marched} amplitudes", end="")
-    wanted = plan["settles"]
-    print(", to the end in closed form once no contact can recur" if wanted else "")
+    closed = plan["settles"]
+    print(", to the end in closed form once no contact can recur" if closed else "")
 
 
-def _show(facts: dict[str, Any], up_to: float, own: int) -> None:
+def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
+    """Print facts of the rotor side by side for each kind of rotation terms.
+
+    Parameters
+    ----------
+    rotations : {kind of `engine.rotation`: facts}
+    scene : gives speed and lobes
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    unit, kinds = DERIVED["critical_speed"].unit, list(rotations)
+    table = Table(f"rotation, at {scene.speed:g} {unit}", *kinds)
+    rows: dict[str, dict[str, str]] = {}
+    for kind, facts in rotations.items():
+        for name, number in _numbers(facts, {1, scene.nodal_diameter}).items():
+            rows.setdefault(name, {})[kind] = number
+    for name, row in rows.items():
+        table.add_row(name, *(row.get(kind, "-") for kind in kinds))
+    Console().print(table)
+
+
+def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
+    """Return {quantity with unit: number} of a rotor at its speed.
+
+    Natural frequencies of 1F and suspension, critical speeds, stability, radial growth
+    of the tips.
+
+    Parameters
+    ----------
+    facts : facts of a rotor for one kind of rotation terms
+    diameters : nodal diameters to include
+    """
+    unit, out = DERIVED["critical_speed"].unit, {}
+    for k, family in product(sorted(diameters), ("1F", "suspension")):
+        names = [(line["nodal_diameter"], line["family"]) for line in facts["lines"]]
+        lines = [
+            line
+            for line, name in zip(facts["lines"], names, strict=True)
+            if name == (k, family)
+        ]
+        for frame in ("rotating", "static") if lines else ():
+            numbers = ", ".join(f"{line[frame]:.1f}" for line in lines)
+            out[f"{family}, k = {k}: {frame} frame, {unit}"] = numbers
+    for row in facts["critical_speeds"]:
+        if row["nodal_diameter"] in diameters:
+            name = f"Eq. 13, {row['family']}, k = {row['nodal_diameter']}, {unit}"
+            out[name] = f"{row['speed']:.1f}"
+    for speed in facts["unbalance_speeds"]:
+        out[f"meets an unbalance, {unit}"] = f"{speed:.1f}"
+    if facts["unstable_from"] is not None:
+        out[f"free motion grows from, {unit}"] = f"{facts['unstable_from']:.1f}"
+    out["free motion decays at least with, 1/s"] = f"{-facts['growth']:.3g}"
+    if facts["tip_growth"] is not None:
+        out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
+    return out
+
+
+def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -121,13 +193,13 @@ def _show(facts: dict[str, Any], up_to: float, own: int) -> None:
         console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
     if facts["critical_speeds"]:
         heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} {speed}"
-        heading += f", of the load's k = {own} all"
+        heading += f", of the load's k = {lobes} all"
         speeds = Table("nodal diameter", "family", "order", heading)
         for row in facts["critical_speeds"]:
-            if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != own:
+            if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != lobes:
                 continue
-            told = (row[n] for n in ("nodal_diameter", "family", "order"))
-            speeds.add_row(*map(str, told), f"{row['speed']:.1f}")
+            cells = (row[n] for n in ("nodal_diameter", "family", "order"))
+            speeds.add_row(*map(str, cells), f"{row['speed']:.1f}")
         console.print(speeds)
     for body, limit in facts["time_step_limits"].items():
         unit = DERIVED["time_step_limit"].unit

@@ -1,4 +1,4 @@
-"""Options that several sub-commands share, and how facts are printed."""
+"""Options and output shared by several sub-commands."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ from hpcwhirl.scene import (
 )
 
 if TYPE_CHECKING:
-    from hpcwhirl.scene.many import Many
+    from hpcwhirl.scene.batch_validation import Many
 
-OR_FILE = "of a campaign, or a file of hpcwhirl run --out"
+OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
+OF_CAMPAIGN = "directory of a campaign"
 UNTOUCHED = (
     "no blade touched the casing: words tell of free motion alone; lengths are in m, "
     "force in N, pulse in s"
@@ -41,12 +42,12 @@ UNTOUCHED = (
 
 
 class _Preset(argparse.Action):
-    """Put a preset's inputs before those of ``--set``, which count over them."""
+    """Insert a preset's inputs before those of ``--set``, so that the latter win."""
 
     def __call__(
         self, parser: Any, namespace: Any, name: Any, option: Any = None
     ) -> None:
-        """Take the name of a preset."""
+        """Store the preset's name and insert its inputs into the settings."""
         del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
@@ -64,9 +65,9 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         action=_Preset,
         default=[],
         metavar="NAME",
-        help=f"{known}: solver inputs by name, over those of a file and below --set; "
-        "as preset in a file's [solver], too; "
-        "what each sets and loses: hpcwhirl inputs preset",
+        help=f"a named set of solver inputs: {known}; it overrides the file (where "
+        "[solver] may name a preset, too) and is overridden by --set; for what each "
+        "sets and loses see: hpcwhirl inputs preset",
     )
     parser.add_argument(
         "--set",
@@ -74,57 +75,82 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="set a scene input by its name, e.g. speed=410 or casing.thickness=0.02",
+        help="set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; "
+        "for the names see: hpcwhirl inputs",
     )
 
 
 def tell_preset(scene: Scene) -> None:
-    """Say on stderr, in one line, what the preset of a scene loses, if it has one."""
+    """Print in one line on stderr what accuracy the preset of a scene loses, if any."""
     name = preset_of(scene)
     if not name:
         return
     whole = loss_of(scene)
-    told = preset_in_short(name) if whole == preset_loss(name) else whole
-    print(f"hpcwhirl: preset {name}: {told} (hpcwhirl inputs {name})", file=sys.stderr)
+    loss = preset_in_short(name) if whole == preset_loss(name) else whole
+    print(f"hpcwhirl: preset {name}: {loss} (hpcwhirl inputs {name})", file=sys.stderr)
+
+
+def tell_load(cases: Many | Scene) -> None:
+    """Warn on stderr if the pulse moves the casing by many gaps."""
+    from hpcwhirl.scene.remarks import load_remarks
+
+    for line in load_remarks(cases):
+        print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
 def tell_remarks(cases: Many | Scene) -> None:
-    """Say on stderr what of the inputs looks like another unit, a line each."""
+    """Warn on stderr, a line each, of inputs that look as if in another unit."""
     from hpcwhirl.scene.remarks import remarks
 
     for line in remarks(cases):
         print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
+def add_take_over(parser: argparse.ArgumentParser) -> None:
+    """Add the option ``--take-over``."""
+    parser.add_argument(
+        "--take-over", action="store_true",
+        help="take DIR over at once from a process on another machine that is known to "
+        "be dead; without this option it counts as dead 2 minutes after its last sign "
+        "of life",
+    )  # fmt: skip
+
+
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add ``--json``."""
-    parser.add_argument("--json", action="store_true", help="print facts as JSON")
+    """Add the option ``--json``."""
+    parser.add_argument("--json", action="store_true", help="print JSON, not text")
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Add the positional scene, ``--set`` and ``--json``."""
+    """Add the positional scene and the options ``--set``, ``--preset``, ``--json``."""
     parser.add_argument(
         "scene",
         nargs="?",
         default="table2",
         metavar="SCENE",
-        help=f"TOML file, or one of {', '.join(NAMED)} (default table2)",
+        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
     )
     add_set(parser)
     add_json(parser)
 
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
-    """Add ``--explain``."""
+    """Add the option ``--explain``."""
     parser.add_argument(
         "--explain",
         action="store_true",
-        help="say what the plan leaves out, why that is safe, and what it saves",
+        help="say what the computation leaves out, why that is safe, and what it saves",
     )
 
 
 def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
-    """Print what a plan leaves out."""
+    """Print what a plan leaves out.
+
+    Parameters
+    ----------
+    notes : records with the keys `left_out`, `why` and `saves`
+    file : stream; None: stdout
+    """
     if not notes:
         print("plan: nothing is left out", file=file)
     for note in notes:
@@ -134,10 +160,15 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 
 
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
-    """Return the scene of a file or a name, with settings applied.
+    """Return the scene of a file or of a named scene, with settings applied.
 
-    A word without a dot or slash that is no file is taken for a named scene. Of a
-    campaign's file the scene alone is taken, and that is said on stderr.
+    A word without dot or slash that is no file is the name of a scene. Of a campaign
+    file only the scene is used, and a line on stderr says so.
+
+    Parameters
+    ----------
+    name : path or name
+    settings : texts ``NAME=VALUE``
     """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
@@ -151,51 +182,62 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
 
 
 def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
-    """Say on stderr, in one line, which tables of a campaign's file are not used."""
-    found = [name for name in DESIGN_TABLES if name in document]
-    if found:
-        tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in found)
-        told = f"hpcwhirl: {path}: a campaign's {tables} ignored: one case of what all"
-        print(f"{told} cases share (and of --set)", file=sys.stderr)
+    """Print in one line on stderr which tables of a campaign file are not used."""
+    ignored = [name for name in DESIGN_TABLES if name in document]
+    if ignored:
+        tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)
+        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: one case of what all"
+        print(f"{start} cases share (and of --set)", file=sys.stderr)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
-    """Return {dotted name: value} of ``--set`` and ``--preset``.
+    """Parse texts ``NAME=VALUE`` of ``--set`` and ``--preset``: {dotted name: value}.
 
     Raises
     ------
     InputError
-        also where one of them would be set again by another
+        for a wrong name or value, or a setting that another one would override
     """
-    found = dict(parse_setting(text) for text in settings)
-    check_kept(found)
-    return found
+    values = dict(parse_setting(text) for text in settings)
+    check_kept(values)
+    return values
 
 
 def check_writable(path: Path | None, *, folder: bool) -> None:
-    """Raise one clear line, before any work, where the output cannot be written."""
+    """Check, before any work, that an output can be written.
+
+    Parameters
+    ----------
+    path : file or directory to write; None: nothing is checked
+    folder : whether it is a directory
+
+    Raises
+    ------
+    MissingFileError
+        if it cannot
+    """
     if path is None:
         return
     if path.exists() and path.is_dir() != folder:
         kind = "directory" if folder else "file"
         msg = f"cannot write {path}: it is not a {kind}"
         raise MissingFileError(msg)
-    whole = Path(os.path.realpath(path))  # Path.resolve raises where links go around
-    place = whole
-    while not os.path.lexists(place):
-        place = place.parent
-    if not os.access(place, os.W_OK) or (place != whole and not place.is_dir()):
-        msg = f"cannot write {path}: {place} is not a writable directory"
+    whole = Path(os.path.realpath(path))  # Path.resolve raises at circular links
+    nearest = whole
+    while not os.path.lexists(nearest):
+        nearest = nearest.parent
+    if not os.access(nearest, os.W_OK) or (nearest != whole and not nearest.is_dir()):
+        msg = f"cannot write {path}: {nearest} is not a writable directory"
         raise MissingFileError(msg)
 
 
 def print_json(facts: Mapping[str, Any]) -> None:
-    """Print facts as strict JSON; a number that is not finite becomes null."""
+    """Print a mapping as strict JSON; numbers that are not finite become null."""
     print(json.dumps(finite(facts), indent=2, allow_nan=False))
 
 
 def finite(value: Any) -> Any:
-    """Return facts with numbers that are not finite replaced by None."""
+    """Return nested data with numbers that are not finite replaced by None."""
     if isinstance(value, Mapping):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

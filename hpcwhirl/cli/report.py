@@ -1,19 +1,20 @@
-"""`hpcwhirl report`: a campaign as one HTML file that opens offline."""
+"""`hpcwhirl report`: write a campaign as one HTML file that works offline."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import check_writable
+from hpcwhirl.cli.options import OF_CAMPAIGN, check_writable
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
-        "--out", type=Path, metavar="FILE.html", help="default: report.html in DIR"
-    )
+        "--out", type=Path, metavar="FILE.html",
+        help="file to write (default: report.html in DIR)",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,11 +1,11 @@
-"""`hpcwhirl run`: one case, its summary, its traces and its figures."""
+"""`hpcwhirl run`: integrate one case; print its summary, write traces and figures."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -19,10 +19,12 @@ from hpcwhirl.cli.options import (
     print_json,
     print_notes,
     scene_of,
+    tell_load,
     tell_preset,
     tell_remarks,
 )
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene.words import TOLD
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
@@ -47,17 +49,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="FILE.h5",
-        help="row and traces, in the format of results.h5",
+        help="write the results and traces of the case, in the format of results.h5",
     )
-    parser.add_argument("--plot", type=Path, metavar="DIR", help="orbit and traces")
+    parser.add_argument(
+        "--plot", type=Path, metavar="DIR", help="draw orbit and traces into DIR"
+    )
     add_explain(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Integrate one case, print its summary, write what was asked for."""
-    from hpcwhirl.campaign.one import design_of_one
+    """Integrate one case, print its summary, write its file and figures if asked to."""
     from hpcwhirl.campaign.simulate import Course
+    from hpcwhirl.campaign.single_case import design_of_one
     from hpcwhirl.case.resolve import resolve
 
     scene = scene_of(args.scene, args.settings)
@@ -69,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
     tell_preset(scene)
     design = design_of_one(scene)
     course = Course(resolve(scene))
+    tell_load(scene)
     tell_remarks(scene)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
@@ -78,26 +83,39 @@ def run(args: argparse.Namespace) -> int:
         facts |= _explained(course.march)
     try:
         _write(args, design, result)
-    finally:  # a closed pipe loses no file, a full disk no words
+    finally:  # files first, then the summary: each even if the other fails
         (print_json if args.json else _show)(facts)
+    for note in notes_on(result.row):
+        print(note, file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def notes_on(row: Mapping[str, Any]) -> list[str]:
+    """Return warnings on a row: an unusual outcome, or slip against the rotation."""
+    out = [TOLD[row["outcome"]]] if row["outcome"] in TOLD else []
+    if row["slip_ratio"] >= 1.0:
+        out.append(
+            f"slip_ratio is {row['slip_ratio']:.3g}: a tip in contact may have slid "
+            "back, while friction here always drags against the rotation"
+        )
+    return out
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
     """Write the file and the figures that were asked for."""
-    from hpcwhirl.campaign.one import write_case
+    from hpcwhirl.campaign.single_case import write_case
 
     if args.out:
         write_case(args.out, design, result)
     if args.plot:
-        from hpcwhirl.report.plots import draw_case
+        from hpcwhirl.report.figures.motions import draw_case
 
         for path in draw_case(args.plot, result.traces, result.row):
             print(f"figure: {path}", file=sys.stderr)
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:
-    """Tell in a line why a rotor from file is marched by scheme general."""
+    """Print on stderr why a rotor from file with unequal sectors is marched slower."""
     from hpcwhirl.case.explain import facts_of_file
 
     if march.case.given.engine.file and not (quiet or march.model.rotor.cyclic):
@@ -105,7 +123,14 @@ def _tell_unequal(march: March, *, quiet: bool) -> None:
 
 
 def _explained(march: March) -> dict[str, Any]:
-    """Return what the plan left out, and the share of amplitudes and steps marched."""
+    """Return what the plan left out, and the work that was done.
+
+    Returns
+    -------
+    left_out : records of what the plan left out
+    marched : number of steps that were marched
+    work_share : amplitudes times steps, over those of the whole model
+    """
     from hpcwhirl.case.explain import amplitudes, notes_of
 
     notes = [asdict(note) for note in notes_of(march.case)]
@@ -115,7 +140,7 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row with the ledger's terms gathered under `ledger`."""
+    """Return the row with the energy ledger's terms as one mapping `ledger`."""
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}

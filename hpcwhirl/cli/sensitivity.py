@@ -1,4 +1,4 @@
-"""`hpcwhirl sensitivity`: which drawn input makes what vary, by Sobol' indices."""
+"""`hpcwhirl sensitivity`: print Sobol' indices of outputs for each drawn input."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-WIDE = 0.5  # of an interval that says nothing of an index between 0 and 1
-RESTS = ("draws", "dropped", "mean", "deviation")
+WIDE = 0.5  # width of an interval from which an index, 0 to 1, counts as unknown
+RESTS = ("draws", "dropped", "mean", "deviation")  # columns without an input
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,23 +23,27 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--of", metavar="NAME,...", dest="names",
-        help="numbers of the file, or regimes, whose probability is meant (default "
-        "growth_rate,orbit_radius,divergent)",
+        help="outputs: numeric variables, or regimes, which stand for the probability "
+        "of that regime (default growth_rate,orbit_radius,divergent)",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only points with this value of a swept input",
+        help="only points of the sweep with this value of a swept input",
     )  # fmt: skip
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: DIR itself")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="directory for the figures (default: that of the results)",
+    )  # fmt: skip
     parser.add_argument("--csv", action="store_true", help="print the table as CSV")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print indices with their intervals, and draw them."""
-    from hpcwhirl.report.sensitivity import draw_sensitivity
+    """Print the indices with their intervals, and draw them."""
+    from hpcwhirl.report.figures.indices import draw_sensitivity
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reading.reader import open_results, results_of
+    from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.store.reading.results_file import results_of
 
     place = results_of(args.folder)
     with open_results(place) as data, reading(place):
@@ -61,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
-    """Return the indices that are asked for."""
+    """Return the indices of the outputs --of at the points --at."""
     import numpy as np
 
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
@@ -75,7 +79,7 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
 
 
 def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
-    """Return a row for each point, quantity and input."""
+    """Return a row, {column: value}, for each point, output and input."""
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     rows = []
     for point in range(found.sizes["point"]):
@@ -84,8 +88,8 @@ def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
             head = {n: one[n].item() for n in swept if n != "point"}
             rests = {n: one[n].item() for n in RESTS}
             for name in found["input"].values.tolist():
-                own = {n: float(one[n].sel(input=name)) for n in ENDS}
-                rows.append(head | {"quantity": quantity, "input": name} | own | rests)
+                ends = {n: float(one[n].sel(input=name)) for n in ENDS}
+                rows.append(head | {"quantity": quantity, "input": name} | ends | rests)
     return rows
 
 
@@ -100,14 +104,14 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
         left = name in {"quantity", "input"}
         table.add_column(Text(name), justify="left" if left else "right")
     for row in rows:
-        ends = (_told(row, order) for order in ("first", "total"))
+        ends = (_interval(row, order) for order in ("first", "total"))
         texts = [*(f"{row[n]}" for n in swept), row["quantity"], row["input"], *ends]
         table.add_row(*map(Text, [*texts, str(row["draws"]), str(row["dropped"])]))
     Console(width=None if sys.stdout.isatty() else 100_000).print(table)
 
 
-def _told(row: dict[str, Any], order: str) -> str:
-    """Return an index and its interval."""
+def _interval(row: dict[str, Any], order: str) -> str:
+    """Format the index of an order (first, total) with its confidence interval."""
     value, low, high = (row[f"{order}{end}"] for end in ("", "_low", "_high"))
     if value != value:  # noqa: PLR0124 - NaN
         return "-"
@@ -116,7 +120,7 @@ def _told(row: dict[str, Any], order: str) -> str:
 
 
 def tell(found: xarray.Dataset) -> None:
-    """Say on stderr what the indices do not tell."""
+    """Warn on stderr of left-out draws, constant outputs and wide intervals."""
     for name in found["quantity"].values.tolist():
         one = found.sel(quantity=name)
         lost, used = int(one["dropped"].sum()), int(one["draws"].sum())

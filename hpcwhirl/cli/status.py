@@ -1,8 +1,8 @@
-"""`hpcwhirl status`: how far a campaign is, from journals and notes of its ranks.
+"""`hpcwhirl status`: progress of a campaign, from its journals and heartbeats.
 
-Counts by status, what each rank computes and for how long, rate, time and core-hours
-left, the share of time spent in the kernel, why it stopped, and whether the page is
-stale; as JSON all ranks, and since when.
+Printed are counts by status, the case of each rank and for how long, rate, time and
+core-hours left, the share of time in the kernel, why the campaign stopped, and whether
+report.html is out of date; JSON has all ranks.
 """
 
 from __future__ import annotations
@@ -16,34 +16,34 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import add_json, finite, print_json
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
 
-EVERY = 5.0  # s between looks
-FEWEST = 0.2  # s
-MOST_SHOWN = 8  # ranks
+EVERY = 5.0  # s between updates of --watch
+FEWEST = 0.2  # s between updates, at least
+MOST_SHOWN = 8  # ranks printed, at most
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
         "--watch",
         nargs="?",
         const=EVERY,
         type=float,
         metavar="SECONDS",
-        help=f"look again every SECONDS (default {EVERY:g}) until nothing is left",
+        help=f"update every SECONDS (default {EVERY:g}) until all cases have ended",
     )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print counts, rate, ETA, kernel share, core-hours, words, what ranks are at."""
+    """Print the progress once, or again and again with --watch."""
     from hpcwhirl.campaign.progress import progress_of
-    from hpcwhirl.errors import InputError
+    from hpcwhirl.errors import InputError, legible
 
     if args.watch is not None and not FEWEST <= args.watch <= 1e6:
         msg = f"--watch must be >= {FEWEST} s and <= 1e6 s, got {args.watch:g}"
@@ -52,16 +52,35 @@ def run(args: argparse.Namespace) -> int:
     if args.watch is not None:
         return _watch(args, found)
     if args.json:
-        print_json(asdict(found) | {"stale": _stale(args.folder)})
+        beside = {"stale": _stale(args.folder), "twins_told": _twins(args.folder)}
+        print_json(asdict(found) | beside)
         return 0
-    stale = _stale(args.folder)
-    for name, value in (_shown(found) | ({"stale": stale} if stale else {})).items():
-        print(f"{name}: {value}")
+    beside = {"twins": _twins(args.folder), "stale": _stale(args.folder)}
+    told = {name: text for name, text in beside.items() if text}
+    for name, value in (_shown(found) | told).items():
+        print(f"{name}: {legible(str(value))}")
     return 0
 
 
+def _twins(folder: Path) -> str:
+    """Return a sentence on how many cases keep their word in all their twins; "": none.
+
+    Read from results.h5; empty without that file or without twins.
+    """
+    if not (folder / "results.h5").exists():
+        return ""
+    from hpcwhirl.errors import WhirlError
+    from hpcwhirl.store.reading.credibility import credibility_in
+
+    try:
+        found = credibility_in(folder / "results.h5")
+    except WhirlError as failed:
+        return f"not known: {failed}"
+    return str(found) if found else ""
+
+
 def _stale(folder: Path) -> str:
-    """Return what shows other results than there are, and the remedy; "" for none."""
+    """Return the command that renews report.html if it is out of date; else ""."""
     from hpcwhirl.errors import WhirlError
 
     if not (folder / "report.html").exists() or not (folder / "results.h5").exists():
@@ -97,7 +116,7 @@ def _look(folder: Path) -> Progress:
 
 
 def _shown(found: Progress) -> dict[str, str]:
-    """Return {name: text} of what is known."""
+    """Return {label: text} of a campaign's progress."""
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.grows:
         out["cases"] += " wanted so far"
@@ -118,7 +137,7 @@ def _shown(found: Progress) -> dict[str, str]:
 
 
 def _pace(found: Progress) -> dict[str, str]:
-    """Return {name: text} of rate, times and core-hours."""
+    """Return {label: text} of rate, times and core-hours."""
     from hpcwhirl.campaign.progress import duration_text
 
     out = {}
@@ -142,36 +161,36 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return what ranks are at, the longest first; of many, those."""
+    """Return a text with the cases of the first `MOST_SHOWN` ranks, and since when."""
     from hpcwhirl.campaign.progress import duration_text
 
-    told = []
+    parts = []
     for one in found[:MOST_SHOWN]:
         noun = "case" if len(one.cases) == 1 else "cases"
         text = f"rank {one.rank} {noun} {', '.join(map(str, one.cases))}"
         if one.seconds is not None:
             text += f" for {duration_text(max(one.seconds, 0.0))}"
-        told.append(text)
+        parts.append(text)
     if len(found) > MOST_SHOWN:
-        told.append(f"{len(found) - MOST_SHOWN} more")
-    return "; ".join(told)
+        parts.append(f"{len(found) - MOST_SHOWN} more")
+    return "; ".join(parts)
 
 
 class _Lines:
-    """A line a look: for logs and pipes, or one JSON object a line."""
+    """Display of --watch for logs and pipes: one line, or JSON object, per update."""
 
     def __init__(self, *, as_json: bool = False) -> None:
         self.as_json = as_json
 
     def __enter__(self) -> _Lines:
-        """Return itself."""
+        """Return this display."""
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Nothing to put back."""
+        """Do nothing."""
 
     def __call__(self, found: Progress) -> None:
-        """Print one line at once."""
+        """Print the progress as one line and flush stdout."""
         if self.as_json:
             print(json.dumps(finite(asdict(found)), allow_nan=False), flush=True)
             return
@@ -190,7 +209,7 @@ class _Lines:
 
 
 class _Screen(_Lines):
-    """A table with a bar, redrawn in place on a terminal."""
+    """Display of --watch on a terminal: a bar and a table, redrawn in place."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -199,16 +218,16 @@ class _Screen(_Lines):
         self.live = Live(auto_refresh=False)
 
     def __enter__(self) -> _Screen:
-        """Begin to draw."""
+        """Start the live display."""
         self.live.__enter__()
         return self
 
     def __exit__(self, *error: Any) -> None:
-        """Leave the last table on the terminal."""
+        """Stop the live display; the last table stays on the terminal."""
         self.live.__exit__(*error)
 
     def __call__(self, found: Progress) -> None:
-        """Draw anew."""
+        """Redraw the bar and the table."""
         from rich.console import Group
         from rich.progress_bar import ProgressBar
         from rich.table import Table

@@ -1,4 +1,4 @@
-"""The three streams of the program, also where they are closed or take nothing."""
+"""Standard streams of the program that survive closed descriptors and full disks."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import os
 import sys
 from typing import Any
 
-from hpcwhirl.errors import unwritable
+from hpcwhirl.errors import PASSING, unwritable
 
 
 class _Deaf(io.FileIO):
-    """A stream that may take nothing: what it is told is lost, not the work."""
+    """Raw stream whose writes never fail: data that cannot be written are lost."""
 
     def write(self, data: Any) -> int:
-        """Write what can be written."""
+        """Write data, or drop them if that fails."""
         try:
             return super().write(data)
         except OSError:
@@ -22,10 +22,10 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """What was asked for: that it cannot be written is an error of its own."""
+    """Raw stdout: a failed write is a `MissingFileError`, a closed pipe stays one."""
 
     def write(self, data: Any) -> int:
-        """Write some of the data, as any stream does."""
+        """Write some of the data and return the number of bytes, as `io.FileIO`."""
         try:
             return super().write(data)
         except BrokenPipeError:
@@ -36,16 +36,17 @@ class _Strict(io.FileIO):
 
 
 def stand_in() -> None:
-    """Give closed streams a place, and let no progress line end the work.
+    """Open closed standard descriptors, and replace stdout and stderr.
 
-    A closed descriptor 2 would be the next file's that is opened: messages would be
-    written into a journal. A log on a full disk would end a campaign that could go on.
+    If descriptor 2 were closed, the next file opened would get that number, and a
+    journal would receive messages. Errors of stderr are ignored: a log on a full disk
+    must not end a campaign.
     """
     for number in (0, 1, 2):
         try:
             os.fstat(number)
         except OSError:
-            free = os.open(os.devnull, os.O_RDWR)  # the lowest that is: this one
+            free = os.open(os.devnull, os.O_RDWR)  # gets the lowest free number: this
             os.set_inheritable(free, True)  # noqa: FBT003
     words = sys.stdout.encoding if sys.stdout is not None else "utf-8"
     strict = _Strict(1, "wb", closefd=False)
@@ -60,17 +61,33 @@ def stand_in() -> None:
     )  # fmt: skip
 
 
+def _tell_late(number: int) -> None:
+    """Raise the error of a full disk that a file server reports only at close.
+
+    Closing a duplicate of the descriptor asks the server, and leaves the stream open.
+    """
+    try:
+        os.close(os.dup(number))
+    except OSError as failed:
+        if failed.errno in PASSING:
+            msg = f"cannot write stdout: {failed.strerror}"
+            raise unwritable(msg, failed) from None
+
+
 def flush_stdout() -> None:
-    """Write what is left of stdout.
+    """Flush stdout.
 
     Raises
     ------
     MissingFileError
-        where it cannot be written; `BrokenPipeError` where nobody reads it
+        if it cannot be written
+    BrokenPipeError
+        if its reader has closed it
     """
     try:
         sys.stdout.flush()
+        _tell_late(1)
     except OSError:
-        # what is left is lost, and the end of the interpreter is not to try again
+        # the buffer is lost; the interpreter must not try to flush it again at its end
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         raise

@@ -1,4 +1,4 @@
-"""`hpcwhirl tradeoff`: what accuracy costs on this machine."""
+"""`hpcwhirl tradeoff`: measure error and cost of solver inputs on this machine."""
 
 from __future__ import annotations
 
@@ -30,37 +30,40 @@ NOT_OFFERED = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    from hpcwhirl.measure.trials import axes
+    from hpcwhirl.benchmark.trials import axes
 
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE",
-        help=f"TOML files, or of {', '.join(NAMED)}; none: a motion of each kind",
+        help=f"scene files (TOML), or some of {', '.join(NAMED)} (default: one motion "
+        "of each kind)",
     )  # fmt: skip
     add_set(parser)
     parser.add_argument(
         "--axis", action="append", default=[], metavar="NAME", dest="axes",
-        help=f"of {', '.join(axes())}; the last two are slow and tried only if named",
+        help="vary only this aspect of the computation, may be repeated: "
+        f"{', '.join(axes())} (default: all but the last two, which are slow)",
     )  # fmt: skip
     parser.add_argument(
         "--repeats", type=int, default=3, metavar="N",
-        help="twins a setting, each timed; their force differs by 1e-7 (default 3)",
+        help="timed runs of each setting, whose force differs by 1e-7 (default 3)",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
-        help="write tradeoff.json and tradeoff.md, with the machine's name",
+        help="write tradeoff.json and tradeoff.md there; they name the machine",
     )  # fmt: skip
     parser.add_argument(
-        "--plot", action="store_true", help="also tradeoff.png, in DIR or here"
-    )
+        "--plot", action="store_true",
+        help="also draw tradeoff.png, in --out or the working directory",
+    )  # fmt: skip
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure, then print the table; files are written whole at the end."""
+    """Measure all settings, then print the table and write the files."""
+    from hpcwhirl.benchmark.tradeoff import measure
+    from hpcwhirl.benchmark.trials import settings_of
     from hpcwhirl.cluster.doctor.facts import machine_facts
-    from hpcwhirl.measure.tradeoff import measure
-    from hpcwhirl.measure.trials import settings_of
-    from hpcwhirl.report.tradeoff import markdown
+    from hpcwhirl.report.figures.pareto import markdown
 
     if args.repeats < 2:
         msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
@@ -79,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     text = _heading(facts) + markdown(facts)
     try:
         _write(args, facts, text)
-    finally:  # a closed pipe loses no file, a full disk no words
+    finally:  # files first, then the table: each even if the other fails
         if args.json:
             print_json(facts)
         else:
@@ -88,8 +91,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
-    """Write the files and the figure that were asked for."""
-    from hpcwhirl.report.tradeoff import draw_tradeoff
+    """Write the files of --out and the figure of --plot."""
+    from hpcwhirl.report.figures.pareto import draw_tradeoff
     from hpcwhirl.store.atomic import write_whole
 
     folder = args.out or Path()
@@ -102,21 +105,21 @@ def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
 
 
 def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
-    from hpcwhirl.measure.trials import default_scenes
+    from hpcwhirl.benchmark.trials import default_scenes
 
     if not args.scenes:
         kinds = default_scenes(Scene())
         given = parsed(args.settings)
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
-    found = {name: scene_of(name, args.settings) for name in args.scenes}
-    if len(found) < len(args.scenes):
+    scenes = {name: scene_of(name, args.settings) for name in args.scenes}
+    if len(scenes) < len(args.scenes):
         msg = f"a scene is named twice: {' '.join(args.scenes)}"
         raise InputError(msg)
-    return found
+    return scenes
 
 
 def _teller(scenes: int, start: float) -> Any:
-    """Return what says on stderr, every few seconds, which setting is tried."""
+    """Return a function that prints progress lines on stderr, at most every 5 s."""
     last = 0.0
 
     def tell(line: str) -> None:
@@ -136,7 +139,7 @@ def _heading(facts: dict[str, Any]) -> str:
     reference = ", ".join(f"{n} {v}" for n, v in facts["reference"].items())
     lines.append(f"Reference, at least: {reference}; words of its twins:")
     for name, words in facts["words"].items():
-        told = ", ".join(dict.fromkeys(words))
+        distinct = ", ".join(dict.fromkeys(words))
         seconds = facts["reference_seconds"][name]
-        lines.append(f"- {name}: {told} ({seconds:.1f} s a twin)")
+        lines.append(f"- {name}: {distinct} ({seconds:.1f} s a twin)")
     return "\n".join([*lines, "", facts["not_offered"] + ".", "", ""])

@@ -1,1 +1,1 @@
-"""What a cluster asks for: job scripts for schedulers, and what will break there."""
+"""Support for clusters: job scripts for schedulers, and a check of the machine."""

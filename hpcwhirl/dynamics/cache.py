@@ -1,4 +1,4 @@
-"""Where compiled code is kept between runs."""
+"""The cache of compiled kernels between runs."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from hpcwhirl.dynamics import kernels
 
 
 def cache_facts() -> dict[str, Any]:
-    """Return the directory of numba's cache, whether it can be written and its size."""
-    place = kernels.WANTED
-    compiled = sum(1 for _ in place.rglob("*.nbc")) if place.is_dir() else 0
+    """Return path, writability and number of kernels of numba's cache directory."""
+    folder = kernels.WANTED
+    compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
     return {
-        "cache": str(place),
+        "cache": str(folder),
         "cache_writable": kernels.KEPT,
         "cache_kernels": compiled,
     }

@@ -1,7 +1,7 @@
 """The casing's trace: harmonics of its radial displacement, static frame, per sample.
 
-Kernels copy the casing's coordinates as they march them; what they mean is worked out
-once a case, when its history is read.
+Kernels copy the casing's coordinates as they are; they are converted to harmonics once
+per case, when its history is read.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from hpcwhirl.dynamics.operators import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
-MOST_KEPT = 32  # models, as in `reduction.model`
+MOST_KEPT = 32  # cached models, as in `reduction.model`
 Floats = NDArray[np.float64]
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return harmonics (n, H + 1, 2), m, of modal amplitudes (n, m or more)."""
+    """Return harmonics (n, H + 1, 2), m, from modal amplitudes (n, m or more)."""
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
@@ -38,7 +38,7 @@ def _rows(model: Model) -> Floats:
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
-    """Return harmonics (n, H + 1, 2), m, of the ring's coordinates (n, m)."""
+    """Return harmonics (n, H + 1, 2), m, from the ring's coordinates (n, m)."""
     if model.ring is None:
         msg = "a rigid casing has no coordinates"
         raise ValueError(msg)
@@ -46,21 +46,21 @@ def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
 
 
 def _read(rows: Floats, values: Floats) -> Floats:
-    # most are 0 on a ring of harmonics; not by BLAS, whose sums may depend on how many
-    # samples there are
+    # most entries of `rows` are 0 on a ring of harmonics; BLAS is avoided, since its
+    # sums may depend on the number of samples
     out = np.zeros((len(values), *rows.shape[:2]))
     if not len(values):
         return out
     for h, p in np.ndindex(*rows.shape[:2]):
-        own = np.flatnonzero(rows[h, p])
-        out[:, h, p] = (values[:, own] * rows[h, p, own]).sum(axis=1)
+        nonzero = np.flatnonzero(rows[h, p])
+        out[:, h, p] = (values[:, nonzero] * rows[h, p, nonzero]).sum(axis=1)
     return out
 
 
 def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
     """Return harmonics (count, H + 1, 2), m, of a rigid casing's distortion.
 
-    H as of a ring of this discretization, and at least the distortion's lobes k.
+    H is that of a ring of this discretization, but at least the distortion's lobes k.
     """
     wall = wall_of(scene)
     out = np.zeros((count, _highest(scene) + 1, 2))
@@ -71,17 +71,17 @@ def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
 
 
 def unfolded(waves: Floats, folds: int, scene: Scene) -> Floats:
-    """Return harmonics (n, H + 1, 2) of the whole for those of one of g sectors.
+    """Return harmonics (n, H + 1, 2) of the whole casing from those of one sector.
 
     Parameters
     ----------
-    waves : (n, H' + 1, 2), of the angle g theta
-    folds : g
-    scene : of the whole
+    waves : (n, H' + 1, 2), harmonics in the angle g theta
+    folds : g, number of sectors
+    scene : scene of the whole
     """
     out = np.zeros((len(waves), _highest(scene) + 1, 2))
-    own = out[:, ::folds]
-    own[:] = waves[:, : own.shape[1]]
+    multiples = out[:, ::folds]
+    multiples[:] = waves[:, : multiples.shape[1]]
     return out
 
 

@@ -1,4 +1,4 @@
-"""When contact cannot recur, and how the scheme then goes on in closed form.
+"""The certificate that contact cannot recur, and the closed form of later motion.
 
 The recursion d' = keep d - pull q, q' = q + d' of central differences has the roots
 z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Free, n steps on,
@@ -6,11 +6,11 @@ z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Free, n s
 q_n = r^n (A cos n phi + B sin n phi) = alpha z^n + beta conj(z)^n,
 A = q,  B = (q (cos phi - r) + r d) / sin phi,
 
-and |q_n| <= (|A|^2 + |B|^2)^{1/2} for all n >= 0, also of complex amplitudes, and also
-of the ring's, which the rotation turns. Their sum over all modes, weighed with what
-they do to a blade, bounds every gap: below the clearance no blade can touch again. All
-of this is the scheme's own motion, with its own rounded coefficients, not that of the
-continuous modes.
+and |q_n| <= (|A|^2 + |B|^2)^{1/2} for all n >= 0, also for complex amplitudes and for
+the ring's, which the rotation turns. Their sum over all modes, weighted with the radial
+amplitudes at a blade, bounds the change of every gap: if it is below the clearance, no
+blade can touch again. This holds for the motion of the scheme, with its rounded
+coefficients, not for that of the continuous modes.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from hpcwhirl.dynamics.kernels import passes
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-LESS = 1.0 - 1e-9  # for the rounding of the bound itself
+LESS = 1.0 - 1e-9  # factor on the clearance, for the rounding of the bound itself
 
 
 @dataclass(frozen=True)
 class Roots:
-    """The recursion of the modes of one body, those that there are.
+    """The roots of the recursion, for the modes of one body.
 
     Attributes
     ----------
-    own : (modes,), their places among the complex amplitudes
+    own : (modes,), indices of the modes among the complex amplitudes
     weight : (modes,), |radial amplitude| at a blade's tip or on the ring
     radius, sine : r, sin phi
     log : log z
     back : cos phi - r
-    pull : of the recursion
-    decays : whether all are held, damped and swinging: only then there is a bound
+    pull : coefficient of the recursion
+    decays : whether all modes are held, damped and oscillate, as the bound requires
     """
 
     own: NDArray[np.intp]
@@ -52,7 +52,7 @@ class Roots:
     decays: bool
 
     def waves(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of amplitudes q with increments d, (modes,) each."""
+        """Return (A, B) of the motion from q with increments d, (modes,) each."""
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
@@ -62,9 +62,9 @@ class Roots:
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's items (ITEMS, places), see `kernels.passes`."""
-    own = np.flatnonzero(items[passes.KEEP] != 0.0)
-    keep, pull = items[passes.KEEP][own], items[passes.PULL][own]
+    """Return the roots of a body's modes by its items (ITEMS, n), `kernels.passes`."""
+    modes = np.flatnonzero(items[passes.KEEP] != 0.0)
+    keep, pull = items[passes.KEEP][modes], items[passes.PULL][modes]
     radius = np.sqrt(np.maximum(keep, 0.0))
     lost = (1.0 - keep) / (1.0 + radius)  # 1 - r, without cancelling
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -73,5 +73,5 @@ def roots_of(items: Floats) -> Roots:
         back = (1.0 - keep - pull) / (2.0 * radius)
         log = 0.5 * np.log1p(keep - 1.0) + 1j * np.arctan2(sine, 1.0 - away)
     decays = bool(((keep > 0.0) & (keep < 1.0) & (sine > 0.0)).all())
-    weight = np.abs(items[passes.RADIAL][own])
-    return Roots(own, weight, radius, sine, log, back, pull, decays)
+    weight = np.abs(items[passes.RADIAL][modes])
+    return Roots(modes, weight, radius, sine, log, back, pull, decays)

@@ -1,4 +1,4 @@
-"""The arrays of the exact scheme's flights: jumps of the flow, bounds of the modes."""
+"""Arrays of the exact scheme's jumps over steps without contact, and their bounds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes
-from hpcwhirl.dynamics.kernels.named import Flight
+from hpcwhirl.dynamics.kernels.kernel_types import Flight
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
@@ -18,7 +18,7 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 def flight_arrays(
     scene: Scene, beat: int, rotor: Floats, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return `flight` of `kernels.flight.fly`; empty for another scheme.
+    """Return the argument `flight` of `kernels.flight.fly`; empty for other schemes.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def flight_arrays(
 
 
 def can_fly(scene: Scene) -> bool:
-    """Return whether the gaps' motion between contacts is that of free modes."""
+    """Return whether gaps move by free modes only between contacts."""
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
 
 def _certifiable(scene: Scene, bodies: tuple[Floats, Floats]) -> bool:
-    """Return whether all motion must die out: every mode damped and held."""
+    """Return whether all free motion dies out: every mode is damped and held."""
     real = [b[:, b[passes.KEEP] > 0.0] for b in bodies]
     held = all((b[passes.OMEGA] > 0.0).all() for b in real)
     return (
@@ -57,11 +57,11 @@ def _certifiable(scene: Scene, bodies: tuple[Floats, Floats]) -> bool:
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
-    """Return (JUMP_ITEMS, size), the flow over `count` steps of (q, d).
+    """Return the flow of (q, d) over `count` steps, (JUMP_ITEMS, size).
 
     q' = e^-a ((cos b + xi omega S) q + S v), v' = e^-a ((cos b - xi omega S) v
-    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d; v from (q, d)
-    by the items `speed`, which also give d' back; the loss is the energy's fall.
+    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d; v follows from
+    (q, d), and d' from v', by the items `speed`; the loss is the decrease of energy.
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     of_d, of_q = items[passes.SPEED_D], items[passes.SPEED_Q]
@@ -86,10 +86,12 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 
 
 def _bound(items: Floats, longest: float) -> Floats:
-    """Return (BOUND_ITEMS, size); `longest`, s, is how far ahead the bound is used.
+    """Return the items that bound a body's free motion, (BOUND_ITEMS, size).
 
     v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is the falling envelope of
     |q'|^2; a mode's displacement stays below v / omega, and |C| below |C| + v t.
+
+    longest : s, time ahead up to which the bound is used
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     spin, weight = np.abs(items[passes.SPIN]), np.abs(items[passes.RADIAL])

@@ -1,4 +1,4 @@
-"""A rotor between contacts as the closed form takes it, from a kernel's arrays."""
+"""The freely moving rotor of a kernel's arrays, for the closed form."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.named import (
+from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicContact,
     CyclicRotor,
@@ -22,16 +22,16 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class FreeRotor:
-    """Amplitudes q of a rotor and what they move; complex, or real ones.
+    """Modes of a rotor with real or complex amplitudes q, and shapes of its tips.
 
     Attributes
     ----------
     items : (ITEMS, modes), see `kernels.passes`
-    phases, width : the state is (3, rows, phases, width), modes = rows width; real
-        amplitudes have one phase
-    radial, tangential : (N, modes), displacements of the tips Re(q @ row)
+    phases, width : the state has shape (3, rows, phases, width), modes = rows width;
+        real amplitudes have one phase
+    radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
     hub : (2, modes), x_o, y_o = Re(conj(hub) q)
-    reach : (blades, modes), |radial|; of one blade where all blades have the same
+    reach : (N, modes), |radial|; (1, modes) where it is the same for all blades
     """
 
     items: Floats
@@ -43,13 +43,13 @@ class FreeRotor:
     reach: Floats
 
     def read(self, state: Floats) -> Complexes:
-        """Return (3, modes): q, and d in two places, of a state."""
+        """Return q and the two stored increments d of a state, (3, modes)."""
         parts = state.reshape(passes.ROTOR_STATE, -1, self.phases, self.width)
-        found = parts[:, :, 0] + 1j * (parts[:, :, 1] if self.phases == 2 else 0.0)
-        return np.asarray(found.reshape(passes.ROTOR_STATE, -1))
+        values = parts[:, :, 0] + 1j * (parts[:, :, 1] if self.phases == 2 else 0.0)
+        return np.asarray(values.reshape(passes.ROTOR_STATE, -1))
 
     def write(self, state: Floats, place: int, values: Complexes) -> None:
-        """Set q, or d in a place, of a state to values (modes,)."""
+        """Set q (place 0) or d (place 1 or 2) of a state to values (modes,)."""
         parts = state.reshape(passes.ROTOR_STATE, -1, self.phases, self.width)[place]
         parts[:, 0] = values.real.reshape(-1, self.width)
         if self.phases == 2:
@@ -57,7 +57,7 @@ class FreeRotor:
 
 
 def free_rotor(arrays: Arrays, blades: int) -> FreeRotor:
-    """Return the rotor of the arrays of the kernels `cyclic` or `general`."""
+    """Return the free rotor of the arrays of kernel `cyclic` or `general`."""
     if isinstance(arrays.rotor, GeneralRotor):
         return _general(arrays.rotor, blades)
     return _cyclic(arrays.rotor, arrays.contact, blades)

@@ -1,4 +1,4 @@
-"""What one integrated case leaves behind: samples, ledger, how it stopped."""
+"""The history of an integrated case: samples, energy ledger, reason to stop."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class Evidence:
-    """What words are given by, at a rate of its own whatever is kept, see `beat_of`.
+    """Samples from which words are decided, every `beat_of` steps, for any traces.
 
     Attributes
     ----------
     time : (b,), s
     centre : (b, 2), m, ROTATING frame: x_o, y_o
     rotor, casing : (b,), J, kinetic + strain energy of each body
-    fed, friction, lost : (b,), J, cumulative works, as in `History`
+    fed, friction, lost : (b,), J, cumulative work, as in `History`
     """
 
     time: Floats
@@ -48,7 +48,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class History:
-    """Samples of one run at `time`; everything in SI units, every number finite.
+    """Samples and totals of one run; all in SI units, all numbers finite.
 
     Attributes
     ----------
@@ -65,25 +65,27 @@ class History:
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
-    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; where that is not finite
-        any more, at the last row of evidence
-    gap_error : largest difference between gaps as solved and gaps of the bodies, over
-        the lengths that they are made of, of all rows of evidence in contact
-    step_share : time step over the stability limit, of the faster body
+    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
+        evidence where the final one is not finite
+    gap_error : largest difference between the solved gaps and those of the bodies, over
+        the lengths that they are computed from, at rows of evidence in contact
+    slip : m/s, largest tangential velocity of a tip in contact, from vibration only,
+        less that of the casing there; of every eighth step in contact
+    step_share : time step over the stability limit of the faster body
     stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
-        word was proved and no more was asked for
-    steps : steps taken
-    contacts : touchdowns of blades on the casing
+        run ended with its certificate
+    steps : number of steps taken
+    contacts : number of touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
-    certificate : s, from when on no contact can recur; -1 if that is not certain
+    certificate : s, time from which on no contact can recur; -1 if not proved
     certificate_reach : m, bound of all displacements from then on; below the gap
-    centre_peak : m, greatest centre displacement of the evidence
+    centre_peak : m, largest displacement of the centre in the evidence
     seconds : wall time in the kernel
     interval : s between samples
     contact_impulse : N s, normal impulse of all contacts of the run
-    end : s, of the last step
-    judged : what words are given by
-    folds : sectors that move alike, of which one was marched; 1 for all of them
+    end : s, time of the last step
+    judged : evidence for words
+    folds : number of sectors that move alike, of which one was marched; 1: all were
     """
 
     time: Floats
@@ -97,6 +99,7 @@ class History:
     blade_impulse: Floats
     ledger: dict[str, float]
     gap_error: float
+    slip: float
     step_share: float
     stop: str
     steps: int

@@ -1,4 +1,4 @@
-"""One case in slices: state, samples, ledger. Phase comes from the step number."""
+"""Integrate one case in slices. Phases are computed from the step number."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
-from hpcwhirl.dynamics.coast import Coast, next_look
+from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.named import Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
 from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
 Floats = NDArray[np.float64]
-SLICE_SECONDS = 0.01
-FIRST_SLICE = 256  # steps, before the speed of this machine is known
+SLICE_SECONDS = 0.01  # duration of a slice
+FIRST_SLICE = 256  # steps, before the time of a step is known
 LEAST_SLICE = 16  # steps
-TELLING = 0.1  # of that, from which a slice tells what a step takes
-LEAST_SECONDS = 1e-6  # that a slice is taken to have lasted
-CERTAIN = 4  # a reason to stop that no kernel gives
-_slices: dict[tuple[str | int, ...], int] = {}  # steps of the last, by `March.kind`
+TELLING = 0.1  # share of `SLICE_SECONDS` from which the time of a step is measured
+LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
+CERTAIN = 4  # reason to stop that no kernel returns: a certificate
+_slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 STOPS = {
     0: "end",
     1: "amplitude",
@@ -39,26 +39,27 @@ STOPS = {
     3: "complementarity",
     CERTAIN: "certain",
 }
-LOOKS = 50  # rows of evidence between two looks for a certificate
-PATIENCE = 16  # times that, at most
-TOUCHDOWNS = 12  # of a blade up to which one of many sectors is believed, see `_watch`
-CLEAR = 2.0  # pulses after which the window of a word is clear of the load
-MOST_TRACES = 4e9  # bytes of one case's samples, in memory
+LOOKS = 50  # rows of evidence between two searches for a certificate
+PATIENCE = 16  # largest multiple of that
+TOUCHDOWNS = 12  # of a blade, up to which one sector stands for all, see `_watch`
+CLEAR = 2.0  # durations of the pulse before the first search for a certificate
+MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
 class March:
-    """A case on its way: advance it in slices, then read its history.
+    """The integration of a case: advance it in slices, then read its history.
 
     Parameters
     ----------
     case
-        of which `scene` and `model` stand here, too, and `lean`, what is marched of it
+        the case; its `scene` and `model` are attributes here, too, as is `lean`, the
+        scene and model that are integrated
 
     Raises
     ------
     InputError
         where the step is at or above a body's stability limit or too long for the
-        pulse or the speed, or where there would be more samples than memory holds
+        pulse or the speed, or where the samples would not fit in memory
     """
 
     def __init__(self, case: Case) -> None:
@@ -74,7 +75,7 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Put at rest what is marched."""
+        """Start from rest with a scene and model."""
         self.lean = lean
         with representable("the step"):
             self.scheme = scheme_of(lean.model, lean.scene, self.beat)
@@ -83,21 +84,21 @@ class March:
         self.coast = self._coast()
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
-    def _coast(self) -> Coast | None:
-        """Return what looks for the certificate, if the plan says that it pays."""
+    def _coast(self) -> FreeDecay | None:
+        """Return the search for a certificate, if the plan includes one."""
         scene, model = self.lean.scene, self.lean.model
         if self.scheme.ended is None or not self.case.plan.settles:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(first if scene.is_loaded else 1)
-        coast = Coast(self.scheme, model.blades, scene.solver.time_step)
+        coast = FreeDecay(self.scheme, model.blades, scene.solver.time_step)
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """March all sectors instead, from the start, if one has been touched for long.
+        """Start again with all sectors if one has been in contact for too long.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
-        grow out of it: what one sector shows is believed only as long as that is small.
+        grow out of it: one sector stands for all only as long as that is negligible.
         """
         if not self.watched or self.steps % self.watched:
             return
@@ -108,15 +109,15 @@ class March:
             self.unfold()
 
     def unfold(self) -> None:
-        """Begin anew with all sectors."""
+        """Start again with all sectors."""
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Begin anew with what the scene requires."""
+        """Start again with the sectors that the plan integrates."""
         self._begin(self.case.lean)
 
     def _slice(self, size: int) -> int:
-        """Return how many steps to march up to what happens at certain steps."""
+        """Return the steps of a slice of at most `size`, up to the next check."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -125,17 +126,18 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Look for a certificate at the first row of evidence after so many steps."""
+        """Set the next search for a certificate: a row of evidence, `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
     def _look(self) -> None:
-        """Certify that no contact can recur, if so, and end the run or finish it."""
+        """Search for a certificate if due; with one, end the run or complete it."""
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
         sizes, decays = self.coast.bound(self.state)
-        reach, room = float(sizes.sum(axis=1).max()), min(self.scene.gap, self._limit)
-        if not reach < LESS * room:
+        reach, room = float(sizes.sum(axis=1).max()), self.scene.gap
+        far = self.coast.farthest(self.state)
+        if not (reach < LESS * room and far < LESS * self._limit):
             pause = LOOKS * self.beat
             self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))
             return
@@ -154,7 +156,7 @@ class March:
 
     @property
     def _limit(self) -> float:
-        """Tip displacement that ends a run, m."""
+        """Magnitude of a tip's displacement that ends a run, m."""
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> Tracks:
@@ -179,17 +181,17 @@ class March:
 
     @property
     def counter(self) -> Any:
-        """The kernel's counters: see `contact`."""
+        """The kernel's counters, indexed as in `kernels.contact`."""
         return self.state.counter
 
     @property
     def steps(self) -> int:
-        """Steps taken so far."""
+        """Number of steps taken so far."""
         return int(self.counter[contact.STEP])
 
     @property
     def marched(self) -> int:
-        """Steps that the kernel took; the rest are in closed form."""
+        """Number of steps computed by the kernel one by one; others are closed form."""
         certified = int(self.counter[contact.CERTIFIED])
         if self.coast is not None and certified >= 0:
             return certified
@@ -197,23 +199,26 @@ class March:
 
     @property
     def last_row(self) -> int:
-        """The last step with a row of evidence: a longer run passes it alike.
+        """Last step with a row of evidence; up to it a longer run has the same states.
 
-        Beyond it, jumps of scheme exact end with the run.
+        Beyond it, jumps of scheme exact depend on the end of the run.
         """
         return self.total // self.beat * self.beat
 
     @property
     def done(self) -> bool:
-        """Whether the end, or a reason to stop, has been reached."""
+        """Whether the march has reached its end or a reason to stop."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
 
     def displacements(self) -> tuple[Floats, Floats]:
-        """Return rotor (n,) and casing (m,), m, in the model's coordinates."""
+        """Return the displacements of rotor (n,) and casing (m,), m.
+
+        They are in the coordinates of the model.
+        """
         return self.scheme.displacements(self.state, self.steps)
 
     def advance(self, steps: int) -> None:
-        """March at most `steps` steps; any cut into slices gives the same bits."""
+        """March at most `steps` steps; any division into slices gives the same bits."""
         scene = self.lean.scene
         start = time.perf_counter()
         self.scheme.kernel(
@@ -232,7 +237,7 @@ class March:
 
     @property
     def kind(self) -> tuple[str | int, ...]:
-        """What the kernel and the seconds of its step depend on, roughly."""
+        """Key of marches with the same kernel and about the same time per step."""
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0
@@ -240,30 +245,30 @@ class March:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether this process has marched this kind before."""
+        """Whether this process has integrated a case of this `kind` before."""
         return self.kind in _slices
 
     def warm(self) -> None:
-        """Compile what a run calls: take a step, and close the ledger."""
+        """Compile the kernels of a run: take a step and balance the ledger."""
         self.advance(1)
         self.scheme.balance(self.state)
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
-        """March to the end in slices of some 10 ms and return the history."""
+        """March to the end in slices of about 10 ms and return the history."""
         self.reach(self.total, between_slices)
         return self.history()
 
     def reach(
         self, goal: int, between_slices: Callable[[], None] | None = None
     ) -> None:
-        """March in slices of some 10 ms to a step, a row of evidence or the end."""
+        """March in slices of about 10 ms up to step `goal`, or to the end."""
         kind = self.kind
         size = _slices.get(kind, FIRST_SLICE)
         while not self.done and self.steps < goal:
             before = time.perf_counter()
-            made = self._slice(min(size, goal - self.steps))
-            self.advance(made)
-            size = next_slice(size, made, time.perf_counter() - before)
+            steps = self._slice(min(size, goal - self.steps))
+            self.advance(steps)
+            size = next_slice(size, steps, time.perf_counter() - before)
             self._watch()
             self._timed_look()
             _slices[kind] = size
@@ -271,7 +276,7 @@ class March:
                 between_slices()
 
     def history(self) -> History:
-        """Return what has been sampled so far, and the ledger of the present step.
+        """Return the samples so far, and the ledger at the current step.
 
         The samples end with the last whole output interval.
         """
@@ -300,7 +305,8 @@ class March:
             casing=waves,
             ledger=self._closing(),
             gap_error=float(self.state.ledger[contact.MISS]),
-            step_share=step / min(self.model.limits().values()),
+            slip=float(self.state.ledger[contact.SLIP]),
+            step_share=step / min(self.model.limits(self.scene.speed).values()),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
             contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
@@ -317,7 +323,7 @@ class March:
         )
 
     def _judged(self) -> Evidence:
-        """Return the evidence taken so far, of all sectors."""
+        """Return the evidence so far, for all sectors."""
         rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
         steps = np.arange(1.0, len(rows) + 1) * self.beat
         whole = self.lean.model.folds * rows[:, contact.OF_ROTOR :].T
@@ -325,9 +331,9 @@ class March:
         return Evidence(steps * self.scene.solver.time_step, centre, *whole)
 
     def _closing(self) -> dict[str, float]:
-        """Return the ledger at the present step, energies computed afresh.
+        """Return the ledger of all sectors at the current step.
 
-        Where that is not finite any more: that of the last row of evidence, which is.
+        Where it is not finite, that of the last row of evidence, which always is.
         """
         with np.errstate(all="ignore"):
             now, entries = self.scheme.balance(self.state), self.state.ledger
@@ -346,7 +352,14 @@ class March:
 def empty_tracks(
     samples: int, whole: int, rows: int, blades: int, width: int
 ) -> Tracks:
-    """Return tracks of so many samples, whole ones, and rows of evidence."""
+    """Return empty tracks of a march.
+
+    Parameters
+    ----------
+    samples, whole : number of samples, and of those with tips and casing
+    rows : rows of evidence
+    blades, width : N; coordinates of the casing
+    """
     numbers = [np.zeros(samples) for _ in range(5)]
     energy, impulse, fed, lost, rubbed = numbers
     return Tracks(
@@ -358,11 +371,12 @@ def empty_tracks(
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:
-    """Return the steps of the next slice: some 10 ms as the last ones went.
+    """Return the steps of the next slice, for about 10 ms by the last slice's time.
 
-    size, made : steps of the last slice, wanted and made: a slice that something cut
-        short tells of no more than its own, or it would be doubled for ever, and one
-        of so few steps that the call took its share tells nothing
+    size, made : steps of the last slice, planned and made. A slice that was cut short
+        sets the next by its time only if it was long enough: in a shorter one, the
+        call itself takes most of the time
+    seconds : duration of the last slice
     """
     if made < size and seconds < TELLING * SLICE_SECONDS:
         return size
@@ -371,7 +385,7 @@ def next_slice(size: int, made: int, seconds: float) -> int:
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return terms in the order of `LEDGER_TERMS` with what they leave open, J."""
+    """Return {term: J} in the order of `LEDGER_TERMS`, the residual included."""
     energy, damping, pulse, impact, friction, rotation = map(float, terms)
     residual = energy + damping + impact - pulse - friction - rotation
     values = (energy, damping, pulse, impact, friction, rotation, residual)

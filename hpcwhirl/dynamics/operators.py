@@ -1,4 +1,4 @@
-"""The arrays that the kernels march with, made once a case."""
+"""Arrays of the kernels for bodies as modes or matrices, made once per case."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
-from hpcwhirl.dynamics.kernels.named import (
+from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     Contact,
+    CoupledBody,
     DenseBody,
     Load,
     ModalBody,
@@ -16,6 +17,7 @@ from hpcwhirl.dynamics.kernels.named import (
     Wall,
 )
 from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.dynamics.turning import coupled_body, turning
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -25,7 +27,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-LANES = 4  # the kernel sums modes four at a time: pad with modes that stay at rest
+LANES = 4  # the kernel sums four modes at a time: arrays are padded with modes at rest
 EMPTY = np.zeros((0, 0))
 
 
@@ -36,7 +38,7 @@ def _padded(array: Floats, axis: int) -> Floats:
 
 
 def friction_with_sign(scene: Scene) -> float:
-    """Return mu sign(Omega): friction opposes the rotation; none at Omega = 0."""
+    """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0."""
     return float(scene.friction * np.sign(scene.speed))
 
 
@@ -46,7 +48,10 @@ def _rows(rows: Floats) -> Floats:
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
-    """Return a body as modes, padded; rows : read, radial, tangential."""
+    """Return the kernel's arrays of a body as modes, padded.
+
+    rows : arrays `read`, `radial`, `tangential` of `ModalBody`
+    """
     omega = body.omega if body else np.zeros(0)
     damping = body.ratios if body else np.zeros(0)
     keep, pull, give = recursion(omega, damping, step)
@@ -56,32 +61,48 @@ def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBod
 
 
 def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
-    """Return a body as matrices; places : radial, tangential, centre."""
+    """Return the kernel's arrays of a body as matrices.
+
+    places : indices of radial, tangential and centre coordinates
+    """
     if body is None:
-        return DenseBody._make([*(EMPTY,) * 6, *places])
+        return DenseBody._make([*(EMPTY,) * 7, *places])
     damping = body.damping_matrix()
     left = body.mass / step**2 + damping / (2 * step)
     right = body.mass / step**2 - damping / (2 * step)
     inverse = np.linalg.solve(left, np.eye(len(left)))
     dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
     matrices = (*dense, body.mass, body.stiffness, damping)
-    return DenseBody._make([*(np.ascontiguousarray(m.T) for m in matrices), *places])
+    stored = (np.ascontiguousarray(m.T) for m in matrices)
+    return DenseBody._make([*stored, EMPTY, *places])
+
+
+def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
+    """Return the kernel's arrays of a rotor with rotation as matrices.
+
+    places : indices of radial, tangential and centre coordinates
+    """
+    stored = (np.ascontiguousarray(m.T) for m in turning(model, scene))
+    return DenseBody._make([*stored, *places])
 
 
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
-    """Return W of the rotor (N, N), m/N, see `contact_operators`."""
+    """Return the rotor's part of W, (N, N), m/N, see `contact_operators`."""
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = tip_rows(model.rotor, model.blades)
+    if model.rotor.spin is not None:
+        inverse = turning(model, scene, model.rotor.shapes).inverse
+        return np.ascontiguousarray(radial @ inverse @ (radial + mu * tangential).T)
     _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
     return np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
-    """Return W of the rotor and the ring's compliance, m/N, and the ring.
+    """Return the rotor's W and the ring's compliance, m/N, and the kind of ring.
 
-    Both are what a unit multiplier with its friction does to radial displacements of
-    the same step (the corrections of Algorithm 1), from (M/dt^2 + D/2dt)^-1 =
-    Phi diag(give) Phi^T. A row of the compliance is a loaded radial coordinate.
+    Both give the radial displacements, in the same step, of a unit multiplier and its
+    friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 =
+    Phi diag(give) Phi^T. A row of the compliance belongs to the loaded coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor = rotor_compliance(model, scene)
@@ -95,14 +116,14 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
 
 
 def wall_of(scene: Scene) -> Wall:
-    """Return the casing's place and lobes, as the kernels take them."""
+    """Return the gap and a rigid casing's distortion, as the kernels take them."""
     casing = scene.engine.casing
     lobes, growth = scene.nodal_diameter, casing.growth
     return Wall(scene.gap, lobes, casing.amplitude, growth, casing.rise)
 
 
 def lobe_load(model: Model, lobes: int, direction: str) -> Floats:
-    """Return the ring's load (n,) of a unit modal force on so many lobes, -."""
+    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes."""
     if model.ring is None:
         return np.zeros(0)
     sign = -1.0 if direction == "squeeze" else 1.0
@@ -110,12 +131,12 @@ def lobe_load(model: Model, lobes: int, direction: str) -> Floats:
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the ring's load (n,) of a scene's unit modal force, -."""
+    """Return the ring's load vector (n,), dimensionless, of a scene's unit force."""
     return lobe_load(model, scene.nodal_diameter, scene.direction)
 
 
 def ring_kind(model: Model) -> Ring:
-    """Return what blades read of the casing."""
+    """Return how the kernels read the casing at a blade: kind, size and length."""
     if model.ring is None:
         return Ring(RIGID, 0, 1.0)
     if isinstance(model.ring, FourierOperator):
@@ -124,13 +145,17 @@ def ring_kind(model: Model) -> Ring:
 
 
 def modal_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `bodies.march_bodies` for bodies as modes."""
+    """Return the arrays of `kernels.bodies.march_bodies` for bodies as modes."""
     step = scene.solver.time_step
     radial, tangential = tip_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
     outputs = np.ascontiguousarray(_rows(np.vstack([radial, hub])).T)
     tips = _rows(radial), _rows(tangential)
-    rotor = _modal_body(model.rotor, step, outputs, *tips)
+    rotor: ModalBody | CoupledBody
+    if model.rotor.spin is None:
+        rotor = _modal_body(model.rotor, step, outputs, *tips)
+    else:
+        rotor = coupled_body(model, scene)
     outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
     if model.casing is not None and model.ring is not None:
         shapes = _rows(model.casing.shapes)
@@ -143,7 +168,7 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
 
 
 def dense_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `bodies.march_bodies` for bodies as matrices."""
+    """Return the arrays of `kernels.bodies.march_bodies` for bodies as matrices."""
     if not model.rotor.has_matrices:
         msg = (
             "scheme paper needs M and K, which engine.file lacks: scheme must be "
@@ -163,8 +188,11 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
     free = len(model.rotor.shapes) > len(tips) + model.rotor.kept
     hub = len(tips) + np.arange(2 * free)
     places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
-    own = tips[::2].copy(), tips[1::2].copy(), hub
-    rotor = _dense_body(model.rotor, step, *own)
+    rotor_places = tips[::2].copy(), tips[1::2].copy(), hub
+    if model.rotor.spin is None:
+        rotor = _dense_body(model.rotor, step, *rotor_places)
+    else:
+        rotor = _turning_body(model, scene, *rotor_places)
     casing = _dense_body(model.casing, step, *places, none)
     load = Load(scene.force, scene.pulse, pulse_load(model, scene))
     return Arrays(load, rotor, casing, contact_operators(model, scene))

@@ -1,6 +1,6 @@
-"""The cyclic kernel's arrays: a slot for each nodal diameter, rows of its modes.
+"""Arrays of the cyclic kernel: a slot for each nodal diameter, a row for each mode.
 
-What does not change with speed and friction is made once a model and step.
+Arrays that do not depend on speed and friction are cached for each model and step.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.flights import flight_arrays
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.named import (
+from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicCasing,
     CyclicContact,
@@ -32,32 +32,33 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
-MOST_KEPT = 32  # models, as in `reduction.model`: some 50 kB each
-MOST_RUBBED = 128  # models at a friction: some 10 kB each, of 100 blades 100
+MOST_KEPT = 32  # cached models, as in `reduction.model`: some 50 kB each
+MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
-    """Return (slot, sign): a harmonic seen by N blades; sign -1 if conjugated."""
+    """Return (slot, sign) of a ring's harmonic at N blades; sign -1 if conjugated."""
     rest = harmonic % blades
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return e^{2 pi i kappa j / N}, (N, K), from exact multiples."""
+    """Return e^{2 pi i kappa j / N} of blades j and diameters kappa, (N, K)."""
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def transforms(blades: int) -> tuple[Floats, Floats]:
-    """Return turns (N, width): cos, -sin at each blade; wave (width, wide), both flat.
+    """Return the real transforms between slots and blades, both flattened.
 
-    The columns of `wave` give the even and the odd part at blades 0 .. N // 2; what
-    pads them repeats blade 0.
+    `turns` (N, width) has cos and -sin at each blade. The columns of `wave` (width,
+    wide) give the even and the odd part at blades 0 .. N // 2; padding columns repeat
+    blade 0.
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -65,7 +66,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     turns[:, :half], turns[:, k : k + half] = waves.real, -waves.imag
     simple = [0] + ([blades // 2] if blades % 2 == 0 else [])
     turns[:, [k + s for s in simple]] = 0.0
-    turns[simple, k:] = 0.0  # sin(pi kappa): what is folded must be the same twice
+    turns[simple, k:] = 0.0  # sin(pi kappa): exactly 0, as folding assumes
     columns = np.zeros(wide, dtype=int)
     columns[:half] = np.arange(half)
     wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
@@ -78,7 +79,7 @@ class _RotorMode:
 
     Attributes
     ----------
-    slot, row : its place in the arrays
+    slot, row : its indices in the arrays
     members : columns of its phases in the model, one or two
     omega : rad/s
     gamma : radial tip amplitude, real, tips counted negative
@@ -119,9 +120,9 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the items (ITEMS,) of one mode, see `kernels.passes`; its turn is 1.
+    """Return the items (ITEMS,) of one mode without rotation, see `kernels.passes`.
 
-    Those of what contact pushes are for `_pushed`.
+    `_pushed` adds the items of contact forces, which depend on friction.
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -139,15 +140,15 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with those of a contact's push: give (gamma + mu s*).
+    """Return items (ITEMS, ...) with those of contact forces: give (gamma + mu s*).
 
     mu : friction with the sign of the speed
     """
     out = items.copy()
     give, real, imaginary = (items[i] for i in (passes.GIVE, passes.SR, passes.SI))
-    there = give != 0.0  # of a slot without a mode all is 0
+    there = give != 0.0  # items of a slot without a mode are all 0
     normal = give * (items[passes.RADIAL] + mu * real)
-    along = -(give * (0.0 - mu * imaginary) + 0.0)  # no -0 but where all is 0
+    along = -(give * (0.0 - mu * imaginary) + 0.0)  # the form fixes the sign of zeros
     out[passes.NORMAL] = np.where(there, normal, 0.0)
     out[passes.ALONG] = np.where(there, along, 0.0)
     return out
@@ -186,7 +187,9 @@ class _Ring(NamedTuple):
     Attributes
     ----------
     items : (ITEMS, rows, slots)
-    where : (row, slot) of each mode, with its column of the load and sign h
+    row, slot : (modes,), indices of each mode
+    column : (modes,), column of the first phase of each mode in the model
+    turns : (modes,), +-h: turns of its amplitude in a revolution
     """
 
     items: Floats
@@ -198,7 +201,7 @@ class _Ring(NamedTuple):
 
 @lru_cache(maxsize=MOST_KEPT)
 def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
-    """Return what a ring's arrays begin with."""
+    """Return the part of a ring's arrays that is independent of speed and friction."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "a ring of harmonics has slots, and no other"
@@ -215,8 +218,8 @@ def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
         flow = _flow(flies=flies)(float(body.omega[m]), float(ratios[m]), step)
         items[:, place.row, place.slot] = _items(flow, psi, sigma)
-    told = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
-    row, slot, column, turns = map(np.array, zip(*told, strict=True))
+    labels = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
+    row, slot, column, turns = map(np.array, zip(*labels, strict=True))
     return _Ring(items, row, slot, column, turns.astype(float))
 
 
@@ -232,13 +235,13 @@ def _lobes(model: Model, diameter: int, direction: str) -> Floats:
 def _rubbed_ring(model: Model, step: float, mu: str, *, flies: bool) -> Floats:
     """Return a ring's items with friction.
 
-    mu : `float.hex` of it: as a key, -0.0 is another than 0.0, as in arithmetic
+    mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
     return _pushed(_ring(model, step, flies=flies).items, float.fromhex(mu))
 
 
 def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS size,), load (size,), rows); none of a rigid casing."""
+    """Return a ring's (items (ITEMS size,), load (size,), rows); empty if rigid."""
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
     step = scene.solver.time_step
@@ -259,7 +262,12 @@ def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
 class _RingMode:
     """A mode of the ring as one complex amplitude, q_c - i q_s, turned by h Omega t.
 
-    sign is -1 where the slot holds its conjugate.
+    Attributes
+    ----------
+    slot, row : its indices in the arrays
+    sign : -1 where the slot holds its conjugate, else 1
+    harmonic : h
+    members : columns of its phases in the model, one or two
     """
 
     slot: int
@@ -288,7 +296,10 @@ def _ring_modes(model: Model) -> list[_RingMode]:
 def modal_amplitudes(
     model: Model, scene: Scene, bodies: tuple[Floats, Floats], steps: int
 ) -> tuple[Floats, Floats]:
-    """Return q of rotor (m,) and ring (n,), static frame, from ended states."""
+    """Return the modal amplitudes of rotor (m,) and ring (n,), static frame.
+
+    bodies : states of both after `schemes.integrator.Integrator.ended`
+    """
     slots, _ = widths(model.blades)
     rotor = bodies[0].reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
     q_b = np.zeros(len(model.rotor.omega))
@@ -299,7 +310,7 @@ def modal_amplitudes(
 
 
 def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) -> Floats:
-    """Return q of the ring (n,), static frame, from an ended state."""
+    """Return the ring's modal amplitudes (n,), static frame, from an ended state."""
     if model.casing is None:
         return np.zeros(0)
     ring = state[: 2 * len(state) // passes.RING_STATE]
@@ -308,11 +319,11 @@ def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) ->
 
 
 def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
-    """Return q of the ring (n, m), static frame.
+    """Return the ring's modal amplitudes (n, m), static frame.
 
     Parameters
     ----------
-    model : with a ring of harmonics
+    model : a model with a ring of harmonics
     states : (n, 2 ring_size), re and im of ended states, rotating frame
     angles : (n,), rad, Omega t
     """
@@ -333,7 +344,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool
 ) -> tuple[Floats, Floats, Floats, int]:
-    """Return what cyclic arrays have of a friction, whatever the speed.
+    """Return the cyclic arrays that depend on friction but not on the speed.
 
     Returns
     -------
@@ -371,7 +382,10 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
 
 
 def ring_column(model: Model, scene: Scene) -> Floats:
-    """Return the ring's part of W to blade 0, (N,), m/N; in W at (i - j) mod N."""
+    """Return the ring's part of the column of W for blade 0, (N,), m/N.
+
+    Its entry (i - j) mod N is that of W at i, j.
+    """
     items, _, rows = ring_arrays(model, scene)
     if not rows:
         return np.zeros(model.blades)
@@ -381,6 +395,6 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 
 def _symbol(items: Floats) -> Complexes:
-    """Return a body's share of the spectrum (slots,) of the Delassus matrix, m/N."""
+    """Return a body's part of the spectrum of the Delassus matrix, (slots,), m/N."""
     push = items[passes.NORMAL] - 1j * items[passes.ALONG]
     return np.asarray((items[passes.RADIAL] * push).sum(axis=0))

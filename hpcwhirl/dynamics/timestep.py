@@ -1,4 +1,4 @@
-"""The central-difference recursion of one mode, and when it is stable.
+"""The recursions of one mode: central differences and exact flow.
 
 (1/dt^2 + xi w/dt) q_{n+1} = f_n + (2/dt^2 - w^2) q_n - (1/dt^2 - xi w/dt) q_{n-1}
 is marched with the increment d_n = q_n - q_{n-1}, which is algebraically the same
@@ -6,7 +6,7 @@ and loses no digits to 2 - w^2 dt^2 on slow modes:
 d_{n+1} = keep d_n - pull q_n + give f_n,   q_{n+1} = q_n + d_{n+1}.
 
 Its free motion is z^n, (1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0 with x = w dt, so
-that a mode turns by arg z a step instead of x sqrt(1 - xi^2): see `case.limits`.
+that the phase advances by arg z per step, not by x sqrt(1 - xi^2): see `case.limits`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 def recursion(
     omega: Floats, damping: float | Floats, step: float
 ) -> tuple[Floats, ...]:
-    """Return (keep, pull, give), each (m,), of the recursion above.
+    """Return the coefficients (keep, pull, give) of central differences, each (m,).
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ class Recursion:
     Attributes
     ----------
     omega, damping : rad/s, xi
-    keep, pull, give : of the step; a force gives its impulse f dt at the step's start
+    keep, pull, give : coefficients; a force f acts as impulse f dt at the step's start
     rate : damping loss of a step of central differences, over (d + d')^2, J
-    mean : (3,), dt (v- + v+) at the step's start from d, d' and q', v before and after
-        the impulse: twice what an impulse over dt is multiplied with for its work
-    loss : (3,), damping loss of a step from d'^2, d' q' and q'^2, J
-    speed : (2,), velocity at the end of a step from d and q, 1/s
+    mean : (3,), coefficients of d, d', q' in dt (v- + v+) at the step's start, v before
+        and after the impulse; the work of an impulse is half of this times impulse / dt
+    loss : (3,), coefficients of d'^2, d' q', q'^2 in the damping loss of a step, J
+    speed : (2,), coefficients of d and q in the velocity at the end of a step, 1/s
     """
 
     omega: float
@@ -83,7 +83,9 @@ def exact_flow(omega: float, damping: float, step: float) -> Recursion:
 
     Parameters
     ----------
-    omega, damping, step : rad/s, xi < 1, dt, s
+    omega : rad/s
+    damping : xi < 1
+    step : dt, s
     """
     a, omega_d = damping * omega * step, omega * math.sqrt(1.0 - damping**2)
     b, xw = omega_d * step, damping * omega
@@ -106,10 +108,10 @@ def exact_flow(omega: float, damping: float, step: float) -> Recursion:
 def _loss(
     omega: float, damping: float, step: float, after: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the integral of 2 xi omega v^2 over a step as a form in d'^2, d' q', q'^2.
+    """Return the damping loss of a step: coefficients of d'^2, d' q', q'^2.
 
-    From v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ + omega^2 q) s(t)), by Gauss's
-    rule: steps are short against the period.
+    It is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+
+    + omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
     """
     points, weights = np.polynomial.legendre.leggauss(12)
     t = 0.5 * step * (points + 1.0)

@@ -1,4 +1,4 @@
-"""The general kernel's arrays: tips by modes, the ring in slots, W of both."""
+"""Arrays of the general kernel: matrix of tips by modes, ring in slots, W of both."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import EIGHT
-from hpcwhirl.dynamics.kernels.named import (
+from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicCasing,
     GeneralContact,
@@ -29,20 +29,20 @@ Floats = NDArray[np.float64]
 
 
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
-    """Return the items (ITEMS, size), see `kernels.passes`: each mode a column.
+    """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    Its radial amplitude is 1: what the column is given is a modal force already, in
-    place of a spectrum; in the second half, of friction over mu.
+    The kernel hands modal forces to each mode instead of a spectrum, so that its radial
+    amplitude is 1: first those of the normal force, then those of friction over mu.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
     items = np.zeros((passes.ITEMS, size))
-    own = items[:, :modes]
-    own[passes.KEEP], own[passes.PULL], own[passes.GIVE] = keep, pull, give
-    own[passes.RADIAL], own[passes.SI] = 1.0, 1.0
-    own[passes.NORMAL], own[passes.ALONG] = give, mu * give
-    own[passes.OMEGA], own[passes.DAMPING] = body.omega, body.ratios
-    own[passes.RATE] = 2 * body.ratios * body.omega / (4 * step)
+    used = items[:, :modes]
+    used[passes.KEEP], used[passes.PULL], used[passes.GIVE] = keep, pull, give
+    used[passes.RADIAL], used[passes.SI] = 1.0, 1.0
+    used[passes.NORMAL], used[passes.ALONG] = give, mu * give
+    used[passes.OMEGA], used[passes.DAMPING] = body.omega, body.ratios
+    used[passes.RATE] = 2 * body.ratios * body.omega / (4 * step)
     return items
 
 
@@ -58,19 +58,20 @@ def _rotor(model: Model, scene: Scene) -> GeneralRotor:
     rows = radial[folded(blades, widths(blades)[1])]
     read = rows.T.reshape(size, -1, EIGHT).transpose(1, 0, 2)
     items = _items(body, scene.solver.time_step, friction_with_sign(scene), size)
-    arrays = (aligned(a.ravel()) for a in (read, radial, tangential, hub))
+    reach = np.abs(tangential).max(axis=0)
+    arrays = (aligned(a.ravel()) for a in (read, radial, tangential, hub, reach))
     return GeneralRotor(passes.packed(items), *arrays)
 
 
 def delassus(model: Model, scene: Scene) -> Floats:
-    """Return W (N, N), m/N: column j is what a unit multiplier on blade j opens."""
+    """Return W (N, N), m/N: column j has the changes of gaps by a unit force at j."""
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)
     return w + ring_column(model, scene)[np.subtract.outer(blades, blades)]
 
 
 def general_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `general.march_general`: a round or a rigid casing."""
+    """Return the arrays of `kernels.general.march_general`: round or rigid casing."""
     blades = model.blades
     ring, lobe, _ = ring_arrays(model, scene)
     return Arrays(

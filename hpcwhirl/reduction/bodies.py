@@ -1,4 +1,4 @@
-"""The modes of each body: bladed disk, from file or sections, and casing."""
+"""The modes of each body: the bladed disk (from sections or a file) and the casing."""
 
 from __future__ import annotations
 
@@ -20,34 +20,74 @@ from hpcwhirl.reduction.modes import (
 )
 from hpcwhirl.reduction.round_casing import round_casing
 from hpcwhirl.scene import Casing, Rotor
-from hpcwhirl.structure import FourierOperator, RingOperator, bladed_disk, ring
+from hpcwhirl.structure import (
+    FourierOperator,
+    RingOperator,
+    bladed_disk,
+    ring,
+    rotation_of,
+)
 
 __all__ = ["casing_model", "centre_rows", "file_model", "rotor_model", "tip_rows"]
 
 Floats = NDArray[np.float64]
-SUPPORT_SHARE = 0.5  # of a mode's strain energy in the foundation: on the support
+SUPPORT_SHARE = 0.5  # strain energy in the foundation from which a mode is a support's
 
 
 @lru_cache(maxsize=16)
-def rotor_model(rotor: Rotor, eta: int) -> ModalModel:
-    """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned."""
-    bare = rotor.model_copy(update={"damping": 0.0, "suspension_damping": 0.0})
-    model = replace(_undivided(bare, eta), damping=rotor.damping)
+def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
+    """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned.
+
+    With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
+    and additional damping of the suspension acts in the static frame.
+    """
+    update = {"damping": 0.0, "suspension_damping": 0.0, "cross_coupling": 0.0}
+    bare = rotor.model_copy(update=update)
+    model = replace(_undivided(bare, eta, rotation), damping=rotor.damping)
     suspended = model.centre_share > SUSPENSION_SHARE
-    return with_ratio(model, suspended, rotor.suspension_damping)
+    if model.spin is None:
+        return with_ratio(model, suspended, rotor.suspension_damping)
+    spin = replace(
+        model.spin,
+        damping=_standing(model, rotor),
+        cross=rotor.cross_coupling,
+    )
+    return replace(model, spin=spin)
+
+
+def _standing(model: ModalModel, rotor: Rotor) -> float:
+    """Return c_s, N s/m: static damping that gives the suspension its ratio at rest."""
+    more = rotor.suspension_damping - rotor.damping
+    top = int(np.argmax(model.centre_share))
+    if more <= 0.0 or not model.centre_share[top] > SUSPENSION_SHARE:
+        return 0.0
+    moved = float((centre_rows(model, rotor.blades)[:, top] ** 2).sum())
+    return 2 * more * float(model.omega[top]) / moved
 
 
 @lru_cache(maxsize=16)
-def _undivided(rotor: Rotor, eta: int) -> ModalModel:
-    """Return the reduced bladed disk; its modes are those of any damping."""
+def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
+    """Return the reduced bladed disk, cached for all values of damping."""
     disk = bladed_disk(rotor)
+    added = rotation_of(rotor) if rotation == "full" else None
     if not rotor.mistuning:
-        return modal_model(disk, rotor.damping, eta)
-    model = whole_model(disk, rotor.damping, eta)
+        return modal_model(disk, rotor.damping, eta, added)
+    model = whole_model(disk, rotor.damping, eta, added)
     most = len(disk.mass) - len(boundary_of(disk))
     tuned = rotor.model_copy(update={"mistuning": ()})
-    # one mode more: none is left unnamed where eta splits a pair of the tuned rotor
-    return named_after(model, rotor_model(tuned, min(eta + 1, most)), rotor.blades)
+    # one mode more: eta may split a pair of the tuned rotor, whose labels are needed
+    return named_after(
+        model, _tuned_model(tuned, min(eta + 1, most), model), rotor.blades
+    )
+
+
+def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:
+    """Return the tuned rotor's model with at least as many modes as `model`."""
+    reference, fewest = rotor_model(tuned, eta), len(model.omega)
+    while len(reference.omega) < fewest:
+        eta += tuned.blades
+        reference = rotor_model(tuned, eta)
+    return reference
 
 
 @lru_cache(maxsize=16)
@@ -58,9 +98,9 @@ def file_model(
 
     Parameters
     ----------
-    file, content : HDF5, and the digest of what it holds
-    rotor : N, and the damping of a file that has none
-    eta : fixed-interface modes kept of matrices; None: all that there are
+    file, content : path of the HDF5 file, and the digest of its content
+    rotor : gives N, and the damping if the file has none
+    eta : fixed-interface modes kept of matrices; None keeps all
     """
     del content  # with it in the cache's key, a changed file is read again
     ratios = rotor.damping, rotor.suspension_damping
@@ -71,9 +111,9 @@ def file_model(
 def casing_model(
     casing: Casing, radius: float, source: tuple[str, str] = ("", "")
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
-    """Return the ring, not reduced, and its contact operator.
+    """Return the modes of an elastic casing and its contact operator.
 
-    source : engine's file and digest of its content, of a casing that is from there
+    source : engine's file and the digest of its content, for a casing from file
     """
     operator: RingOperator | FourierOperator
     if casing.discretization == "file":

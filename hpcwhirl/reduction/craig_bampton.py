@@ -11,7 +11,8 @@ from scipy.linalg import eigh
 from hpcwhirl.errors import ModelError
 
 Matrix = NDArray[Any]
-TOLERANCE = 1e-9
+TOLERANCE = 1e-9  # largest error of mass-orthonormality
+NEW = 1e-3  # part of a shape, of unit mass, that a basis must lack to be extended
 
 
 def craig_bampton(
@@ -51,3 +52,39 @@ def craig_bampton(
         msg = f"fixed-interface modes are not mass-orthonormal: miss {miss:.1e}"
         raise ModelError(msg)
     return basis, np.sqrt(np.maximum(squared, 0.0))
+
+
+def enriched(
+    mass: Matrix, basis: Matrix, other: Matrix, boundary: NDArray[np.intp]
+) -> Matrix:
+    """Return a basis extended by the part of another one that it lacks.
+
+    One basis then serves the two stiffnesses of both bases, and those between them.
+    Boundary coordinates stay physical: the differences of the static modes (scaled to
+    unit mass of the static mode) and the other's fixed-interface modes, less their
+    parts within the basis, are made orthonormal. Parts below `NEW` are left out.
+
+    Parameters
+    ----------
+    mass : (n, n)
+    basis, other : (n, b + eta), results of `craig_bampton`
+    boundary : (b,) DoF kept
+
+    Returns
+    -------
+    (n, b + eta + c), `basis` first
+    """
+    inner, kept = np.setdiff1d(np.arange(len(mass)), boundary), len(boundary)
+    m_ii = mass[np.ix_(inner, inner)]
+    static, modes = basis[inner, :kept], basis[inner, kept:]
+    size = np.sqrt(np.einsum("ia,ij,ja->a", static.conj(), m_ii, static).real)
+    change = (other[inner, :kept] - static) / np.where(size > 0.0, size, 1.0)
+    more = np.hstack([change, other[inner, kept:]])
+    for _ in range(2):  # once leaves too much round-off in small parts
+        more = more - modes @ (modes.conj().T @ m_ii @ more)
+    gram = more.conj().T @ m_ii @ more
+    squared, mixed = np.linalg.eigh((gram + gram.conj().T) / 2)
+    new = squared > NEW**2
+    out = np.zeros((len(mass), np.count_nonzero(new)), dtype=basis.dtype)
+    out[inner] = (more @ mixed[:, new]) / np.sqrt(squared[new])
+    return np.hstack([basis, out])

@@ -32,8 +32,17 @@ def wave(k: int, sectors: int) -> Complexes:
     return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 
 
-def block(matrix: Floats, structure: CyclicStructure, k: int) -> Complexes:
+def block(
+    matrix: Floats, structure: CyclicStructure, k: int, *, skew: bool = False
+) -> Complexes:
     """Return the Hermitian block of a structure's matrix on nodal diameter k.
+
+    Parameters
+    ----------
+    matrix : (n, n), symmetric or, with `skew`, skew-symmetric
+    structure : structure of equal sectors
+    k : nodal diameter
+    skew : whether the matrix, and so its block, is skew
 
     Returns
     -------
@@ -50,15 +59,17 @@ def block(matrix: Floats, structure: CyclicStructure, k: int) -> Complexes:
         x, y = hub
         out[:d, d] = np.sqrt(sectors / 2) * (matrix[:d, x] + 1j * matrix[:d, y])
         out[d, d] = (matrix[x, x] + matrix[y, y]) / 2
+        out[d, d] += 1j * (matrix[x, y] - matrix[y, x]) / 2
     elif extra == 2:
         out[:d, d:] = np.sqrt(sectors) * matrix[:d, hub]
         out[d:, d:] = matrix[np.ix_(hub, hub)]
-    out[d:, :d] = out[:d, d:].conj().T
-    return (out + out.conj().T) / 2
+    sign = -1.0 if skew else 1.0
+    out[d:, :d] = sign * out[:d, d:].conj().T
+    return (out + sign * out.conj().T) / 2
 
 
 def centre_width(structure: CyclicStructure, k: int) -> int:
-    """Return how many centre coordinates nodal diameter k carries (Eq. 11).
+    """Return the number of centre coordinates in nodal diameter k (Eq. 11).
 
     One complex z_o for k = 1; the real x_o and y_o where one or two sectors make
     k = 1 a simple harmonic; none for any other k.
@@ -69,10 +80,10 @@ def centre_width(structure: CyclicStructure, k: int) -> int:
 
 
 def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
-    """Return the real symmetric twin of a Hermitian block.
+    """Return the real symmetric form of a Hermitian block.
 
     With z = a + i b the energy z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b);
-    simple harmonics have b = 0.
+    simple harmonics have b = 0. The real form of a skew block is skew.
     """
     if simple:
         return np.ascontiguousarray(hermitian.real)

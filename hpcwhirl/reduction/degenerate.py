@@ -1,9 +1,9 @@
-"""Modes of one frequency and several nodal diameters: a basis of one diameter each.
+"""Separate modes of one frequency into modes of one nodal diameter each.
 
-Where modes share a frequency, any rotation among them is as good to an eigensolver, and
-nodal diameters come mixed. Turning the rotor by a sector maps such a space to itself,
-so that it is the sum of one space a diameter: with the discrete Fourier transform of
-the tips on diameter k, T_k, and G_k = T_k^H T_k, the modes x of diameter k solve
+Where modes share a frequency, an eigensolver returns any basis of their space, in which
+nodal diameters are mixed. A turn of the rotor by one sector maps this space to itself,
+so that it is the sum of one subspace per diameter: with the discrete Fourier transform
+of the tips on diameter k, T_k, and G_k = T_k^H T_k, the modes x of diameter k solve
 
 (sum_k k G_k) x = k (sum_k G_k) x.
 """
@@ -19,11 +19,11 @@ from hpcwhirl.reduction.cyclic import diameters, is_simple
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SAME = 1e-8  # of omega^2: modes of one frequency, as the pairs of the modal table
-ROUND_OFF = 1e-15  # of the largest omega^2: what an eigensolver tells no better
-NEAR = 1e-3  # of omega: modes that a small asymmetry may have mixed
-PURE = 0.99  # share of a diameter from which on a mode is not mixed
-STILL = 1e-10  # of the largest squared tip motion: modes that the tips take no part in
+SAME = 1e-8  # relative difference of omega^2 of modes of one frequency
+ROUND_OFF = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
+NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
+PURE = 0.99  # share of one diameter from which on a mode is not mixed
+STILL = 1e-10  # squared tip motion, over the largest, of a mode without tip motion
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
@@ -48,18 +48,18 @@ def _grams(shapes: Floats, blades: int) -> Floats:
 
 
 def runs(values: Floats, apart: Floats) -> Iterator[NDArray[np.intp]]:
-    """Yield the places of ascending values that follow one another within `apart`.
+    """Yield the indices of each run of ascending values with gaps of at most `apart`.
 
-    values, apart : (m,); runs of one are left out
+    values, apart : (m,); runs of a single value are left out
     """
     cuts = np.flatnonzero(np.diff(values) > apart[1:]) + 1
-    for own in np.split(np.arange(len(values)), cuts):
-        if len(own) > 1:
-            yield own
+    for run in np.split(np.arange(len(values)), cuts):
+        if len(run) > 1:
+            yield run
 
 
 def mixed(shapes: Floats, blades: int) -> bool:
-    """Return whether a mode has tips of several nodal diameters."""
+    """Return whether the tips of any mode move in several nodal diameters."""
     power = np.einsum("kmm->km", _grams(shapes, blades))
     whole = power.sum(axis=0)
     moving = whole > STILL * max(float(whole.max()), np.finfo(float).tiny)
@@ -69,18 +69,18 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return an orthogonal (m, m) whose columns mix modes to one diameter each.
+    """Return an orthogonal matrix that combines modes to one diameter each.
 
     Parameters
     ----------
-    shapes : (n, m), of one frequency, the tips first
+    shapes : (n, m), modes of one frequency, the tips first
     blades : N
-    hub : (2, m), x_o and y_o, which belong to k = 1, where they count, too
+    hub : (2, m), x_o and y_o, counted with the tips in k = 1; optional
 
     Returns
     -------
-    columns : by diameter; those that leave the tips still come last
-    moving : how many do not
+    columns : (m, m), combinations by diameter; those without tip motion come last
+    moving : number of combinations with tip motion
     """
     grams = _grams(shapes, blades)
     if hub is not None:
@@ -89,8 +89,8 @@ def unmixed(
     moving = size > STILL * size[-1]
     white = axes[:, moving] / np.sqrt(size[moving])
     weighed = np.tensordot(np.arange(len(grams)), grams, axes=1)
-    found, inner = np.linalg.eigh(white.T @ weighed @ white)
-    near = np.rint(found)
+    diameter, inner = np.linalg.eigh(white.T @ weighed @ white)
+    near = np.rint(diameter)
     parts = [
         np.linalg.svd(white @ inner[:, near == k])[0][:, : np.count_nonzero(near == k)]
         for k in np.unique(near)
@@ -100,9 +100,9 @@ def unmixed(
 
 
 def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
-    """Return shapes of which each has one nodal diameter where frequencies allow it.
+    """Return mode shapes with one nodal diameter each, as far as frequencies allow it.
 
-    Only modes that differ by round-off are mixed: they remain modes.
+    Only modes whose frequencies are equal to round-off are combined: they remain modes.
 
     Parameters
     ----------
@@ -112,33 +112,37 @@ def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
     """
     squared, out = omega**2, shapes.copy()
     same = SAME * squared + ROUND_OFF * len(omega) * squared.max()
-    for own in runs(squared, same):
-        if mixed(shapes[:, own], blades):
-            out[:, own] = shapes[:, own] @ unmixed(shapes[:, own], blades)[0]
+    for run in runs(squared, same):
+        if mixed(shapes[:, run], blades):
+            out[:, run] = shapes[:, run] @ unmixed(shapes[:, run], blades)[0]
     return out
 
 
 def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
     """Return the nodal diameter of each mode, (m,): the one that dominates its tips.
 
-    Among modes of nearly one frequency that are mixed, each diameter is given as
-    often as their space has it, to those that have most of it.
+    Among mixed modes of nearly one frequency, each diameter is assigned as often as
+    their space contains it, to the modes with the largest share of it.
 
     Parameters: as of `aligned`
     """
     out = np.asarray(np.argmax(diameter_shares(shapes, blades), axis=0), dtype=np.int64)
-    for own in runs(omega, NEAR * omega):
-        if mixed(shapes[:, own], blades):
-            out[own] = _given_once(shapes[:, own], out[own], blades)
+    for run in runs(omega, NEAR * omega):
+        if mixed(shapes[:, run], blades):
+            out[run] = _assigned(shapes[:, run], out[run], blades)
     return out
 
 
-def _given_once(shapes: Floats, first: Integers, blades: int) -> Integers:
-    """Return diameters (m,), those of the unmixed modes, each given once."""
+def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
+    """Return the nodal diameter of each mixed mode, (m,), by its best unmixed match.
+
+    Modes and unmixed modes are paired by greatest overlap. A mode that is paired with
+    one without tip motion keeps its diameter of `first`.
+    """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
     columns, moving = unmixed(shapes, blades)
     shares = diameter_shares(shapes @ columns, blades)
-    _, given = linear_sum_assignment(columns**2, maximize=True)
-    own = np.argmax(shares, axis=0)[given]
-    return np.asarray(np.where(given < moving, own, first), dtype=np.int64)
+    _, paired = linear_sum_assignment(columns**2, maximize=True)
+    diameter = np.argmax(shares, axis=0)[paired]
+    return np.asarray(np.where(paired < moving, diameter, first), dtype=np.int64)

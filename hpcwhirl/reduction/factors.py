@@ -1,8 +1,8 @@
-"""Solutions with a sparse positive definite matrix: LU, or Cholesky where installed.
+"""Factors of sparse positive definite matrices: LU, or Cholesky where installed.
 
-A large one is factored by CHOLMOD (Chen et al. 2008, doi 10.1145/1391989.1391995; in
-cvxopt) in the order of METIS's nested dissection (pymetis): of a massive solid a
-quarter of the numbers of SuperLU's factor in its order of minimum degree.
+A large matrix is factored by CHOLMOD (Chen et al. 2008, doi 10.1145/1391989.1391995; in
+cvxopt) in the order of METIS's nested dissection (pymetis): for a massive solid its
+factor has a quarter of the entries of SuperLU's in its order of minimum degree.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ Integers = NDArray[np.int64]
 Solve = Callable[[Matrix], Matrix]
 Tell = Callable[[str], None]
 SMALL = 20_000  # unknowns up to which SuperLU does as well
-ROOM = 1e9  # bytes of a factor that is told
+ROOM = 1e9  # bytes from which on the size of a factor is reported
 LIBRARIES = ("cvxopt", "pymetis")
 UNHELD = "stiffness must hold every part once tips and centre are held: {}"
 
 
 def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
-    """Return the solution of A x = b, b (n,) or (n, m), by a factor of A.
+    """Return a function that solves A x = b, b (n,) or (n, m), by a factor of A.
 
     Parameters
     ----------
-    matrix : (n, n), symmetric or Hermitian, positive definite
-    tell : called with a line before a large factor is made
+    matrix : A (n, n), symmetric or Hermitian, positive definite
+    tell : called with a line of text before a large factor is made
 
     Raises
     ------
     ModelError
-        where it is singular
+        where the matrix is singular
     """
     matrix.sum_duplicates()  # as `splu` does, in place: indices are shared below
     if matrix.shape[0] <= SMALL:
@@ -63,7 +63,7 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
 def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
     """Return (definite matrix of the nodes' graph, node of each unknown).
 
-    Unknowns that are joined to the same ones are one node.
+    Unknowns that are coupled to the same unknowns form one node.
     """
     names = np.random.default_rng(0).integers(1 << 62, size=matrix.shape[0])
     joined = np.add.reduceat(names[matrix.indices], matrix.indptr[:-1])
@@ -79,22 +79,22 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Return about how many numbers L and U have, by a factor of the nodes' graph."""
-    # relax: SuperLU fills branches of so many columns, of nodes here
+    """Estimate the number of entries of L and U, by a factor of the nodes' graph."""
+    # relax: SuperLU fills subtrees of so many columns; here columns are nodes
     ordered = graph if order is None else sparse.csc_array(graph[:, order][order])
     fill = _lu(ordered, order, relax=1).nnz
     return int(fill * (len(node) / graph.shape[0]) ** 2)
 
 
 def _dissected(graph: sparse.csc_array) -> Integers:
-    """Return the order of METIS's nested dissection."""
+    """Return the elimination order of METIS's nested dissection."""
     import pymetis
 
-    apart = sparse.csr_array(graph)
-    apart.setdiag(0)
-    apart.eliminate_zeros()
+    off_diagonal = sparse.csr_array(graph)
+    off_diagonal.setdiag(0)
+    off_diagonal.eliminate_zeros()
     joined = pymetis.CSRAdjacency(
-        apart.indptr.astype(np.int32), apart.indices.astype(np.int32)
+        off_diagonal.indptr.astype(np.int32), off_diagonal.indices.astype(np.int32)
     )
     return np.array(pymetis.nested_dissection(joined)[0])
 
@@ -115,7 +115,7 @@ def scaled_norm(matrix: sparse.csc_array) -> float:
 def _lu(
     matrix: sparse.csc_array, order: Integers | None = None, relax: int | None = None
 ) -> Any:
-    """Return the factor of a matrix, which may be in an order already."""
+    """Return SuperLU's factor of a matrix; it is in `order` already, if given."""
     kind = {"permc_spec": "MMD_AT_PLUS_A" if order is None else "NATURAL"}
     options = {"SymmetricMode": True}
     try:
@@ -127,7 +127,7 @@ def _lu(
 
 
 def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
-    """Return the solution by A = P^T L L^H P, P by the order of the unknowns."""
+    """Return a solver by the factor A = P^T L L^H P, P the order of the unknowns."""
     from cvxopt import cholmod, spmatrix
     from cvxopt import matrix as dense
 
@@ -143,8 +143,8 @@ def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
         raise ModelError(UNHELD.format("not positive definite")) from None
 
     def solve(b: Matrix) -> Matrix:
-        own = b.astype(matrix.dtype, casting="safe", copy=False)
-        x = dense(own.reshape(len(b), -1))
+        cast = b.astype(matrix.dtype, casting="safe", copy=False)
+        x = dense(cast.reshape(len(b), -1))
         cholmod.solve(factor, x)
         return np.array(x).reshape(b.shape)
 

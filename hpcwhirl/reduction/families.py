@@ -1,4 +1,4 @@
-"""The modal table: families, nodal diameters, frequencies, share of the centre."""
+"""The modal table: families, nodal diameters, frequencies, shares of the centre."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
-UNKNOWN = "unknown"  # family: shapes do not tell the shaft's springs
-MOVING_SHARE = 0.1  # of the shaft's springs: where two modes share them, both move
-PAIR = 1e-8  # relative difference of frequencies that are one line
+UNKNOWN = "unknown"  # family where shapes do not determine the shaft's springs
+MOVING_SHARE = 0.1  # share of energy in the shaft's springs of a mode that moves it
+PAIR = 1e-8  # largest relative difference of two frequencies that are one line
 
 
 @dataclass(frozen=True)
 class Line:
     """One line of the modal table; a pair of equal frequencies is one line.
 
-    The centre's share of the strain energy is None where it is not known.
+    centre_share : of the strain energy in the shaft's springs; None if unknown
     """
 
     body: str
@@ -29,41 +29,42 @@ class Line:
 
 
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
-    """Return {rank: family} of a nodal diameter: by rank, the suspension apart.
+    """Return {rank: family} of a nodal diameter: 1F, 2F, ... and the suspension.
 
     The suspension is the mode with the largest share of its strain energy in the
-    shaft's springs, if that exceeds one half. Where these are not known, no family is.
+    shaft's springs, if that exceeds one half; the others are counted by rank. Where
+    these shares are unknown, so is every family.
     """
-    own = np.flatnonzero(model.diameter == k)
-    if np.isnan(model.centre_share[own]).any():
-        return dict.fromkeys(model.rank[own].tolist(), UNKNOWN)
-    top = own[np.argmax(model.centre_share[own])]
+    modes = np.flatnonzero(model.diameter == k)
+    if np.isnan(model.centre_share[modes]).any():
+        return dict.fromkeys(model.rank[modes].tolist(), UNKNOWN)
+    top = modes[np.argmax(model.centre_share[modes])]
     suspended = model.centre_share[top] > SUSPENSION_SHARE
-    apart = int(model.rank[top]) if suspended else len(own)
-    names = {apart: "suspension"} if suspended else {}
-    ranks = sorted({int(rank) for rank in model.rank[own]} - names.keys())
-    return names | {rank: f"{rank + (rank < apart)}F" for rank in ranks}
+    suspension = int(model.rank[top]) if suspended else len(modes)
+    names = {suspension: "suspension"} if suspended else {}
+    ranks = sorted({int(rank) for rank in model.rank[modes]} - names.keys())
+    return names | {rank: f"{rank + (rank < suspension)}F" for rank in ranks}
 
 
 def _rotor_lines(model: ModalModel) -> list[Line]:
-    """Return the lines of a rotor; a pair that mistuning has split is two of them."""
+    """Return the lines of a rotor; a pair that mistuning has split gives two lines."""
     lines = []
     for k in np.unique(model.diameter):
-        own = np.flatnonzero(model.diameter == k)
+        modes = np.flatnonzero(model.diameter == k)
         names = family_ranks(model, int(k))
-        for m, before in zip(own, np.r_[own[:1], own[:-1]], strict=True):
+        for m, before in zip(modes, np.r_[modes[:1], modes[:-1]], strict=True):
             twin = m != before and model.rank[m] == model.rank[before]
             if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
                 continue
             rank = int(model.rank[m])
             hertz, share = model.omega[m] / (2 * np.pi), float(model.centre_share[m])
-            told = None if np.isnan(share) else share
-            lines.append(Line("rotor", names[rank], int(k), float(hertz), told))
+            known_share = None if np.isnan(share) else share
+            lines.append(Line("rotor", names[rank], int(k), float(hertz), known_share))
     return lines
 
 
 def modal_table(model: Model) -> list[Line]:
-    """Return the modal table of both bodies, each in order of frequency.
+    """Return the modal table: lines of the rotor, then the casing, by frequency.
 
     Families of the casing count from 1 within a nodal diameter, as ``1F``, ``2F``.
     """
@@ -79,7 +80,7 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, rad/s} of a body; the lower of a pair."""
+    """Return {nodal diameter: omega of 1F, rad/s} of a body; of a pair the lower."""
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
         for line in reversed(table)
@@ -90,19 +91,31 @@ def first_family(table: list[Line], body: str) -> dict[int, float]:
 def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
     """Return {family: {nodal diameter: omega, rad/s}} of the rotor's main waves.
 
-    These are 1F, and of each other family the modes with a share of the strain energy
-    in the shaft's springs: the suspension, or two modes that halve it. The lower of a
-    pair.
+    These are 1F, and of every other family the modes with more than `MOVING_SHARE` of
+    their strain energy in the shaft's springs: the suspension, or two modes that share
+    it. Of a pair, the lower frequency is returned.
     """
-    found: dict[str, dict[int, float]] = {}
+    families: dict[str, dict[int, float]] = {}
     for line in table:
         moves = line.family == "1F" or (line.centre_share or 0.0) > MOVING_SHARE
         if line.body == "rotor" and moves:
-            own = found.setdefault(line.family, {})
-            own.setdefault(line.nodal_diameter, 2 * np.pi * line.frequency_hz)
-    return found
+            frequencies = families.setdefault(line.family, {})
+            frequencies.setdefault(line.nodal_diameter, 2 * np.pi * line.frequency_hz)
+    return families
+
+
+def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
+    """Return {rank: family} of a diameter's main waves, see `moving_families`."""
+    modes = np.flatnonzero((model.diameter == k) & (model.phase == 0))
+    names = family_ranks(model, k)
+    share = {int(model.rank[m]): float(model.centre_share[m]) for m in modes}
+    return {
+        rank: name
+        for rank, name in names.items()
+        if name == "1F" or share[rank] > MOVING_SHARE
+    }
 
 
 def as_records(table: list[Line]) -> list[dict[str, object]]:
-    """Return the table as plain records."""
+    """Return the lines of the table as dictionaries."""
     return [asdict(line) for line in table]

@@ -1,11 +1,11 @@
-"""From the matrices of finite elements to a rotor: sparse Craig-Bampton (Eq. 1).
+"""Reduce finite-element matrices to a rotor: sparse Craig-Bampton (Eq. 1).
 
-A whole wheel is reduced at once. Of a sector, the rest of the wheel follows: on nodal
-diameter k, u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so
-that each k has Hermitian matrices of one sector (Eqs. 5 and 10), and a shared centre
-belongs to k = 1 alone, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). Reduced, they are
-spread over the sectors as in `modes`: tips stay physical, amplitudes come as real and
-imaginary parts, so that the wheel is cyclic to round-off.
+A whole wheel is reduced at once. A sector is reduced per nodal diameter k with
+u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so that each k has
+Hermitian matrices of one sector (Eqs. 5 and 10), and a shared centre belongs to k = 1
+only, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). Reduced, they are spread over the
+sectors as in `modes`: tips stay physical, amplitudes are real and imaginary parts, so
+that the wheel is cyclic to round-off.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ from hpcwhirl.structure.assembly import turn
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MORE = 2  # modes of a diameter computed beyond its even share
-PAIR = 1e-6  # of omega^2: what is not parted
-STRAINED = 1e-4  # of the stiffness at a tip: matrices of 14 digits leave 1e-6
-INDEFINITE = -1e-9  # of the scaled or the largest: what round-off may make of 0
-ROUND_OFF = 1e-15  # of the largest omega^2, by coordinates: a rigid mode
+PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
+STRAINED = 1e-4  # largest relative strain by a translation; 14 digits leave 1e-6
+INDEFINITE = -1e-9  # lowest relative eigenvalue that may be 0 but for round-off
+ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
 
 
 @dataclass(frozen=True)
 class Imported:
-    """A reduced rotor in (tips radial, tangential of blade 0, ..., x_o, y_o, q).
+    """A reduced rotor, in coordinates tips (r, t of blade 0, 1, ...), x_o, y_o, q.
 
     Attributes
     ----------
     mass, stiffness : (n, n), kg and N/m
     blades : N
-    centre : whether x_o, y_o are there
-    kept : fixed-interface modes
-    highest : omega of the last of these, rad/s; none below is missing
-    omega : (n,), rad/s, ascending
-    rigid : how many of these are 0 but for round-off
-    condition : the worst of the factored matrices, see `Condensed`
-    strained : of a free wheel, what a translation strains, relative; else None
-    carried : the wheel's mass as a translation tells it, kg; None without a centre
+    centre : whether x_o, y_o exist
+    kept : number of fixed-interface modes
+    highest : highest omega of these, rad/s; none below is missing
+    omega : (n,), rad/s, ascending, of the rotor's modes
+    rigid : number of these that are 0 but for round-off
+    condition : worst condition number of the factored matrices, see `Condensed`
+    strained : relative strain by a translation, see `_strained`; None without a centre
+    carried : the wheel's mass in a translation, kg; None without a centre
     """
 
     mass: Floats
@@ -69,7 +69,7 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """M and K, omega^2 of the last mode kept, the worst condition number."""
+    """Reduced M and K, omega^2 of the last mode kept, the worst condition number."""
 
     mass: Floats
     stiffness: Floats
@@ -78,7 +78,7 @@ class _Reduced:
 
 
 class _Map:
-    """The sparse T of u = T v, by rows of u and columns of v."""
+    """Builder of the sparse matrix T of u = T v, entry by entry."""
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -93,14 +93,14 @@ class _Map:
         self.values.append(np.broadcast_to(values, rows.shape))
 
     def fresh(self, count: int) -> Integers:
-        """Return the places of new columns."""
+        """Add `count` columns; return their indices."""
         self.width += count
         return np.arange(self.width - count, self.width)
 
     def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
-        """Express pairs of DoF (m, 2) by others (m, 2) whose axes are turned."""
-        for j, (own, other) in enumerate(zip(pairs, columns, strict=True)):
-            self.add(np.repeat(own, 2), np.tile(other, 2), turn(angle[j]).T.ravel())
+        """Express pairs of DoF (m, 2) by columns (m, 2) in axes turned by `angle`."""
+        for j, (pair, turned) in enumerate(zip(pairs, columns, strict=True)):
+            self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
     def matrix(self, size: int) -> sparse.csr_array:
         """Return T, (size, width)."""
@@ -115,27 +115,27 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
 
     Parameters
     ----------
-    wheel : what is known of it
+    wheel : matrices and geometry of a wheel or a sector
     tell : called with a line for each nodal diameter of a sector and each large factor
 
     Raises
     ------
     InputError, ModelError
-        in one line: what the matrices should be and are not
+        where the matrices cannot be those of a rotor
     """
     _check_definite(wheel)
     try:
         if wheel.cut is None:
-            found = _whole(wheel, tell)
+            reduced = _whole(wheel, tell)
         else:
-            found = _of_sectors(wheel, wheel.cut, tell)
+            reduced = _of_sectors(wheel, wheel.cut, tell)
     except LinAlgError:
         raise wheel.refusal("mass must be positive definite, and is not") from None
-    return _judged(wheel, found)
+    return _rotor(wheel, reduced)
 
 
 def _check_definite(wheel: FiniteElements) -> None:
-    """Refuse what is not positive, as far as products with the matrices tell."""
+    """Refuse matrices that are not positive (semi)definite, by a cheap test."""
     moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
     for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
         diagonal = matrix.diagonal()[moving]
@@ -161,7 +161,7 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
 
 
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
-    """Return a wheel that is reduced at once."""
+    """Return the reduction of a whole wheel."""
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(2 * wheel.blades).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
@@ -175,15 +175,18 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     project = partial(_projected, wheel, lift.matrix(size))
     piece = condensed(project, boundary, wheel.modes, tell)
     count = _whole_pairs(piece, wheel.modes)
-    own = slice(boundary + count)
+    leading = slice(boundary + count)
     last = float(piece.squared[:count].max(initial=0.0))
     return _Reduced(
-        piece.mass[own, own], piece.stiffness[own, own], last, piece.condition
+        piece.mass[leading, leading],
+        piece.stiffness[leading, leading],
+        last,
+        piece.condition,
     )
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF that are no columns of their own."""
+    """Return the DoF that T expresses by others, or that are held at 0."""
     cut, centre = wheel.cut, wheel.centre
     sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
     hub = [] if centre is None else [centre.dofs]
@@ -191,7 +194,7 @@ def _named(wheel: FiniteElements) -> Integers:
 
 
 def _whole_pairs(piece: Condensed, most: int) -> int:
-    """Return how many modes to keep, at most so many: no twin is left behind."""
+    """Return the number of modes to keep, at most `most`, without splitting a pair."""
     further = np.r_[piece.squared, piece.reach]
     for count in range(min(most, len(piece.squared)), 0, -1):
         if further[count] > (1 + PAIR) * further[count - 1]:
@@ -202,7 +205,7 @@ def _whole_pairs(piece: Condensed, most: int) -> int:
 def _sector_map(
     wheel: FiniteElements, cut: Cut, k: int
 ) -> tuple[sparse.csr_array, int]:
-    """Return T of nodal diameter k, and how many of its columns are the boundary's."""
+    """Return T of nodal diameter k, and the number of its boundary columns."""
     lift, size = _Map(), wheel.mass.shape[0]
     lift.add_turned(wheel.tips, lift.fresh(2)[None, :], wheel.angle)
     if wheel.centre is not None and k == 1:
@@ -212,21 +215,21 @@ def _sector_map(
         )
     boundary = lift.width
     rest = np.setdiff1d(np.arange(size), _named(wheel))
-    places = np.full(size, -1)
-    places[rest] = lift.fresh(len(rest))
-    lift.add(rest, places[rest], 1.0)
+    column_of = np.full(size, -1)
+    column_of[rest] = lift.fresh(len(rest))
+    lift.add(rest, column_of[rest], 1.0)
     step = 2 * np.pi / wheel.blades
     wave = np.cos(k * step) if is_simple(k, wheel.blades) else np.exp(1j * k * step)
-    lift.add(cut.right, places[cut.left], wave)
+    lift.add(cut.right, column_of[cut.left], wave)
     ahead = wave * turn(step).T  # of this sector's axes, from those of the next
     for a, b in np.ndindex(2, 2):
-        left = places[cut.left_plane[:, b]]
+        left = column_of[cut.left_plane[:, b]]
         lift.add(cut.right_plane[:, a], left, ahead[a, b])
     return lift.matrix(size), boundary
 
 
 def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
-    """Return a wheel that is reduced nodal diameter by nodal diameter."""
+    """Return the reduction of a wheel from one sector, by nodal diameters."""
     blades = wheel.blades
     even = -(-wheel.modes // blades) + MORE
     pieces: dict[int, Condensed] = {}
@@ -253,7 +256,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 def _shared(
     pieces: dict[int, Condensed], blades: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return how many modes each diameter keeps, as `share_out`, and the last one."""
+    """Return {diameter: modes kept}, as `share_out`, and omega^2 of the last mode."""
     listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
     counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
     for value, k in listed:
@@ -269,7 +272,7 @@ def _shared(
 def _spread(
     wheel: FiniteElements, pieces: dict[int, Condensed], counts: dict[int, int]
 ) -> tuple[Floats, Floats]:
-    """Return (M, K) in physical coordinates of tips and centre, real amplitudes."""
+    """Return (M, K) in tips, centre and real amplitudes, from all diameters."""
     blades, none = wheel.blades, np.zeros((0, 0))
     hub = () if wheel.centre is None else (2 * blades, 2 * blades + 1)
     structure = CyclicStructure(none, none, blades, 2, (0, 1), hub)
@@ -281,17 +284,18 @@ def _spread(
         simple = is_simple(k, blades)
         blocks.append(Block(k, simple, mass, stiffness, np.zeros(0), nothing))
     whole = sum(len(block.mass) * block.multiplicity for block in blocks)
-    found, start = [], 2 * blades + len(hub)
+    pairs, start = [], 2 * blades + len(hub)
     for block in blocks:
-        found.append((block, physical_columns(block, structure, 2, whole, start)))
+        pairs.append((block, physical_columns(block, structure, 2, whole, start)))
         start += counts[block.k] * block.multiplicity
-    return assembled(found)
+    return assembled(pairs)
 
 
-def _judged(wheel: FiniteElements, found: _Reduced) -> Imported:
-    """Return the rotor with the shaft's springs, if it is one."""
+def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
+    """Return the checked rotor, with the shaft's mass and springs at its centre."""
     blades, centre = wheel.blades, wheel.centre
-    mass, stiffness = (np.array((a + a.T) / 2) for a in (found.mass, found.stiffness))
+    parts = reduced.mass, reduced.stiffness
+    mass, stiffness = (np.array((a + a.T) / 2) for a in parts)
     strained = carried = None
     if centre is not None:
         hub = 2 * blades + np.arange(2)
@@ -309,10 +313,10 @@ def _judged(wheel: FiniteElements, found: _Reduced) -> Imported:
         blades=blades,
         centre=centre is not None,
         kept=len(mass) - 2 * blades - (2 if centre else 0),
-        highest=float(np.sqrt(found.last)),
+        highest=float(np.sqrt(reduced.last)),
         omega=np.sqrt(np.maximum(squared, 0.0)),
         rigid=int(np.count_nonzero(rigid)),
-        condition=found.condition,
+        condition=reduced.condition,
         strained=strained,
         carried=carried,
     )
@@ -327,20 +331,20 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 (n,) of matrices that must be definite."""
+    """Return omega^2 (n,); refuse matrices that are not positive (semi)definite."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
-        told = f"eigenvalue {lowest:.2g} of the reduced one"
-        raise wheel.refusal(f"mass must be positive definite, got {told}")
+        value = f"eigenvalue {lowest:.2g} of the reduced one"
+        raise wheel.refusal(f"mass must be positive definite, got {value}")
     squared = eigh(stiffness, mass, eigvals_only=True)
     if not squared[0] >= INDEFINITE * squared[-1]:
-        told = f"omega^2 = {squared[0]:.3g} rad^2/s^2"
-        raise wheel.refusal(f"stiffness must be positive semidefinite, got {told}")
+        value = f"omega^2 = {squared[0]:.3g} rad^2/s^2"
+        raise wheel.refusal(f"stiffness must be positive semidefinite, got {value}")
     return np.asarray(squared)
 
 
 def _translation(size: int, blades: int) -> Floats:
-    """Return (size, 2): tips and centre move along x or y, amplitudes stay 0."""
+    """Return unit translations along x and y, (size, 2): tips and centre, q = 0."""
     angle = 2 * np.pi * np.arange(blades) / blades
     out = np.zeros((size, 2))
     out[0 : 2 * blades : 2] = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -350,13 +354,16 @@ def _translation(size: int, blades: int) -> Floats:
 
 
 def _strained(stiffness: Floats, blades: int) -> float:
-    """Return the largest force on a tip by a translation, of the sum of its row."""
+    """Return the relative strain by a translation, largest of all tip DoF.
+
+    It is the force on the DoF over the sum of |stiffness| in its row.
+    """
     tips = stiffness[: 2 * blades]
     force = np.abs(tips @ _translation(len(stiffness), blades)).max(axis=1)
     return float((force / np.abs(tips).sum(axis=1)).max())
 
 
 def _carried(mass: Floats, blades: int) -> float:
-    """Return what is moved by a translation along x, kg."""
+    """Return the mass that moves in a translation along x, kg."""
     moved = _translation(len(mass), blades)[:, 0]
     return float(moved @ mass @ moved)

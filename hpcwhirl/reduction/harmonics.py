@@ -1,8 +1,8 @@
-"""Modes of the Fourier ring: two a harmonic and phase, in closed form.
+"""Modes of the ring of Fourier harmonics, in closed form: two per harmonic and phase.
 
-From h = 1 on one of the two bends the ring (at h = 1: moves it on its support), the
-other stretches it, at c / R sqrt(1 + h^2) and above. The latter give way to a contact
-by some thousandths of what the former do, and set the limit of the step.
+From h = 1 on, one of the two bends the ring (at h = 1: moves it on its support), the
+other stretches it, at c / R sqrt(1 + h^2) and above. At a contact, the compliance of
+the latter is some thousandths of the former's, but they limit the time step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]:
-    """Return the coordinates (w, u) of each phase of a harmonic, and their signs."""
+    """Return the coordinates (w, u) of each phase of harmonic h, and their signs."""
     wide = operator.width
     if h == 0:
         return [([0, wide], np.array([1.0, 1.0]))]
@@ -31,7 +31,7 @@ def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]
 
 
 def _stretches(h: int, modes: Floats) -> int:
-    """Return which of two modes (w, u) of harmonic h stretches the ring."""
+    """Return the index of the mode that stretches the ring, of two (2, 2): w, u."""
     return int(np.argmax(np.abs(modes[0] + h * modes[1])))
 
 
@@ -40,7 +40,7 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
 
     Parameters
     ----------
-    casing : its section, support, damping and `harmonics`
+    casing : section, support, damping and `harmonics` of the ring
     radius : R_c, m
     """
     operator = FourierOperator(casing.harmonics, radius)
@@ -50,23 +50,25 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
     for h in range(casing.harmonics + 1):
         inertia, stiff = harmonic_matrices(casing, radius, h)
         squared, modes = eigh(stiff, inertia * np.eye(2))
-        found = np.sqrt(np.maximum(squared, 0.0))  # a free ring's are 0 to round-off
+        frequencies = np.sqrt(
+            np.maximum(squared, 0.0)
+        )  # a free ring's are 0 to round-off
         kept = [0, 1]
         if casing.families == "bending" and h > 0:
             kept.remove(_stretches(h, modes))
         for half, (rows, signs) in enumerate(_places(operator, h)):
-            place = np.ix_(rows, rows)
-            mass[place] = inertia * np.eye(2)
-            stiffness[place] = stiff * np.outer(signs, signs)
+            grid = np.ix_(rows, rows)
+            mass[grid] = inertia * np.eye(2)
+            stiffness[grid] = stiff * np.outer(signs, signs)
             for among, n in enumerate(kept):
                 columns.append(np.zeros(size))
                 columns[-1][rows] = signs * modes[:, n]
-                labels.append((found[n], h, among, half))
+                labels.append((frequencies[n], h, among, half))
     omega, diameter, rank, phase = (
         np.array(column) for column in zip(*labels, strict=True)
     )
     order = np.lexsort((phase, rank, diameter, omega))
-    if casing.families != "all":  # coordinates would move as no mode does
+    if casing.families != "all":  # matrices would have motions that no mode has
         mass = stiffness = np.zeros((0, 0))
     model = ModalModel(
         mass=mass,

@@ -1,7 +1,7 @@
-"""A rotor from elsewhere: reduced matrices, or modes, of N tips and a centre.
+"""A rotor from file: reduced matrices, or modes, of N tips and a centre.
 
-Coordinates of the file's matrices may come in any order; index maps say which are the
-tips' and the centre's. Everything is checked before it is believed.
+Coordinates of the file's matrices may have any order; index maps name those of the tips
+and the centre. Everything is checked before it is used.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from hpcwhirl.store.models.engine_file import Given, read_rotor
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SYMMETRIC = 1e-9  # relative to the largest entry
-MODAL = 1e-6  # orthonormality of shapes, off-diagonals of Phi^T D Phi
-EXACT = 1e-9  # of frequencies and unit mass: modes as an eigensolver gives them
-LEAST = 1e-15  # of the largest omega^2 and a mode: what it tells no better
-ROUND_OFF = 1e-6  # of the largest modal damping: the least that one is measured by
+SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
+MODAL = 1e-6  # largest error of orthonormal shapes, off-diagonals of Phi^T D Phi
+EXACT = 1e-9  # the same, and of frequencies, of modes as an eigensolver gives them
+LEAST = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
+ROUND_OFF = 1e-6  # least modal damping, over the largest, to which errors relate
 TINY = 1e-300
-ROWS = {  # modal rows: of which coordinates
+ROWS = {  # {rows of modal shapes: index map of their coordinates}
     "modal_tip_radial": "tip_radial",
     "modal_tip_tangential": "tip_tangential",
     "modal_centre": "centre",
 }
-SEMIDEFINITE = 1e-9  # of the largest eigenvalue
-UNSEEN = 1e-9  # of the largest shape: a centre that does not move
+SEMIDEFINITE = 1e-9  # negative eigenvalue, over the largest, that counts as 0
+UNSEEN = 1e-9  # motion of the centre, over the largest shape, that counts as none
 
 
 def rotor_from(
@@ -49,17 +49,17 @@ def rotor_from(
     suspension: float = -1.0,
     eta: int | None = None,
 ) -> ModalModel:
-    """Return the rotor of an engine's file; as one of equal sectors where it is.
+    """Return the rotor of an engine's file; as one of equal sectors if it is one.
 
     Parameters
     ----------
-    file : HDF5, the layout of `export-model`
-    blades : N of the scene, which the file's must be
-    damping : modal damping ratio xi where the file has none
-    suspension : that of the suspension modes then, if modes tell them; negative: as
-        the others
-    eta : fixed-interface modes kept of matrices, the lowest; None: all. One of equal
-        sectors is not split; modes alone are as they are
+    file : path of an HDF5 file in the layout of `export-model`
+    blades : N of the scene; the file's must be the same
+    damping : modal damping ratio xi, used if the file has none
+    suspension : xi of the suspension modes in that case, if they are identified;
+        negative: as the other modes
+    eta : fixed-interface modes kept of matrices, the lowest, without splitting a pair;
+        None keeps all. A file with modes only keeps them all
     """
     given = read_rotor(file)
     _check_modal_rows(given)
@@ -91,14 +91,14 @@ def _from_matrices(
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
     shapes, ratios = aligned(shapes, omega, blades), damping
-    own = len(mass) == len(order) and _has_all_modes(given)
-    if own:
+    as_given = len(mass) == len(order) and _has_all_modes(given)
+    if as_given:
         omega, shapes = given["omega"], given["shapes"][order]
-    if own and "damping_ratio" in given:
+    if as_given and "damping_ratio" in given:
         ratios = given["damping_ratio"]
     elif "damping" in given:
         modal = shapes.T @ whole[2] @ shapes
-        if len(mass) < len(order):  # what is left out was a part of its modes
+        if len(mass) < len(order):  # truncation couples the damping of modes slightly
             modal = np.diag(np.diag(modal))
         ratios = _ratios(given, modal, omega)
     kept = len(mass) - len(places)
@@ -107,9 +107,9 @@ def _from_matrices(
 
 
 def _has_all_modes(given: Given) -> bool:
-    """Return whether a file's modes are as good as those of its matrices.
+    """Return whether a file has all modes of its matrices, to round-off.
 
-    They are taken then: what is exported is the same to the last bit when it is read.
+    They are then used as they are, so that an exported rotor is read bit for bit.
     """
     if "shapes" not in given or given["shapes"].shape != given["mass"].shape:
         return False
@@ -125,7 +125,10 @@ def _has_all_modes(given: Given) -> bool:
 
 
 def _reduced(given: Given, whole: list[Floats], places: int, eta: int) -> list[Floats]:
-    """Return matrices (Eq. 1) with eta fixed-interface modes, no close ones parted."""
+    """Return matrices reduced (Eq. 1) to at most eta fixed-interface modes.
+
+    Fewer where eta would separate close modes.
+    """
     inner = slice(places, None)
     try:
         squared = eigh(
@@ -168,7 +171,7 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with the shares of the shaft's springs that its modes tell."""
+    """Return the rotor with its `centre_share`, computed by `shaft_stiffness`."""
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
     try:
@@ -202,7 +205,7 @@ def _check_blades(given: Given, name: str, blades: int) -> None:
 
 
 def _check_shapes(given: Given) -> None:
-    """Check that the matrices are square, and of one size."""
+    """Check that the matrices are square and of one size."""
     count = len(given["mass"])
     for name in ("mass", "stiffness", "damping"):
         if name != "damping" or name in given:
@@ -212,7 +215,7 @@ def _check_shapes(given: Given) -> None:
 
 
 def _places(given: Given, blades: int) -> Integers:
-    """Return the coordinates of tips (radial, tangential of blade 0, ...), centre."""
+    """Return the indices of tips (radial, tangential of blade 0, 1, ...) and centre."""
     count = len(given["mass"])
     for name in ("tip_radial", "tip_tangential"):
         _check_blades(given, name, blades)
@@ -245,7 +248,7 @@ def _symmetric(given: Given, name: str) -> Floats:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return (omega (n,), shapes (n, n)) of matrices that are definite."""
+    """Return (omega (n,), shapes (n, n)); refuse matrices that are not definite."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         raise given.wrong("mass", "be positive definite", f"eigenvalue {lowest:.2g}")
@@ -257,15 +260,15 @@ def _checked_modes(
     if not squared.max() > 0:
         raise given.wrong("stiffness", "have a positive eigenvalue", squared.max())
     if not squared.min() >= -SEMIDEFINITE * squared.max():
-        told = f"omega^2 = {squared.min():.3g}"
-        raise given.wrong("stiffness", "be positive semidefinite", told)
+        value = f"omega^2 = {squared.min():.3g}"
+        raise given.wrong("stiffness", "be positive semidefinite", value)
     if "shapes" in given:
         _check_given_shapes(given)
     return omega, shapes
 
 
 def _check_given_shapes(given: Given) -> None:
-    """Check that shapes and omega, where given too, are those of the matrices."""
+    """Check that a file's shapes and omega are those of its matrices."""
     shapes, omega = given["shapes"], given["omega"]
     unit = shapes.T @ given["mass"] @ shapes
     miss = np.abs(unit - np.eye(len(omega))).max()
@@ -280,10 +283,10 @@ def _check_given_shapes(given: Given) -> None:
 
 
 def _check_modal_rows(given: Given) -> None:
-    """Check that modes said twice are the same: of shapes, and where they are met.
+    """Check that modal rows of tips and centre agree with the full shapes.
 
-    Beside matrices, modes that come without all their shapes cannot be compared, and
-    are refused: they would be ignored.
+    Modes without full shapes are refused if there are matrices: they could not be
+    compared and would be ignored.
     """
     modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]
     if "shapes" in given:
@@ -297,24 +300,24 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check modal rows against those of the shapes; a clamped centre has none."""
+    """Check modal rows against those of the shapes; those of a clamped centre are 0."""
     shapes, places = given["shapes"], ROWS[name]
     if places not in given and "mass" not in given:
-        return  # modes alone say no places
+        return  # a file with modes only needs no index maps
     rows = np.asarray(given.arrays.get(places, ()), dtype=np.int64)
     if len(rows) and not 0 <= rows.min() <= rows.max() < len(shapes):
         allowed = f"be indices 0 to {len(shapes) - 1}"
         raise given.wrong(places, allowed, rows[(rows < 0) | (rows >= len(shapes))][0])
-    own = shapes[rows] if len(rows) else np.zeros((2, shapes.shape[1]))
-    _check_size(given, name, own.shape)
-    miss = np.abs(given[name] - own).max(initial=0.0)
-    if not miss <= MODAL * max(np.abs(own).max(initial=0.0), TINY):
+    expected = shapes[rows] if len(rows) else np.zeros((2, shapes.shape[1]))
+    _check_size(given, name, expected.shape)
+    miss = np.abs(given[name] - expected).max(initial=0.0)
+    if not miss <= MODAL * max(np.abs(expected).max(initial=0.0), TINY):
         allowed = f"be the rows rotor/{places} of rotor/shapes to {MODAL:g}"
         raise given.wrong(name, allowed, f"a difference of {miss:.2g}")
 
 
 def _check_given_ratios(given: Given) -> None:
-    """Check damping ratios: of modes alone, or the same as rotor/damping."""
+    """Check damping ratios: >= 0 and, with matrices, those of rotor/damping."""
     if "damping_ratio" not in given:
         return
     ratios, omega = given["damping_ratio"], given["omega"]
@@ -328,27 +331,27 @@ def _check_given_ratios(given: Given) -> None:
             "has rotor/damping_ratio beside matrices: rotor/damping must be there, too"
         )
     _check_shapes(given)
-    own = np.einsum("im,ij,jm->m", s := given["shapes"], given["damping"], s)
-    miss = np.abs(own - 2 * ratios * omega).max() / max(np.abs(own).max(), TINY)
+    rates = np.einsum("im,ij,jm->m", s := given["shapes"], given["damping"], s)
+    miss = np.abs(rates - 2 * ratios * omega).max() / max(np.abs(rates).max(), TINY)
     if not miss <= MODAL:
         allowed = f"be those of rotor/damping to {MODAL:g} of the largest"
         raise given.wrong("damping_ratio", allowed, f"{miss:.2g}")
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:
-    """Return the damping ratios (m,) of Phi^T D Phi (m, m), which must be diagonal."""
-    own = np.diag(modal)
+    """Return the damping ratios (m,) of `modal` = Phi^T D Phi, checked as diagonal."""
+    rates = np.diag(modal)
     most = max(float(np.abs(modal).max()), TINY)
-    if not own.min() >= -MODAL * most:
-        raise given.wrong("damping", "be positive semidefinite", f"{own.min():.3g}")
-    scale = np.sqrt(np.maximum(own, ROUND_OFF * most))
-    miss = np.abs((modal - np.diag(own)) / np.outer(scale, scale)).max()
+    if not rates.min() >= -MODAL * most:
+        raise given.wrong("damping", "be positive semidefinite", f"{rates.min():.3g}")
+    scale = np.sqrt(np.maximum(rates, ROUND_OFF * most))
+    miss = np.abs((modal - np.diag(rates)) / np.outer(scale, scale)).max()
     if not miss <= MODAL:
         allowed = f"be modal (Phi^T D Phi diagonal to {MODAL:g})"
         raise given.wrong("damping", allowed, f"{miss:.2g}")
     still = omega == 0.0
-    if (own[still] > MODAL * most).any():
+    if (rates[still] > MODAL * most).any():
         allowed = "leave modes without stiffness undamped"
-        raise given.wrong("damping", allowed, f"{own[still].max():.3g}")
-    ratios = np.maximum(own, 0.0) / np.where(still, 1.0, 2 * omega)
+        raise given.wrong("damping", allowed, f"{rates[still].max():.3g}")
+    ratios = np.maximum(rates, 0.0) / np.where(still, 1.0, 2 * omega)
     return np.asarray(np.where(still, 0.0, ratios))

@@ -1,4 +1,4 @@
-"""Rotors without cyclic symmetry: reduced as a whole, modes named by what dominates."""
+"""Rotors of unequal sectors: reduced as a whole, modes labelled by nodal diameter."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.cyclic import diameters
 from hpcwhirl.reduction.degenerate import diameter_shares, dominant
-from hpcwhirl.reduction.modes import ModalModel
-from hpcwhirl.structure import CyclicStructure
+from hpcwhirl.reduction.modes import (
+    ModalModel,
+    Spin,
+    reduction_basis,
+    reference_speed,
+)
+from hpcwhirl.structure import CyclicStructure, Rotation
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-NEAR = 0.1  # ln of a frequency ratio up to which modes are taken for the same
+NEAR = 0.1  # scale of ln(frequency ratio) over which modes count as similar
 
 
 def labels(
@@ -25,17 +29,17 @@ def labels(
 ) -> tuple[Integers, Integers, Integers]:
     """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
 
-    The diameter is the dominant one, see `dominant`; the modes of a diameter are
-    counted in pairs as they come (one by one for a simple harmonic). Exact where the
-    rotor is tuned, a name where it is not: a localised mode has many diameters.
+    The diameter is the dominant one, see `dominant`; successive modes of a diameter
+    form pairs of one rank (single modes for a simple harmonic). Labels are exact for a
+    tuned rotor, only names for others: a localised mode has many diameters.
     """
     diameter = dominant(shapes, omega, blades)
-    place = np.zeros_like(diameter)
+    order = np.zeros_like(diameter)
     for k in diameters(blades):
-        own = diameter == k
-        place[own] = np.arange(np.count_nonzero(own))
+        members = diameter == k
+        order[members] = np.arange(np.count_nonzero(members))
     width = np.where(2 * diameter % blades == 0, 1, 2)
-    return diameter, place // width, place % width
+    return diameter, order // width, order % width
 
 
 def named_modes(
@@ -47,7 +51,7 @@ def named_modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return the modes (m,) of mass and stiffness with their labels, see `labels`."""
+    """Return m modes with their matrices, labelled by `labels`."""
     diameter, rank, phase = labels(shapes, omega, blades)
     return ModalModel(
         mass=matrices[0],
@@ -65,32 +69,35 @@ def named_modes(
 
 
 def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
-    """Return a mistuned rotor whose modes bear the labels of the tuned one's.
+    """Return a mistuned rotor whose modes have the labels of the tuned rotor's modes.
 
-    Every mode takes the diameter and rank of one tuned mode, each given once, so that
-    families stay whole where modes are localised: the assignment with the largest sum
-    of (share of the diameter) exp(-(ln(omega / omega_tuned) / NEAR)^2). A weakly
+    Every mode takes the diameter and rank of one tuned mode, each used once, so that
+    families stay complete where modes are localised: the assignment with the largest
+    sum of (share of the diameter) exp(-(ln(omega / omega_tuned) / NEAR)^2). A weakly
     mistuned mode gets its dominant diameter.
 
     Parameters
     ----------
-    model : mistuned, m modes
-    tuned : at least m modes
+    model : the mistuned rotor, with m modes
+    tuned : the tuned rotor, with at least m modes
     blades : N
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
     shares = diameter_shares(model.shapes, blades)[tuned.diameter].T
     away = np.log(np.divide.outer(model.omega, tuned.omega)) / NEAR
-    _, given = linear_sum_assignment(shares * np.exp(-(away**2)), maximize=True)
-    diameter, rank = tuned.diameter[given], tuned.rank[given]
+    _, assigned = linear_sum_assignment(shares * np.exp(-(away**2)), maximize=True)
+    diameter, rank = tuned.diameter[assigned], tuned.rank[assigned]
     pairs = list(zip(diameter, rank, strict=True))
     phase = np.array([pairs[:m].count(pair) for m, pair in enumerate(pairs)])
     return replace(model, diameter=diameter, rank=rank, phase=phase)
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
-    """Return (omega (n,), rad/s, ascending; shapes (n, n), mass-orthonormal)."""
+    """Return the modes: omega (n,), rad/s, ascending; shapes (n, n), mass-orthonormal.
+
+    A negative omega^2 is taken as 0.
+    """
     squared, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
 
@@ -103,7 +110,12 @@ def boundary_of(structure: CyclicStructure) -> NDArray[np.intp]:
     return np.concatenate([tips.ravel(), centre], dtype=np.intp)
 
 
-def whole_model(structure: CyclicStructure, damping: float, eta: int) -> ModalModel:
+def whole_model(
+    structure: CyclicStructure,
+    damping: float,
+    eta: int,
+    rotation: Rotation | None = None,
+) -> ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1) of all sectors at once.
 
     Parameters
@@ -114,21 +126,39 @@ def whole_model(structure: CyclicStructure, damping: float, eta: int) -> ModalMo
         modal damping ratio xi, of every mode
     eta
         fixed-interface modes kept, the lowest of the whole structure
+    rotation
+        matrices of the rotor's rotation, if included, see `modal_model`
     """
     boundary = boundary_of(structure)
     most = len(structure.mass) - len(boundary)
     if eta > most:
         msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
         raise InputError(msg)
-    basis, _ = craig_bampton(structure.mass, structure.stiffness, boundary, eta)
+    taut = None
+    if rotation is not None:
+        squared = reference_speed(structure) ** 2
+        taut = structure.stiffness + squared * rotation.stiffening
+    matrices = structure.mass, structure.stiffness
+    basis = reduction_basis(*matrices, (boundary, eta), taut)
     mass, stiffness = (
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
     omega, shapes = modes_of(mass, stiffness)
     blades = structure.sectors
-    model = named_modes((mass, stiffness), shapes, omega, blades, damping, kept=eta)
+    model = named_modes(
+        (mass, stiffness), shapes, omega, blades, damping,
+        kept=len(mass) - len(boundary),
+    )  # fmt: skip
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
     springs = structure.centre_stiffness * (hub**2).sum(axis=0)
     share = springs / np.maximum(omega**2, np.finfo(float).tiny)
-    return replace(model, centre_share=share)
+    spin = None
+    if rotation is not None:
+        turns, stiff = (
+            basis.T @ full @ basis
+            for full in (rotation.coriolis, rotation.stiffening - structure.mass)
+        )
+        load = basis.T @ rotation.load
+        spin = Spin((turns - turns.T) / 2, (stiff + stiff.T) / 2, load)
+    return replace(model, centre_share=share, spin=spin)

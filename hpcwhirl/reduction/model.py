@@ -1,4 +1,4 @@
-"""The model of a scene: both bodies in modal form, and how they touch."""
+"""The model of a scene: both bodies in modal form, and the contact operator."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel
@@ -16,19 +17,21 @@ from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
-MOST_KEPT = 32  # models: some 100 kB to some MB each
+MOST_KEPT = 32  # cached models, some 100 kB to some MB each
 
 
-@dataclass(frozen=True, eq=False)  # one object an engine and reduction: see `model_of`
+@dataclass(frozen=True, eq=False)  # one object per engine and reduction: `model_of`
 class Model:
     """Bladed disk, and the ring it may touch (None where the casing is rigid).
 
     Attributes
     ----------
-    rotor, casing, ring, blades : the bodies, how the casing is read, N
+    rotor, casing : modes of the bodies
+    ring : contact operator, which reads and loads the casing at an angle
+    blades : N
     folds : g, where this is one of g sectors that move alike, see `sectors`; else 1
-    lifts : of rotor and casing then, (n, m) each: displacements of the whole for
-        the sector's amplitudes
+    lifts : for g > 1, of rotor and casing, (n, m) each: displacements of the whole body
+        from the sector's amplitudes
     """
 
     rotor: ModalModel
@@ -38,22 +41,39 @@ class Model:
     folds: int = 1
     lifts: tuple[Floats, Floats] | None = None
 
-    def limits(self) -> dict[str, float]:
-        """Return the largest stable step of each body, s: dt < 2 / omega_max."""
+    def limits(self, speed: float) -> dict[str, float]:
+        """Return the largest stable step of each body, s: dt < 2 / omega_max.
+
+        Coriolis forces do no work and do not change it; the stiffening of a rotor with
+        its speed, rad/s, does.
+        """
         bodies = {"rotor": self.rotor, "casing": self.casing}
-        return {n: 2.0 / float(b.omega.max()) for n, b in bodies.items() if b}
+        return {n: 2.0 / highest(b, speed) for n, b in bodies.items() if b}
+
+
+def highest(body: ModalModel, speed: float) -> float:
+    """Return the highest natural frequency of a body at a speed, rad/s.
+
+    With its stiffness at that speed, and without Coriolis forces.
+    """
+    if body.spin is None:
+        return float(body.omega.max())
+    stiffness = body.stiffness + speed**2 * body.spin.stiffening
+    last = len(stiffness) - 1
+    squared = eigh(stiffness, body.mass, eigvals_only=True, subset_by_index=(last,) * 2)
+    return float(np.sqrt(max(squared[0], np.finfo(float).tiny)))
 
 
 def model_of(scene: Scene) -> Model:
-    """Return the model of a scene as it is given; R_c = R_bd + gap.
+    """Return the model of a scene with the modes it names; R_c = R_bd + gap.
 
-    One object for all scenes of a process that ask for the same, as long as it is one
-    of the `MOST_KEPT` last; an engine's file whose content has changed is another.
+    Scenes with the same engine and reduction share one object, as long as it is among
+    the last `MOST_KEPT`; a file with changed content is another engine.
 
     Raises
     ------
     InputError
-        where the inputs do not lead to a model that double precision holds
+        where the model of these inputs cannot be computed in double precision
     """
     rotor, casing, file = scene.engine.rotor, scene.engine.casing, scene.engine.file
     content, ring = content_digest(file), None
@@ -63,20 +83,20 @@ def model_of(scene: Scene) -> Model:
             check_lobes(*source, scene.nodal_diameter)
         ring = casing, rotor.radius + scene.gap, source
     modes = _modes_of_file(scene) if file else scene.solver.modes
-    return _model(rotor, modes, file, content, ring)
+    return _model(rotor, modes, (file, content), ring, scene.engine.rotation)
 
 
 def _modes_of_file(scene: Scene) -> int | None:
-    """Return the fixed-interface modes of a rotor from file; None: as it comes."""
+    """Return the fixed-interface modes to keep of a rotor from file; None: all."""
     if scene.solver.truncation == 0.0 or not has_families(scene):
         return None
     return scene.solver.modes
 
 
 def has_families(scene: Scene) -> bool:
-    """Whether the sectors are equal and the casing is round: no elements.
+    """Return whether the sectors are equal and the casing is round, not of elements.
 
-    Both bodies' modes come in families and harmonics then.
+    The modes of both bodies then form families and harmonics.
     """
     engine = scene.engine
     if not scene.has_harmonics or engine.rotor.mistuning:
@@ -91,16 +111,16 @@ def has_families(scene: Scene) -> bool:
 def _model(
     rotor: Rotor,
     modes: int | None,
-    file: str,
-    content: str,
+    source: tuple[str, str],
     ring: tuple[Casing, float, tuple[str, str]] | None,
+    rotation: str,
 ) -> Model:
-    """Return the model of all that it depends on; rigid casings are no part of it."""
+    """Return the model from the inputs it depends on; `ring` None: rigid casing."""
     with representable("the rotor"):
-        if file:
-            body = file_model(file, content, rotor, modes)
+        if source[0]:
+            body = file_model(*source, rotor, modes)
         else:
-            body = rotor_model(rotor, modes or 0)
+            body = rotor_model(rotor, modes or 0, rotation)
     if ring is None:
         return Model(body, None, None, rotor.blades)
     with representable("the casing"):

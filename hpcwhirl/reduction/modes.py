@@ -1,16 +1,17 @@
-"""Reduced rotor and ring in real coordinates, their modes and modal damping."""
+"""Reduced rotor and ring in real coordinates, with their modes and modal damping."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError, ModelError
-from hpcwhirl.reduction.craig_bampton import craig_bampton
+from hpcwhirl.reduction.craig_bampton import craig_bampton, enriched
 from hpcwhirl.reduction.cyclic import (
     Complexes,
     block,
@@ -20,27 +21,54 @@ from hpcwhirl.reduction.cyclic import (
     real_block,
     spread,
 )
-from hpcwhirl.structure import CyclicStructure
+from hpcwhirl.structure import CyclicStructure, Rotation
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SUSPENSION_SHARE = 0.5  # of a mode's strain energy in the shaft's springs: suspension
+Added = tuple[Complexes, Complexes, Complexes]
+REACH = 2.0  # second speed of a basis for all speeds, over the first frequency
+SUSPENSION_SHARE = 0.5  # strain energy in the shaft's springs from which a mode is one
 
 
 @dataclass(frozen=True)
 class Symmetry:
-    """What is known of the equality of a rotor's sectors, see `recognise`.
+    """The deviation of a rotor's sectors from equality, see `recognise`.
 
     Attributes
     ----------
-    deviation : the largest; relative. Infinite where pairs are missing
-    tolerance : up to which sectors are taken for equal
-    where : of what it is, at which frequency and nodal diameter
+    deviation : largest relative deviation; infinite where pairs of modes are missing
+    tolerance : deviation up to which sectors count as equal
+    where : in words: quantity, frequency and nodal diameter with that deviation
     """
 
     deviation: float
     tolerance: float
     where: str
+
+
+@dataclass(frozen=True)
+class Spin:
+    """The terms that rotation adds to a reduced rotor, see `structure.rotation`.
+
+    M x" + (D + D_s + 2 Omega C) x' + (K + Omega^2 K_1 + S) x = f + Omega^2 F_c. The
+    supports do not rotate: D_s = c_s and S = (Omega c_s - k_q) z x at the centre.
+
+    Attributes
+    ----------
+    coriolis : C (n, n), kg, skew
+    stiffening : K_1 = K_g - M (n, n), kg
+    load : F_c (n,), kg m
+    waves : the blocks of each nodal diameter; none for unequal sectors
+    damping : c_s, N s/m, of the supports
+    cross : k_q, N/m; drives the shaft forward
+    """
+
+    coriolis: Floats
+    stiffening: Floats
+    load: Floats
+    waves: tuple[Block, ...] = ()
+    damping: float = 0.0
+    cross: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,19 +79,20 @@ class ModalModel:
     ----------
     mass, stiffness : (n, n); a rotor's coordinates are the tips (radial,
         tangential of blade 0, 1, ...), the centre x_o, y_o if free, then q_CB;
-        a ring's are its nodal DoF. Both (0, 0) where a file gives modes alone
+        a ring's are its nodal DoF. Both (0, 0) for a body with modes only
     shapes : (n, m), mass-orthonormal
     omega : (m,), rad/s, ascending
     diameter : (m,), nodal diameter of each mode; of a rotor that is not cyclic
         the one that dominates its tips, see `mistuned`
-    rank : (m,), place of the mode among those of its nodal diameter, from 0
+    rank : (m,), index of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
-    centre_share : (m,), share of the strain energy in the shaft's springs; nan of a
-        rotor from file whose shapes do not tell the springs, see `shaft`
+    centre_share : (m,), share of the strain energy in the shaft's springs; NaN where
+        the shapes of a rotor from file do not determine the springs, see `shaft`
     damping : modal damping ratio xi, of every mode or (m,)
-    kept : fixed-interface modes really kept (pairs are never split)
+    kept : fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
-    symmetry : of a rotor from file of three blades and more: what was found
+    symmetry : deviation of the sectors, of a rotor from file with three blades or more
+    spin : terms of rotation, if included; omega and shapes are those at rest
     """
 
     mass: Floats
@@ -78,6 +107,7 @@ class ModalModel:
     kept: int
     cyclic: bool = True
     symmetry: Symmetry | None = None
+    spin: Spin | None = None
 
     @property
     def ratios(self) -> Floats:
@@ -86,7 +116,7 @@ class ModalModel:
 
     @property
     def has_matrices(self) -> bool:
-        """Whether M and K are known, not the modes alone."""
+        """Whether M and K are known, and not only the modes."""
         return len(self.mass) == len(self.shapes)
 
     def damping_matrix(self) -> Floats:
@@ -96,12 +126,12 @@ class ModalModel:
 
 
 def has_centre(model: ModalModel, blades: int) -> bool:
-    """Return whether a rotor's centre is free."""
+    """Return whether a rotor's centre is free to move."""
     return len(model.shapes) > 2 * blades + model.kept
 
 
 def centre_rows(model: ModalModel, blades: int) -> Floats:
-    """Return modal shapes of (x_o, y_o), (2, m); zeros where it is clamped."""
+    """Return modal shapes of the centre (x_o, y_o), (2, m); zeros if it is clamped."""
     if not has_centre(model, blades):
         return np.zeros((2, len(model.omega)))
     return model.shapes[2 * blades : 2 * blades + 2]
@@ -110,13 +140,13 @@ def centre_rows(model: ModalModel, blades: int) -> Floats:
 def with_ratio(
     model: ModalModel, chosen: NDArray[np.bool_], ratio: float
 ) -> ModalModel:
-    """Return the body with a damping ratio of their own for some modes.
+    """Return the body with another damping ratio for some of its modes.
 
     Parameters
     ----------
     model : the body
     chosen : (m,), which modes
-    ratio : xi of those; negative: as they are
+    ratio : their xi; if negative, no ratio is changed
     """
     if ratio < 0.0 or not chosen.any():
         return model
@@ -125,7 +155,15 @@ def with_ratio(
 
 @dataclass(frozen=True)
 class Block:
-    """One nodal diameter: Hermitian reduced matrices and, where asked, their modes."""
+    """The Hermitian reduced matrices of one nodal diameter, and their modes.
+
+    Attributes
+    ----------
+    k, simple : nodal diameter; whether it is a simple harmonic
+    mass, stiffness : (n, n)
+    omega, modes : (n,), rad/s; (n, n); empty where they are not needed
+    coriolis, stiffening, load : terms of rotation, if included, see `Spin`
+    """
 
     k: int
     simple: bool
@@ -133,10 +171,13 @@ class Block:
     stiffness: Complexes
     omega: Floats
     modes: Complexes
+    coriolis: Complexes | None = None
+    stiffening: Complexes | None = None
+    load: Complexes | None = None
 
     @property
     def multiplicity(self) -> int:
-        """How many real coordinates a complex one stands for."""
+        """Number of real coordinates per complex coordinate, 1 or 2."""
         return 1 if self.simple else 2
 
 
@@ -153,10 +194,10 @@ def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
 
 
 def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
-    """Return how many fixed-interface modes each nodal diameter keeps.
+    """Return {nodal diameter: number of fixed-interface modes that it keeps}.
 
-    The lowest `eta` real modes of the whole structure; a degenerate pair that
-    `eta` would split is left out whole, so that the symmetry stays.
+    They are the lowest `eta` real modes of the whole structure; a degenerate pair that
+    `eta` would split is left out, which keeps the symmetry.
     """
     inner = structure.sector_size - len(structure.boundary)
     most = inner * structure.sectors
@@ -178,16 +219,54 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     return counts
 
 
-def _blocks(structure: CyclicStructure, eta: int | None) -> Iterator[Block]:
+def reference_speed(structure: CyclicStructure) -> float:
+    """Return the speed, rad/s, whose shapes a basis for all speeds includes.
+
+    It is `REACH` times the first frequency of nodal diameter 0, at rest.
+    """
+    mass, stiffness = (
+        block(a, structure, 0).real for a in (structure.mass, structure.stiffness)
+    )
+    squared = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, 0))[0]
+    return REACH * float(np.sqrt(max(squared, 0.0)))
+
+
+def reduction_basis(
+    mass: Any, stiffness: Any, kept: tuple[NDArray[np.intp], int], taut: Any = None
+) -> Any:
+    """Return the basis of Eq. (1), (n, b + eta), or one for all speeds, (n, more).
+
+    Parameters
+    ----------
+    mass, stiffness : (n, n)
+    kept : (boundary DoF, number of fixed-interface modes)
+    taut : (n, n), stiffness at the reference speed, for a basis for all speeds
+    """
+    basis, _ = craig_bampton(mass, stiffness, *kept)
+    if taut is None:
+        return basis
+    other, _ = craig_bampton(mass, taut, *kept)
+    return enriched(mass, basis, other, kept[0])
+
+
+def _blocks(
+    structure: CyclicStructure, eta: int | None, rotation: Rotation | None
+) -> Iterator[Block]:
     counts = {} if eta is None else share_out(structure, eta)
     for k in diameters(structure.sectors):
         simple = is_simple(k, structure.sectors)
         mass = block(structure.mass, structure, k)
         stiffness = block(structure.stiffness, structure, k)
+        added = None if rotation is None else _added(rotation, structure, k)
         if eta is not None:
             hub = structure.sector_size + np.arange(centre_width(structure, k))
             boundary = np.r_[np.array(structure.boundary, dtype=np.intp), hub]
-            basis, _ = craig_bampton(mass, stiffness, boundary, counts[k])
+            taut = None
+            if added is not None:
+                taut = stiffness + reference_speed(structure) ** 2 * added[1]
+            basis = reduction_basis(mass, stiffness, (boundary, counts[k]), taut)
+            if added is not None:
+                added = _reduced(basis, mass, added)
             mass = basis.conj().T @ mass @ basis
             stiffness = basis.conj().T @ stiffness @ basis
         if simple:
@@ -195,16 +274,34 @@ def _blocks(structure: CyclicStructure, eta: int | None) -> Iterator[Block]:
         else:
             squared, modes = eigh(stiffness, mass)
         omega = np.sqrt(np.maximum(squared, 0.0))
-        yield Block(k, simple, mass, stiffness, omega, modes.astype(np.complex128))
+        shapes = modes.astype(np.complex128)
+        yield Block(k, simple, mass, stiffness, omega, shapes, *(added or ()))
+
+
+def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
+    """Return (C, K_g, F_c) of nodal diameter k; the load F_c is 0 except for k = 0."""
+    coriolis = block(rotation.coriolis, structure, k, skew=True)
+    load = np.zeros(len(coriolis), dtype=np.complex128)
+    if k == 0:
+        size, hub = structure.sector_size, list(structure.centre)
+        load[:size] = np.sqrt(structure.sectors) * rotation.load[:size]
+        load[size:] = rotation.load[hub][: len(load) - size]
+    return coriolis, block(rotation.stiffening, structure, k), load
+
+
+def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
+    """Return (C, K_g - M, F_c) reduced by a basis."""
+    back, (coriolis, stiffening, load) = basis.conj().T, added
+    return back @ coriolis @ basis, back @ (stiffening - mass) @ basis, back @ load
 
 
 def physical_columns(
     piece: Block, structure: CyclicStructure, kept: int, size: int, start: int
 ) -> Floats:
-    """Return the (size, real DoF of the block) map to physical coordinates.
+    """Return the map from a block's real DoF to physical coordinates, (size, DoF).
 
-    The first `kept` coordinates of a block are sector DoF, then perhaps the
-    centre, then q_CB, which stay as they are from row `start` on.
+    The first `kept` coordinates of a block are sector DoF, then the centre's, if any,
+    then q_CB, which are copied unchanged to the rows from `start` on.
     """
     width, inner = piece.multiplicity, len(piece.mass)
     out = np.zeros((size, inner * width))
@@ -221,13 +318,13 @@ def physical_columns(
             out[structure.sectors * kept + part, shift + kept] = (1.0, -1.0)[part]
         elif hub == 2:
             out[structure.sectors * kept + np.arange(2), kept + np.arange(2)] = 1.0
-        place = start + part * count
-        out[place : place + count, shift + first : shift + inner] = np.eye(count)
+        row = start + part * count
+        out[row : row + count, shift + first : shift + inner] = np.eye(count)
     return out
 
 
 def _real_modes(piece: Block) -> list[Floats]:
-    """Return the block's modes in its real coordinates (a, b), one array a phase."""
+    """Return the block's modes in its real coordinates (a, b), one array per phase."""
     re, im = piece.modes.real, piece.modes.imag
     if piece.simple:
         return [re]
@@ -251,18 +348,39 @@ def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
 def assembled(
     pieces: list[tuple[Block, Floats]],
 ) -> tuple[Floats, Floats]:
-    """Return (M, K) of all blocks in physical coordinates."""
+    """Return (M, K) in physical coordinates, the sum over (block, map) pairs."""
     size = len(pieces[0][1])
     mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
     for piece, columns in pieces:
         mass += columns @ real_block(piece.mass, simple=piece.simple) @ columns.T
-        own = real_block(piece.stiffness, simple=piece.simple)
-        stiffness += columns @ own @ columns.T
+        real = real_block(piece.stiffness, simple=piece.simple)
+        stiffness += columns @ real @ columns.T
     return mass, stiffness
 
 
+def _spin(pieces: list[tuple[Block, Floats]]) -> Spin | None:
+    """Return the terms of rotation of all blocks in physical coordinates, if any."""
+    size = len(pieces[0][1])
+    coriolis, stiffening = np.zeros((size, size)), np.zeros((size, size))
+    load = np.zeros(size)
+    for piece, columns in pieces:
+        if piece.coriolis is None or piece.stiffening is None or piece.load is None:
+            return None
+        real = real_block(piece.coriolis, simple=piece.simple)
+        coriolis += columns @ real @ columns.T
+        real = real_block(piece.stiffening, simple=piece.simple)
+        stiffening += columns @ real @ columns.T
+        if piece.k == 0:  # a simple harmonic: real
+            load += columns @ piece.load.real
+    waves = tuple(piece for piece, _ in pieces)
+    return Spin((coriolis - coriolis.T) / 2, stiffening, load, waves)
+
+
 def modal_model(
-    structure: CyclicStructure, damping: float, eta: int | None = None
+    structure: CyclicStructure,
+    damping: float,
+    eta: int | None = None,
+    rotation: Rotation | None = None,
 ) -> ModalModel:
     """Return the body's reduced matrices and modes, nodal diameter by diameter.
 
@@ -275,12 +393,15 @@ def modal_model(
     eta
         fixed-interface modes of the Craig-Bampton reduction (Eq. 1); None keeps
         every DoF of the structure
+    rotation
+        matrices of the rotor's rotation, if included; needs `eta`. The basis gets
+        further modes, so that it serves all speeds
     """
     if structure.mistuned:
         msg = "a mistuned structure has no nodal diameters: reduce it as a whole"
         raise ModelError(msg)
     kept = structure.sector_size if eta is None else len(structure.boundary)
-    blocks = list(_blocks(structure, eta))
+    blocks = list(_blocks(structure, eta, rotation))
     size = sum(len(b.mass) * b.multiplicity for b in blocks)
     physical = kept * structure.sectors + len(structure.centre)
     pieces, shapes, labels, start = [], [], [], physical
@@ -309,4 +430,5 @@ def modal_model(
         centre_share=shares[order],
         damping=damping,
         kept=size - physical,
+        spin=_spin(pieces),
     )

@@ -1,4 +1,4 @@
-"""Inputs that are numbers each, and no model together: one clear line."""
+"""Refuse inputs whose model cannot be computed in double precision."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from hpcwhirl.errors import InputError, WhirlError
 
 @contextmanager
 def representable(what: str) -> Iterator[None]:
-    """Turn an overflow, or matrices without modes, into a refusal of the inputs.
+    """Turn numerical failures inside the block into one InputError.
 
     Parameters
     ----------
-    what : that is made inside, for the message
+    what : name of what is computed inside, for the message
 
     Raises
     ------
     InputError
-        where double precision does not hold what the inputs lead to
+        on overflow, division by zero, or matrices without modes
     """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):

@@ -1,14 +1,14 @@
-"""Whether a rotor from elsewhere has equal sectors, and its modes as waves if so.
+"""Recognise equal sectors of a rotor from file, and transform its modes to waves.
 
-A turn by one sector moves every tip to the next blade and turns the centre; what it
-does to all other coordinates no file tells. But it maps modes of one frequency to one
+A turn by one sector moves every tip to the next blade and turns the centre; its effect
+on all other coordinates is not in the file. But it maps modes of one frequency to one
 another, so that tips and centre of the modes suffice. With the unitary transform F_k of
 sector coordinates (Eqs. 10, 11; the centre's x_o - i y_o belongs to k = 1, x_o + i y_o
 to k = -1), modes of nodal diameter k are those combinations u that F_j, j /= k, maps to
 0. They come in pairs, sqrt(2) Re u and -sqrt(2) Im u, as those of the built-in rotor.
 
-What differs from that is measured as a relative change of frequency, of damping over
-frequency, or of a shape, so that one tolerance tells what it does to a motion.
+Deviations from this form are measured as relative changes of frequency, of damping over
+frequency, or of a shape, so that one tolerance limits their effect on a motion.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_cent
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
-EQUAL = 2e-5  # relative deviation up to which sectors are taken for equal
-CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # of omega: what an eigensolver may mix by round-off
-ROUNDED = 1e-11  # share of other diameters in a shape that is one but for round-off
-ALREADY = 1e-9  # of a shape: modes that are waves as they come
-HIDDEN = 1e-10  # of the largest motion of tips and centre: a mode that has none
-SMALL = 1e-3  # of the largest motion: smaller ones are held against this
-FEWEST = 3  # blades of a wheel whose waves have a direction
+EQUAL = 2e-5  # relative deviation up to which sectors count as equal
+CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega mixed by round-off
+ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
+ALREADY = 1e-9  # relative miss of a shape up to which a mode is a wave already
+HIDDEN = 1e-10  # motion of tips and centre, over the largest, that counts as none
+SMALL = 1e-3  # motion, over the largest, to which the misses of smaller ones relate
+FEWEST = 3  # blades with which waves have a direction
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
 class _Wave:
-    """A mode of a rotor of equal sectors.
+    """A mode, or a pair of modes, of a rotor of equal sectors.
 
     Attributes
     ----------
     k : nodal diameter
     omega, rate : rad/s; 2 xi omega, 1/s
-    zeta : (3,), F_k of it: radial, tangential, centre
-    turn : (m, 1) or, of a pair, (m, 2): of the file's modes, orthonormal
+    zeta : (3,), its F_k: radial, tangential, centre
+    turn : (m, 1) or, for a pair, (m, 2), orthonormal combination of the file's modes
     """
 
     k: int
@@ -55,7 +55,7 @@ class _Wave:
 
     @property
     def phases(self) -> int:
-        """One of a simple harmonic, else two."""
+        """Number of phases: 1 for a simple harmonic, else 2."""
         return int(self.turn.shape[1])
 
 
@@ -77,17 +77,17 @@ def transform(shapes: Floats, hub: Floats, blades: int) -> Complexes:
 
 
 def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor as one of equal sectors, where it is to `EQUAL`; else as it came.
+    """Return a rotor as one of equal sectors if it is one to `EQUAL`, else unchanged.
 
-    Either bears what was found, `Symmetry`. The modes of a rotor of equal sectors look
-    as those of the built-in one: each has one nodal diameter, pairs have one frequency
+    Both get their measured `Symmetry`. The modes of a rotor of equal sectors have the
+    form of the built-in rotor's: each has one nodal diameter, pairs have one frequency
     and one damping ratio, their tips and centre are the two phases of one wave. Modes
-    that are so already keep every bit. Modes that neither tips nor centre see are left
-    out: nothing excites them.
+    that have this form already keep every bit. Modes without motion of tips and centre
+    are left out: nothing excites them.
 
     Parameters
     ----------
-    model : from file, in general form: M, K and damping, or modes alone
+    model : rotor from file, in general form: M, K and damping, or modes only
     blades : N
     """
     if blades < FEWEST:
@@ -100,32 +100,32 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
         waves = _waves(model, turn, blades)
     except _NoTwinError as alone:
         return replace(model, symmetry=Symmetry(np.inf, EQUAL, str(alone)))
-    regular, own = _regular(model, waves, blades)
-    found = _deviation(model, regular, own, blades)
-    if not found.deviation <= EQUAL:
-        return replace(model, symmetry=found)
-    return replace(regular, symmetry=found)
+    regular, combination = _regular(model, waves, blades)
+    symmetry = _deviation(model, regular, combination, blades)
+    if not symmetry.deviation <= EQUAL:
+        return replace(model, symmetry=symmetry)
+    return replace(regular, symmetry=symmetry)
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return a rotor whose modes are waves as they come, with their labels; or None."""
+    """Return the rotor labelled as one of waves if its modes are waves, else None."""
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
     rank, phase, worst = np.zeros_like(diameter), np.zeros_like(diameter), (0.0, 0)
     rows = 2 * blades + 2 * has_centre(model, blades)
     for k in diameters(blades):
-        own, width = np.flatnonzero(diameter == k), 1 if is_simple(k, blades) else 2
-        if len(own) % width:
+        modes, width = np.flatnonzero(diameter == k), 1 if is_simple(k, blades) else 2
+        if len(modes) % width:
             return None
-        for place, pair in enumerate(own.reshape(-1, width)):
+        for place, pair in enumerate(modes.reshape(-1, width)):
             if np.ptp(model.omega[pair]) or np.ptp(model.ratios[pair]):
                 return None
             zeta = np.sqrt(width) * seen[k, :, pair[0]]
             wave = _Wave(k, 0.0, 0.0, zeta, np.zeros((1, width)))
             want = np.vstack(_tips_and_centre(wave, blades))[:rows]
-            found = model.shapes[:rows, pair]
+            shape = model.shapes[:rows, pair]
             size = max(float(np.abs(want).max()), TINY)
-            miss = float(np.abs(found - want).max()) / size
+            miss = float(np.abs(shape - want).max()) / size
             if not miss <= ALREADY:
                 return None
             rank[pair], phase[pair] = place, np.arange(width)
@@ -143,57 +143,60 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 
 
 def _unmixed(model: ModalModel, blades: int) -> Floats:
-    """Return combinations of modes (m, c) that have one diameter each, if there are.
+    """Return combinations of modes (m, c) with one diameter each, as far as they exist.
 
-    First of modes of one frequency. Then of close ones where an eigensolver's
-    round-off, divided by what they are apart, has mixed them.
+    First modes of one frequency are separated, then close ones, which an eigensolver
+    mixes by its round-off divided by their distance.
     """
     squared, hub = model.omega**2, centre_rows(model, blades)
     turn = np.eye(len(squared))
     size = (model.shapes[: 2 * blades] ** 2).sum(axis=0) + (hub**2).sum(axis=0)
     kept = size > HIDDEN**2 * size.max()
-    for own in runs(squared, SAME * squared + _floor(model)):
-        if not kept[own].any():  # their round-off has no diameter
+    for run in runs(squared, SAME * squared + _floor(model)):
+        if not kept[run].any():  # their round-off has no diameter
             continue
-        columns, moving = unmixed(model.shapes[:, own], blades, hub[:, own])
-        turn[np.ix_(own, own)] = columns
-        kept[own[:moving]], kept[own[moving:]] = True, False
+        columns, moving = unmixed(model.shapes[:, run], blades, hub[:, run])
+        turn[np.ix_(run, run)] = columns
+        kept[run[:moving]], kept[run[moving:]] = True, False
     turn = turn[:, kept]
     for near in CLOSE:
-        turn = _apart(model, turn, near, blades)
+        turn = _separated(model, turn, near, blades)
     return turn
 
 
 def _floor(model: ModalModel) -> float:
-    """Return what omega^2 is told no better than, (rad/s)^2."""
+    """Return the error of omega^2 by an eigensolver's round-off, (rad/s)^2."""
     return ROUND_OFF * len(model.omega) * float(model.omega.max()) ** 2
 
 
-def _apart(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
-    """Return `turn` with modes taken apart that lie within `near` of one another."""
+def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
+    """Return combinations `turn` with modes separated that lie within `near`.
+
+    near : relative distance of frequencies
+    """
     squared = _squared(model, turn)
     order = np.argsort(squared, kind="stable")
     turn, squared = turn[:, order], squared[order]
     shapes, hub = model.shapes @ turn, centre_rows(model, blades) @ turn
-    for own in runs(squared, 2 * near * squared):
-        part = transform(shapes[:, own], hub[:, own], blades)
+    for run in runs(squared, 2 * near * squared):
+        part = transform(shapes[:, run], hub[:, run], blades)
         before = float(_leaks(part).max())
         if before <= ROUNDED:
             continue
-        columns, moving = unmixed(shapes[:, own], blades, hub[:, own])
-        columns = _by_frequency(columns, np.tensordot(part, columns, 1), squared[own])
+        columns, moving = unmixed(shapes[:, run], blades, hub[:, run])
+        columns = _by_frequency(columns, np.tensordot(part, columns, 1), squared[run])
         part = np.tensordot(part, columns, axes=1)
-        if moving == len(own) and _leaks(part).max() < before:
-            turn[:, own] = turn[:, own] @ columns  # else frequency alone parts them
+        if moving == len(run) and _leaks(part).max() < before:
+            turn[:, run] = turn[:, run] @ columns  # else kept separate by frequency
     return turn
 
 
 def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
-    """Return columns (c, c) of which those of one diameter part by frequency again."""
+    """Return columns (c, c) rotated so that those of one diameter are modes again."""
     label, out = _power(seen).argmax(axis=0), columns.copy()
     for k in np.unique(label):
-        own = columns[:, label == k]
-        out[:, label == k] = own @ np.linalg.eigh((own.T * squared) @ own)[1]
+        same = columns[:, label == k]
+        out[:, label == k] = same @ np.linalg.eigh((same.T * squared) @ same)[1]
     return out
 
 
@@ -203,7 +206,7 @@ def _squared(model: ModalModel, turn: Floats) -> Floats:
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return what each nodal diameter 0 .. N // 2 has of combinations, (K, c)."""
+    """Return the squared motion of each combination by diameter 0 .. N // 2, (K, c)."""
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
     folded = whole[: count // 2 + 1].copy()
@@ -213,7 +216,7 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return what of the motion of each combination is off its own diameter, (c,)."""
+    """Return the share of motion of each combination off its main diameter, (c,)."""
     power = _power(seen)
     whole = power.sum(axis=0)
     power[power.argmax(axis=0), np.arange(power.shape[1])] = 0.0
@@ -225,35 +228,37 @@ class _NoTwinError(Exception):
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
-    """Return all waves; pairs are made of modes of one diameter as they follow."""
+    """Return all waves; successive modes of one diameter form pairs."""
     seen = transform(model.shapes @ turn, centre_rows(model, blades) @ turn, blades)
     squared, out = _squared(model, turn), []
     label = _power(seen).argmax(axis=0)
     for k in diameters(blades):
-        own = np.flatnonzero(label == k)
-        own = own[np.argsort(squared[own], kind="stable")]
+        modes = np.flatnonzero(label == k)
+        modes = modes[np.argsort(squared[modes], kind="stable")]
         if is_simple(k, blades):
-            out += [_standing(model, turn[:, [m]], seen[k][:, m], k) for m in own]
-        elif len(own) % 2:
-            hertz = np.sqrt(squared[own[-1]]) / (2 * np.pi)
-            msg = f"{len(own)} modes of nodal diameter {k}, the last at {hertz:.4g} Hz"
+            out += [_standing(model, turn[:, [m]], seen[k][:, m], k) for m in modes]
+        elif len(modes) % 2:
+            hertz = np.sqrt(squared[modes[-1]]) / (2 * np.pi)
+            msg = (
+                f"{len(modes)} modes of nodal diameter {k}, the last at {hertz:.4g} Hz"
+            )
             raise _NoTwinError(f"{msg}, are no pairs")
         else:
-            for group in _groups(own, squared):
+            for group in _groups(modes, squared):
                 out += _running(model, turn[:, group], seen[k][:, group], k)
     return out
 
 
-def _groups(own: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
-    """Return pairs of ascending modes; pairs that are close together as one group."""
-    pairs = own.reshape(-1, 2)
+def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
+    """Return the pairs of ascending modes; close pairs are joined in one group."""
+    pairs = modes.reshape(-1, 2)
     gaps = squared[pairs[1:, 0]] - squared[pairs[:-1, 1]]
     cuts = np.flatnonzero(gaps > 2 * EQUAL * squared[pairs[1:, 0]]) + 1
     return [part.ravel() for part in np.split(pairs, cuts) if len(part)]
 
 
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
-    """Return the mode of a simple harmonic, k = 0 or N / 2."""
+    """Return the standing mode of a simple harmonic, k = 0 or N / 2."""
     zeta = seen.real
     sign = 1.0 if zeta[np.argmax(np.abs(zeta))] > 0.0 else -1.0
     rate = float(_rates(model) @ turn[:, 0] ** 2)
@@ -262,15 +267,15 @@ def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave
 
 
 def _rates(model: ModalModel) -> Floats:
-    """Return 2 xi omega, (m,), 1/s."""
+    """Return the damping rates 2 xi omega of all modes, (m,), 1/s."""
     return np.asarray(2 * model.ratios * model.omega)
 
 
 def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_Wave]:
-    """Return the pairs of 2 p combinations (m, 2 p) of nodal diameter k.
+    """Return the p travelling pairs of 2 p combinations (m, 2 p) of nodal diameter k.
 
-    seen : (3, 2 p), F_k of the combinations. It maps the twins of u to 0, so that the
-    u are its right singular vectors.
+    seen : (3, 2 p), F_k of the combinations. It maps the conjugates of the waves u to
+    0, so that the u are its right singular vectors.
     """
     count = turn.shape[1] // 2
     u = turn @ np.linalg.svd(seen)[2][:count].conj().T
@@ -284,21 +289,21 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
     for p in range(count):
         top = zeta[np.argmax(np.abs(zeta[:2, p])), p]
         phase = np.abs(top) / top if top else 1.0  # the larger one is a cosine
-        own = pairs[:, 2 * p : 2 * p + 2] @ _rotation(phase)
+        turned = pairs[:, 2 * p : 2 * p + 2] @ _rotation(phase)
         rate = float(_rates(model) @ np.abs(u[:, p]) ** 2)
         omega = float(np.sqrt(max(squared[p], 0.0)))
-        out.append(_Wave(k, omega, rate, zeta[:, p] * phase, own))
+        out.append(_Wave(k, omega, rate, zeta[:, p] * phase, turned))
     return out
 
 
 def _rotation(phase: complex) -> Floats:
-    """Return (2, 2): the pair of u phase for that of u."""
+    """Return the (2, 2) matrix from the pair of u to the pair of u times `phase`."""
     c, s = phase.real, phase.imag
     return np.array([[c, -s], [s, c]])
 
 
 def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
-    """Return tips (2 N, p) and centre (2, p) of a wave, exactly periodic."""
+    """Return the motion of tips (2 N, p) and centre (2, p) in an exact wave."""
     columns = spread(wave.k, blades)
     z = np.array([[wave.zeta.real, -wave.zeta.imag], [wave.zeta.imag, wave.zeta.real]])
     tips = np.einsum("ja,apd->jdp", columns, z[: wave.phases, : wave.phases, :2])
@@ -309,11 +314,14 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the model of these waves, in the built-in's order, and its turn (m, c)."""
+    """Return the model of waves, in the built-in rotor's order, and its turn (m, c).
+
+    turn : its modes as combinations of the file's modes
+    """
     records = []
     for k in diameters(blades):
-        own = sorted((w for w in waves if w.k == k), key=lambda w: w.omega)
-        records += [(w.omega, k, rank, w) for rank, w in enumerate(own)]
+        ordered = sorted((w for w in waves if w.k == k), key=lambda w: w.omega)
+        records += [(w.omega, k, rank, w) for rank, w in enumerate(ordered)]
     records.sort(key=lambda record: record[:3])
     turn = np.hstack([w.turn for *_, w in records])
     tips, hubs = zip(*(_tips_and_centre(w, blades) for *_, w in records), strict=True)
@@ -345,7 +353,7 @@ def _regular(
 def _deviation(
     model: ModalModel, regular: ModalModel, turn: Floats, blades: int
 ) -> Symmetry:
-    """Return the largest deviation of a rotor from the regular one made of it."""
+    """Return the largest deviation of a rotor from its regular form, see `_regular`."""
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))
     stiffness = np.maximum(stiffness - _floor(model), 0.0)
@@ -353,13 +361,13 @@ def _deviation(
     size = np.linalg.norm(regular.shapes[:rows], axis=0)
     miss = np.linalg.norm(model.shapes[:rows] @ turn - regular.shapes[:rows], axis=0)
     both = np.maximum(np.outer(omega, omega), TINY)
-    found = {
+    deviations = {
         "frequencies": (stiffness / (2 * both)).max(axis=0),
         "damping": (damping / (2 * np.sqrt(both))).max(axis=0),
         "shapes": miss / np.maximum(size, SMALL * size.max()),
     }
-    what = max(found, key=lambda name: float(found[name].max()))
-    worst = int(np.argmax(found[what]))
+    what = max(deviations, key=lambda name: float(deviations[name].max()))
+    worst = int(np.argmax(deviations[what]))
     hertz, k = omega[worst] / (2 * np.pi), regular.diameter[worst]
     where = f"{what} at {hertz:.4g} Hz, nodal diameter {k}"
-    return Symmetry(float(found[what][worst]), EQUAL, where)
+    return Symmetry(float(deviations[what][worst]), EQUAL, where)

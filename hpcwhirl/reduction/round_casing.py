@@ -1,9 +1,9 @@
-"""A round casing from elsewhere: a table of its modes by harmonic.
+"""A round casing from file: a table of its modes by harmonic.
 
-Mode n of harmonic h moves as w = W cos(h theta), u = U sin(h theta) and, the second of
-the pair, as w = W sin(h theta), u = -U cos(h theta); for h = 0 as w = W or as the turn
-u = U. W and U are mass-orthonormal amplitudes where the blades touch: what else the
-casing has (flanges, an axial direction) is in omega and in how small they are.
+A mode of harmonic h is w = W cos(h theta), u = U sin(h theta) and, as the second of the
+pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W or the turn u = U.
+W and U are mass-orthonormal amplitudes where the blades touch: other parts of the
+casing (flanges, axial motion) only change omega and reduce W and U.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
-    """Return the table of a file, {name: (m,)}, by harmonic and omega.
+    """Return the table of modes in a file, {name: (m,)}, by harmonic and omega.
 
     Raises
     ------
@@ -40,8 +40,8 @@ def casing_table(file: str, content: str) -> Table:
     count = len(table["harmonic"])
     for name in NAMES:
         if len(table[name]) != count or not count:
-            told = f"have as many entries as casing/modal_harmonic, {max(count, 1)}"
-            raise given.wrong(f"modal_{name}", told, len(table[name]))
+            size = f"have as many entries as casing/modal_harmonic, {max(count, 1)}"
+            raise given.wrong(f"modal_{name}", size, len(table[name]))
     for name in NAMES[:3]:
         if table[name].min() < 0:
             raise given.wrong(f"modal_{name}", "be >= 0", table[name].min())
@@ -68,7 +68,7 @@ def _check_harmonics(given: Given, table: Table) -> None:
 
 
 def check_lobes(file: str, content: str, lobes: int) -> None:
-    """Raise InputError where a table has no harmonic that a load needs."""
+    """Raise InputError where a load has more lobes than a casing's harmonics."""
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
         msg = (
@@ -85,9 +85,9 @@ def round_casing(
 
     Parameters
     ----------
-    casing : `harmonics`, above which modes of the file are left out
+    casing : its `harmonics` is the highest harmonic used of the file
     radius : R_c, m
-    source : file, and the digest of its content
+    source : path of the file, and the digest of its content
     """
     table, operator = casing_table(*source), FourierOperator(casing.harmonics, radius)
     rows, wide, columns, labels = range(len(table["omega"])), operator.width, [], []
@@ -122,15 +122,15 @@ def round_casing(
 
 
 def table_of(model: ModalModel, operator: FourierOperator) -> Table:
-    """Return the table of a round casing's modes, as `casing_table` reads it."""
-    own = np.flatnonzero(model.phase == 0)
-    own = own[np.lexsort((model.omega[own], model.diameter[own]))]
-    h = model.diameter[own]
+    """Return the table of a round casing's modes in the form of `casing_table`."""
+    modes = np.flatnonzero(model.phase == 0)
+    modes = modes[np.lexsort((model.omega[modes], model.diameter[modes]))]
+    h = model.diameter[modes]
     cosine, sine = np.maximum(2 * h - 1, 0), operator.width + 2 * h
     return {
         "harmonic": h,
-        "omega": model.omega[own],
-        "damping_ratio": model.ratios[own],
-        "radial": model.shapes[cosine, own],
-        "tangential": model.shapes[sine, own],
+        "omega": model.omega[modes],
+        "damping_ratio": model.ratios[modes],
+        "radial": model.shapes[cosine, modes],
+        "tangential": model.shapes[sine, modes],
     }

@@ -1,9 +1,9 @@
-"""The shaft's springs of a rotor from file, told by its modes.
+"""Identify the shaft's springs of a rotor from file by its modes.
 
-A rotor that nothing but equal springs k_o at its centre holds answers a steady force at
-the centre with a translation of the whole, by 1 / k_o: no part of it is strained but
-the springs. So the steady response of tips and centre tells k_o, and, since a
-translation is known to the last tip, whether tips and centre are what the file says.
+A rotor that is held by equal springs k_o at its centre only responds to a steady unit
+force at the centre with a rigid translation by 1 / k_o: only the springs are strained.
+The steady response of tips and centre therefore gives k_o and, since every tip's motion
+in a translation is known, a check of the tips and the centre that the file names.
 """
 
 from __future__ import annotations
@@ -12,27 +12,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-RIGID = 0.01  # of a translation: what a response that is one may miss, modes left out
+RIGID = 0.01  # largest relative miss of a translation, since modes are truncated
 
 
 class MisplacedError(ValueError):
-    """The rotor translates as one, but not as its tips and centre are said to lie."""
+    """The rotor translates rigidly, but its tips or centre do not lie as assumed."""
 
 
 def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
-    """Return k_o, N/m; None where modes do not tell it.
+    """Return the shaft's stiffness k_o, N/m; None where modes do not determine it.
 
     Parameters
     ----------
     shapes : (N, 2, m), mass-orthonormal: radial and tangential motion of the tips
-    hub : (2, m), of x_o and y_o
+    hub : (2, m), motion of the centre x_o and y_o
     omega : (m,), rad/s
 
     Raises
     ------
     MisplacedError
-        where tips or centre are those of a translation in other axes, or numbered the
-        other way round: forward and backward would change places
+        where the motion is a translation in other axes, or with blades numbered the
+        other way round: forward and backward whirl would be exchanged
     """
     if not hub.any() or not omega.min() > 0.0:
         return None
@@ -44,8 +44,8 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
     answer = shapes @ steady / give  # (N, 2, 2): of x_o and y_o moved by 1
     moved = answer @ np.array([1.0, 1j])
     angle = 2 * np.pi * np.arange(len(shapes)) / len(shapes)
-    told = np.exp(1j * angle)[:, None] * np.array([1.0, 1j])
-    miss = float(np.abs(moved - told).max())
+    expected = np.exp(1j * angle)[:, None] * np.array([1.0, 1j])
+    miss = float(np.abs(moved - expected).max())
     if miss <= RIGID:
         return 1.0 / give
     _check_places(moved, angle)
@@ -53,9 +53,9 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
 
 
 def _check_places(moved: NDArray[np.complex128], angle: Floats) -> None:
-    """Refuse a translation of tips that lie or count otherwise than told."""
+    """Raise MisplacedError for a translation in other axes or another blade order."""
     radial, tangential = moved.T
-    for way, told in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
+    for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
         wave = np.exp(-1j * way * angle)
         out, along = (wave * radial).mean(), (wave * tangential).mean()
         rest = [radial - out / wave, tangential - along / wave]
@@ -64,6 +64,6 @@ def _check_places(moved: NDArray[np.complex128], angle: Floats) -> None:
             first = round(float(np.degrees(np.angle(out)))) % 360
             sense = "with" if (along / out).imag > 0.0 else "against"
             raise MisplacedError(
-                f"counted {told}, blade 0 at {first} degrees from x_o, tangential "
+                f"counted {order}, blade 0 at {first} degrees from x_o, tangential "
                 f"motion positive {sense} the angle"
             )

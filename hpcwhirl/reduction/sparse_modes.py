@@ -1,4 +1,4 @@
-"""Craig-Bampton (Eq. 1) of large sparse matrices: a factor, static and lowest modes."""
+"""Craig-Bampton reduction (Eq. 1) of large sparse matrices."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ from hpcwhirl.reduction.factors import Solve, Tell, factored, scaled_norm
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
 Project = Callable[[], list[Any]]
-DENSE = 600  # unknowns up to which all modes are computed at once
+DENSE = 600  # unknowns up to which all modes are computed, with dense matrices
 MORE = 8  # modes computed beyond those asked for
-WORST = 1e14  # condition number from which on solutions are round-off
-RESIDUAL = 1e-7  # of a mode: |x - omega^2 K^-1 M x| of |x|
-SAME = 1e-6  # of omega^2: copies of one mode
+WORST = 1e14  # largest condition number; beyond it solutions are round-off
+RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
+SAME = 1e-6  # relative difference of omega^2 up to which modes are copies of one
 STEPS = 60  # of the Lanczos process that looks for a negative eigenvalue
-SEED = 17  # of starting vectors: the same file, the same rotor
+SEED = 17  # of starting vectors, so that the same file gives the same rotor
 
 
 @dataclass(frozen=True)
 class Condensed:
-    """Reduced matrices in (boundary, amplitudes of fixed-interface modes).
+    """Reduced matrices in coordinates (boundary DoF, fixed-interface amplitudes).
 
     Attributes
     ----------
     mass, stiffness : (b + m, b + m), symmetric or Hermitian
     squared : (m,), ascending, omega^2 of the fixed-interface modes
-    reach : omega^2 below which no mode is missing; inf where all are there
-    condition : of the scaled stiffness of the interior (1-norm, estimated)
+    reach : omega^2 below which no mode is missing; infinite if all are kept
+    condition : condition number of the scaled interior stiffness (1-norm, estimated)
     """
 
     mass: Matrix
@@ -55,26 +55,28 @@ class Condensed:
 def lowest_ritz(matrix: sparse.csr_array) -> float:
     """Return an upper bound of the lowest eigenvalue of D^-1/2 A D^-1/2, D = diag A.
 
-    A negative one proves that A is not positive semidefinite. Lanczos process with
-    full orthogonalization, exact for up to `STEPS` unknowns.
+    A negative bound proves that A is not positive semidefinite. By a Lanczos process
+    with full orthogonalization, exact for up to `STEPS` unknowns.
     """
     scale = 1 / np.sqrt(matrix.diagonal())
     size = len(scale)
     steps = min(STEPS, size)
     basis = np.zeros((steps, size))
-    diagonal, beside = np.zeros(steps), np.zeros(steps)
+    diagonal, off_diagonal = np.zeros(steps), np.zeros(steps)
     new = np.random.default_rng(SEED).normal(size=size)
     for j in range(steps):
-        beside[j] = np.linalg.norm(new)
-        if j and beside[j] <= size * np.finfo(float).eps:  # an invariant subspace
+        off_diagonal[j] = np.linalg.norm(new)
+        if j and off_diagonal[j] <= size * np.finfo(float).eps:  # an invariant subspace
             steps = j
             break
-        basis[j] = new / beside[j]
+        basis[j] = new / off_diagonal[j]
         new = scale * (matrix @ (scale * basis[j]))
         diagonal[j] = basis[j] @ new
         for _ in range(2):
             new -= basis[: j + 1].T @ (basis[: j + 1] @ new)
-    values = eigh_tridiagonal(diagonal[:steps], beside[1:steps], eigvals_only=True)
+    values = eigh_tridiagonal(
+        diagonal[:steps], off_diagonal[1:steps], eigvals_only=True
+    )
     return float(values[0])
 
 
@@ -84,15 +86,15 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     Parameters
     ----------
     project : returns [mass, stiffness], (n, n) sparse, symmetric or Hermitian, positive
-        semidefinite; asked for twice, so that large ones are not kept beside a factor
-    boundary : b, how many of the first DoF are kept
+        semidefinite; called twice, so as not to hold large ones together with a factor
+    boundary : b, number of leading DoF that are kept
     count : fixed-interface modes wanted; some more are returned
-    tell : called with a line before a large factor
+    tell : called with a line of text before a large factor is made
 
     Raises
     ------
     ModelError
-        where the interior, its boundary held, has no stiffness somewhere
+        where the interior has parts without stiffness when the boundary is held
     """
     mass, stiffness = project()
     if mass.shape[0] == boundary:
@@ -113,7 +115,10 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (static and fixed-interface modes, omega^2, reach, condition)."""
+    """Return (static and fixed-interface modes, omega^2, reach, condition).
+
+    The last three as in `Condensed`.
+    """
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
     if not condition <= WORST:
@@ -136,7 +141,7 @@ def _hermitian(matrix: Matrix) -> Matrix:
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
-    """Return the 1-norm condition of D^-1/2 A D^-1/2, D = diag A."""
+    """Return the 1-norm condition number of D^-1/2 A D^-1/2, D = diag A."""
     scale = np.sqrt(matrix.diagonal().real)
 
     def apply(x: Matrix) -> Matrix:
@@ -150,7 +155,7 @@ def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
 def _fixed_modes(
     k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
 ) -> tuple[Floats, Matrix, float]:
-    """Return (omega^2 (m,), modes (n, m), reach), of which none is missing."""
+    """Return (omega^2 (m,), modes (n, m), reach) of the lowest modes, none missing."""
     size = k_ii.shape[0]
     if size <= DENSE or count + MORE >= size // 2:
         squared, modes = eigh(k_ii.toarray(), m_ii.toarray())
@@ -160,7 +165,7 @@ def _fixed_modes(
     modes = np.zeros((size, 0), dtype=k_ii.dtype)
     squared = np.zeros(0)
     wanted = count + MORE
-    while True:  # a Lanczos process may miss a twin: look again without what is found
+    while True:  # a Lanczos process may miss a twin: repeat it without the known modes
         new = _lowest(k_ii, m_ii, solve, (squared, modes), wanted)
         if len(squared):
             low = float(_quotients(k_ii, m_ii, new).min())
@@ -173,10 +178,13 @@ def _fixed_modes(
 
 
 def _lowest(
-    k_ii: Any, m_ii: Any, solve: Solve, found: tuple[Floats, Matrix], wanted: int
+    k_ii: Any, m_ii: Any, solve: Solve, known: tuple[Floats, Matrix], wanted: int
 ) -> Matrix:
-    """Return the lowest modes (n, wanted) but those found, by shift-invert at 0."""
-    squared, modes = found
+    """Return the lowest modes (n, wanted) except known ones, by shift-invert at 0.
+
+    known : omega^2 (m,) and modes (n, m) computed before
+    """
+    squared, modes = known
     size = k_ii.shape[0]
 
     def apply(x: Matrix) -> Matrix:
@@ -195,7 +203,7 @@ def _lowest(
 
 
 def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
-    """Check modes against the factor: x = omega^2 K^-1 M x."""
+    """Raise ModelError where modes do not satisfy x = omega^2 K^-1 M x."""
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:
@@ -210,7 +218,7 @@ def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
 
 
 def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
-    """Return (omega^2, modes), M-orthonormal, of the space that columns span."""
+    """Return Ritz values omega^2 and M-orthonormal modes of the columns' space."""
     strain, inertia = (_hermitian(modes.conj().T @ (a @ modes)) for a in (k_ii, m_ii))
     squared, mix = eigh(strain, inertia)
     return squared, modes @ mix

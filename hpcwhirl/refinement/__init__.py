@@ -1,6 +1,7 @@
-"""Refinement: which further cases a campaign wants, as a rule on words alone.
+"""Refinement: which further cases a campaign needs, decided by words of cases only.
 
-No file, no rank, no clock: a lattice of bisected inputs, trees of cells over it, and
-the least fixed point of rules that only ever add cases, so that words may come in any
-order (`tree`). What a budget leaves out follows from words, too (`growth`).
+It is independent of files, ranks and time: a lattice of bisected inputs, trees of cells
+over it, and the least fixed point of rules that only ever add cases, so that words may
+arrive in any order (`tree`). The cases that a budget drops follow from words, too
+(`growth`).
 """

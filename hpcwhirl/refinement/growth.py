@@ -1,4 +1,4 @@
-"""Which cases a campaign wants by the words there are: all panels, and a budget."""
+"""The cases that a refined campaign wants, given the words known so far."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hpcwhirl.refinement.tree import Tree
 
 
 class Address(NamedTuple):
-    """Which case: comparing addresses gives the order of rows beyond the coarse ones.
+    """Identity of a case; addresses sort as the rows after the coarse cases.
 
     Attributes
     ----------
-    fidelity : 0: the first, 1: that which confirms
-    level : at which its point appears
+    fidelity : 0: the first, 1: the confirming one
+    level : level of bisection at which its point appears
     panel : number of the panel
-    point : its place along each refined input
+    point : place along each refined input, see `lattice`
     """
 
     fidelity: int
@@ -29,12 +29,12 @@ class Address(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """What a campaign may take.
+    """The limit of a campaign's cost.
 
     Attributes
     ----------
-    total : of what is counted
-    each : what a case of each fidelity counts
+    total : largest sum of the cases' costs
+    each : cost of a case of each fidelity
     """
 
     total: float
@@ -42,28 +42,29 @@ class Budget:
 
 
 class Growth:
-    """The cases that a campaign wants, which grow with the words of those there are.
+    """The set of cases that a campaign wants; it grows with the words of ended cases.
 
-    Without a budget a case is wanted as soon as the words ask for it, and the set that
-    is reached in the end is the same in whatever order they come. With one, cases form
-    generations: what the words of all before it ask for. A generation is complete
-    before the next begins, which holds the first cases of it, in the order of their
-    addresses, that the budget allows: what is left out depends on words alone.
+    Without a budget a case is wanted as soon as words require it, and the final set
+    does not depend on the order in which words arrive. With a budget, cases form
+    generations: those required by the words of all earlier ones. A generation starts
+    when the one before it has ended, and consists of the first cases, in the order of
+    addresses, that the budget allows: the cases dropped depend on words only.
 
     Parameters
     ----------
-    lattice : places, the same in each panel
-    panels : how many there are
-    levels : after which mixed cells are speckle, see `Tree`
+    lattice : places of the refined inputs, the same in each panel
+    panels : number of panels
+    levels : levels after which mixed cells are speckle, see `Tree`
     confirm : whether there is a second fidelity
-    budget : None: no limit; twins are not counted
-    twins : of which cases, see `Tree`
+    budget : limit of the cases' cost, without twins; None for no limit
+    twins : which cases have twins, see `Tree`
 
     Attributes
     ----------
-    wanted : in the order in which they became wanted, the coarse ones first
-    twinned : cases of which twins are wanted, in the order in which they became so
-    dropped : cases that the budget has left out; they might have asked for more
+    wanted : cases in the order in which they became wanted, the coarse ones first
+    twinned : cases whose twins are wanted, in the order in which they became so;
+        without those sampled when all cases have ended, see `even`
+    dropped : number of cases that the budget excluded; they might have required more
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class Growth:
         self.wanted: list[Address] = []
         self.twinned: list[Address] = []
         self.dropped = 0
-        self._open: set[Address] = set()  # of this generation
+        self._open: set[Address] = set()  # wanted cases that have not ended
         self._next: list[Address] = []
         self._spent = 0.0
         fresh = [a for panel in range(panels) for a in self._take(panel)]
@@ -100,18 +101,18 @@ class Growth:
 
     def _admit(self, new: list[Address]) -> list[Address]:
         self.wanted += new
+        self._open.update(new)
         if self.budget:
-            self._open.update(new)
             self._spent += sum(self.budget.each[a.fidelity] for a in new)
         return new
 
     def learn(self, address: Address, word: str | None) -> list[Address]:
-        """Take in that a wanted case has ended; return what has become wanted."""
+        """Record the word of an ended case; return the cases that it makes wanted."""
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
+        self._open.discard(address)
         if self.budget is None:
             return self._admit(fresh)
-        self._open.discard(address)
         self._next += fresh
         if self._open:
             return []
@@ -121,7 +122,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address], budget: Budget) -> list[Address]:
-        """Return the first of a generation up to the budget; none once it is cut."""
+        """Return a generation's first cases within the budget; none after a cut."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []
@@ -135,13 +136,15 @@ class Growth:
     def feed(
         self, found: Callable[[Address], str | None], ask: Iterable[Address]
     ) -> list[Address]:
-        """Take in all that is known, of what that makes wanted, too; return the rest.
+        """Record the words of all ended cases; return the wanted ones that have not.
+
+        Cases that become wanted meanwhile are included.
 
         Parameters
         ----------
-        found : the word of a case that has ended, None without one; raises KeyError of
-            one that has not
-        ask : wanted cases to begin with
+        found : function, case -> its word, None without one; raises KeyError for a case
+            that has not ended
+        ask : wanted cases to start from
         """
         todo, left = list(ask), []
         while todo:
@@ -154,6 +157,23 @@ class Growth:
             todo += self.learn(address, word)
         return left
 
+    @property
+    def left(self) -> int:
+        """Number of wanted cases that have not ended."""
+        return len(self._open)
+
+    def even(self) -> list[Address]:
+        """Return the cases at points all of whose unsplit cells have one word only.
+
+        At each point the case of the second fidelity, if it has a word, else the first.
+        """
+        level = self.lattice.level
+        return [
+            Address(fidelity, level(point), panel, point)
+            for panel, tree in enumerate(self.trees)
+            for fidelity, point in tree.even()
+        ]
+
     def ordered(self) -> list[Address]:
-        """Return what is wanted beyond the coarse cases, in the order of their rows."""
+        """Return the wanted cases after the coarse ones, in the order of their rows."""
         return sorted(a for a in self.wanted if a.fidelity or a.level)

@@ -1,9 +1,9 @@
 """The lattice of a refinement: coarse values whose intervals are bisected.
 
-A place along an input is a whole number: its coarse values are `1 << depth` apart, and
-each interval may be bisected as often as its own depth. Values are exact decimals, or,
-on a logarithmic scale, correctly rounded functions of decimals cut to 12 digits: the
-same on every machine, so that digests are, too.
+A place along an input is an integer: coarse values are `1 << depth` apart, and each
+interval can be bisected up to its own depth. Values are exact decimals or, on a
+logarithmic scale, correctly rounded functions of decimals, cut to 12 digits: they, and
+so the digests of cases, are the same on every machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import cached_property
 EXACT = Context(prec=60)
 DIGITS = Context(prec=12)
 Point = tuple[int, ...]
-Cell = tuple[int, Point]  # level, and the lower corner
+Cell = tuple[int, Point]  # level, lower corner
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class Side:
 
     Attributes
     ----------
-    name : dotted
-    values : (m,), coarse, ascending, as they were given
-    depths : (m - 1,), bisections of each interval at most
+    name : dotted name
+    values : (m,), coarse values, ascending, as the user wrote them
+    depths : (m - 1,), largest number of bisections of each interval
     scale : "linear" or "log"
     whole : whether only whole numbers are allowed
     """
@@ -41,7 +41,7 @@ class Side:
 
     @cached_property
     def depth(self) -> int:
-        """Bisections of the interval that has most."""
+        """Largest number of bisections of any interval."""
         return max(self.depths)
 
     @property
@@ -50,29 +50,29 @@ class Side:
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return log2 of the size of the cell of a level that holds a unit interval."""
+        """Return log2 of the size of a level's cell that contains a unit interval."""
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return the bisections after which a place appears."""
+        """Return the number of bisections after which a place appears."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:
-        """Return the value at a place."""
+        """Return the input's value at a place."""
         number, rest = divmod(place, 1 << self.depth)
         if not rest:
             return self.values[number]
         part = Decimal(rest) / (1 << self.depth)  # exact
         low, high = (Decimal(str(v)) for v in self.values[number : number + 2])
-        found = _between(low, high, part, self.scale)
-        return int(found) if self.whole else float(found)
+        exact = _between(low, high, part, self.scale)
+        return int(exact) if self.whole else float(exact)
 
     def position(self, place: int) -> float:
-        """Return a place in intervals of the coarse values: 3.25, exact, for good."""
+        """Return a place in units of coarse intervals, such as 3.25; always exact."""
         return place / (1 << self.depth)
 
     def place(self, position: float) -> int:
-        """Return the place of a position."""
+        """Return the place of a position, see `position`."""
         return int(position * (1 << self.depth))
 
 
@@ -80,23 +80,23 @@ def _between(low: Decimal, high: Decimal, part: Decimal, scale: str) -> Decimal:
     if scale == "linear":
         return EXACT.add(low, EXACT.multiply(EXACT.subtract(high, low), part))
     ratio = EXACT.ln(EXACT.divide(high, low))
-    found = EXACT.multiply(low, EXACT.exp(EXACT.multiply(ratio, part)))
-    return DIGITS.plus(found)
+    value = EXACT.multiply(low, EXACT.exp(EXACT.multiply(ratio, part)))
+    return DIGITS.plus(value)
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """The places of one to three inputs, and the cells between them.
+    """The points of one to three refined inputs, and the cells between them.
 
-    A cell of a level is bisected along every input whose interval there has not had all
-    its bisections; it is at its end where none is left.
+    A cell is split by bisection along every input whose interval there allows a further
+    bisection; it is at its end where no input does.
     """
 
     sides: tuple[Side, ...]
 
     @cached_property
     def depth(self) -> int:
-        """Levels below the coarse one."""
+        """Number of levels below the coarse one."""
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
@@ -123,7 +123,10 @@ class Lattice:
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that holds a unit cell, by its lower corner."""
+        """Return the cell of a level that contains a unit cell.
+
+        unit : lower corner of the unit cell
+        """
         low = []
         for side, x in zip(self.sides, unit, strict=True):
             shift = side.shift(level, x)
@@ -139,7 +142,7 @@ class Lattice:
         )
 
     def children(self, cell: Cell) -> list[Cell]:
-        """Return the parts of a cell, of the next level."""
+        """Return the cells of the next level within a cell."""
         level, low = cell
         starts = []
         for side, x in zip(self.sides, low, strict=True):
@@ -148,7 +151,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return how many cells some levels down there can be in a cell."""
+        """Return the largest number of cells within a cell so many levels below it."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):
@@ -156,7 +159,7 @@ class Lattice:
         return 1 << bits
 
     def touching(self, level: int, point: Point) -> set[Cell]:
-        """Return the cells of a level whose closed boxes hold a point."""
+        """Return the cells of a level whose closed boxes contain a point."""
         near = [
             [x for x in (place - 1, place) if 0 <= x < side.last]
             for side, place in zip(self.sides, point, strict=True)
@@ -164,7 +167,7 @@ class Lattice:
         return {self.at(level, unit) for unit in itertools.product(*near)}
 
     def neighbours(self, cell: Cell) -> set[Cell]:
-        """Return the cells of the same level that touch a cell, by corners too."""
+        """Return the cells of the same level that touch a cell, even at a corner."""
         level, low = cell
         near = [
             [x for x in (x0 - 1, x0, x0 + size) if 0 <= x < side.last]

@@ -1,4 +1,4 @@
-"""The rule of a refined campaign, as its plan keeps it, and the cases it speaks of."""
+"""The rule of a refined campaign, as stored with its plan, and its possible cases."""
 
 from __future__ import annotations
 
@@ -13,25 +13,23 @@ from hpcwhirl.errors import InputError, StoreError, shown
 from hpcwhirl.refinement.growth import Address, Budget, Growth
 from hpcwhirl.refinement.lattice import Lattice, Point, Side
 
-WORDS = ("regime", "whirl", "both")
-SCALES = ("linear", "log")
 Settings = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What a campaign refines, how far and by which words.
+    """The inputs that a campaign refines, how far, and by which words.
 
     Attributes
     ----------
     over : dotted names of the refined inputs
-    depths : of each, bisections of each interval of its coarse values
-    scale : of each, "linear" or "log"
+    depths : for each input, bisections of each interval of its coarse values
+    scale : for each input, "linear" or "log"
     words : "regime", "whirl" or "both"
-    speckle : levels after which a cell mixed in most of its parts is left; 0: never
-    confirm : preset by which boundaries are computed again, "" for none
-    inputs : {dotted name: value} that it sets
-    budget : total, and what a case of each fidelity counts of it; empty: no limit
+    speckle : levels after which a mostly mixed cell is not split further; 0: never
+    confirm : preset with which boundaries are computed again; "" for none
+    inputs : {dotted name: value} of that preset
+    budget : total, and cost of a case of each fidelity; empty for no limit
     """
 
     over: tuple[str, ...]
@@ -44,49 +42,49 @@ class Rule:
     budget: tuple[float, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """Return the rule as JSON has it."""
+        """Return the rule as plain data, as in JSON."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, row: Mapping[str, Any] | None) -> str | None:
-        """Return the word that a case goes by; None where it gave none.
+        """Return the word of a case by its row; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
         """
         if not row or row["regime"] == "none":
             return None
-        known = {"regime": row["regime"], "whirl": row["whirl"]}
-        known["both"] = f"{row['regime']} {row['whirl']}"
-        return str(known[self.words])
+        choices = {"regime": row["regime"], "whirl": row["whirl"]}
+        choices["both"] = f"{row['regime']} {row['whirl']}"
+        return str(choices[self.words])
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule that a plan keeps; StoreError where it is none."""
+    """Return the rule from plain data, see `Rule.plain`; StoreError if damaged."""
     try:
-        own = dict(plain)
-        own["depths"] = tuple(map(tuple, own["depths"]))
-        own |= {name: tuple(own[name]) for name in ("over", "scale", "budget")}
-        return Rule(**own)
+        fields = dict(plain)
+        fields["depths"] = tuple(map(tuple, fields["depths"]))
+        fields |= {name: tuple(fields[name]) for name in ("over", "scale", "budget")}
+        return Rule(**fields)
     except (KeyError, TypeError, ValueError) as failed:
         msg = f"the rule of a refinement is damaged: {type(failed).__name__} {failed}"
         raise StoreError(msg) from None
 
 
 class Family:
-    """The cases of a refined campaign, coarse ones and all that may follow.
+    """All possible cases of a refined campaign: coarse ones and refinements.
 
-    A panel holds the cases that differ in refined inputs alone. Cases have numbers: the
-    coarse ones those of their rows, the others follow by arithmetic on their address.
+    A panel contains the cases that differ in refined inputs only. The number of a
+    coarse case is that of its row; numbers of others are computed from their address.
 
     Parameters
     ----------
-    rule : of the campaign
-    rows : settings of the coarse cases: each panel has all combinations of the values
-    whole : names of inputs that take whole numbers alone
+    rule : rule of the campaign
+    rows : settings of the coarse cases; each panel has all combinations of the values
+    whole : names of inputs that take whole numbers only
 
     Attributes
     ----------
-    lattice : places, the same in each panel
-    panels : settings that the cases of a panel share
+    lattice : places of the refined inputs, the same in each panel
+    panels : settings that the cases of each panel share
     coarse : addresses of the coarse cases
     """
 
@@ -124,13 +122,13 @@ class Family:
         return [side.last + 1 for side in self.lattice.sides]
 
     def number(self, address: Address) -> int:
-        """Return the number of a case."""
+        """Return the number of a case by its address."""
         if address in self.row_of:
             return self.row_of[address]
-        found = address.fidelity * len(self.panels) + address.panel
+        number = address.fidelity * len(self.panels) + address.panel
         for place, length in zip(address.point, self._lengths, strict=True):
-            found = found * length + place
-        return len(self.rows) + found
+            number = number * length + place
+        return len(self.rows) + number
 
     def address(self, number: int) -> Address:
         """Return the address of a case by its number."""
@@ -145,21 +143,21 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return what a case sets: refined inputs, those of its panel, its preset."""
+        """Return the settings of a case: refined inputs, its panel's, its preset's."""
         both = zip(self.lattice.sides, address.point, strict=True)
-        own = {side.name: side.value(place) for side, place in both}
+        refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
-        return own | self.panels[address.panel] | preset
+        return refined | self.panels[address.panel] | preset
 
     @property
     def span(self) -> int:
-        """All numbers of cases are below it."""
+        """Upper bound of the numbers of cases, exclusive."""
         fidelities = 2 if self.rule.confirm else 1
         return len(self.rows) + fidelities * len(self.panels) * prod(self._lengths)
 
     @property
     def most(self) -> int:
-        """Cases there are if every cell is split: the upper bound."""
+        """Number of cases if every cell is split, within the budget: an upper bound."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)
@@ -169,9 +167,9 @@ class Family:
         return count
 
     def growth(self, twins: str = "") -> Growth:
-        """Return what is wanted before anything has a word: the coarse cases.
+        """Return the initial `Growth`, which wants the coarse cases.
 
-        twins : of which cases, "" for none
+        twins : which cases have twins, see `Tree`; "" for none
         """
         total, *each = self.rule.budget or (0.0, 1.0, 1.0)
         return Growth(
@@ -185,10 +183,10 @@ class Family:
 
 
 def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> None:
-    """Raise InputError, naming it, where a rule may not follow the one begun with.
+    """Raise InputError where a new rule may not replace the one a campaign began with.
 
-    A finished campaign may be refined: for the first time, more finely, with another
-    budget or with none, and confirmed where it was not.
+    A finished campaign may be refined for the first time, or more finely, with another
+    budget or none, and with a confirming preset if it had none.
     """
     if not old:
         return
@@ -198,10 +196,10 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
     was, now = rule_of(old), rule_of(new)
     for name in ("over", "scale", "words", "speckle"):
         if getattr(was, name) != getattr(now, name):
-            told = [", ".join(v) if isinstance(v, tuple) else v
+            both = [", ".join(v) if isinstance(v, tuple) else v
                     for v in (getattr(was, name), getattr(now, name))]  # fmt: skip
-            msg = f"{where} was begun with [refine] {name} = {shown(told[0])}, "
-            raise InputError(msg + f"got {shown(told[1])}")
+            msg = f"{where} was begun with [refine] {name} = {shown(both[0])}, "
+            raise InputError(msg + f"got {shown(both[1])}")
     if was.confirm and (was.confirm, was.inputs) != (now.confirm, now.inputs):
         msg = f"{where} was begun with [refine] confirm = {shown(was.confirm)}, "
         raise InputError(msg + f"got {shown(now.confirm) if now.confirm else 'none'}")

@@ -1,4 +1,4 @@
-"""The cells of one panel, split by the words at their points; see `Tree`."""
+"""The tree of cells of one panel, split by the words at their points, see `Tree`."""
 
 from __future__ import annotations
 
@@ -7,27 +7,28 @@ from dataclasses import dataclass, field
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
 
-MOST = 0.75  # share of the parts of a cell, mixed more of which it is speckle
+SPECKLE_SHARE = 0.75  # a cell is speckle if a larger share of its parts is mixed
 FIRST, CONFIRM = 0, 1  # fidelities
-Wish = tuple[int, Point]  # a fidelity and a point that a case is wanted of
+Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
 
 @dataclass(slots=True)
 class Node:
-    """What is known of a cell.
+    """State of a cell.
 
     Attributes
     ----------
-    corners : of the cell
-    points : wanted ones in the closed box until it is split: corners, and those that
-        hang on its sides
-    seen : words of its points, by the first fidelity and by the other
+    corners : its corners
+    points : wanted points in its closed box until it is split: corners, and hanging
+        points on its sides
+    seen : words at its points, by the first and by the second fidelity
     at_corners : words at its corners, by the first fidelity
-    open : corners that have not ended
-    split, opened : whether it has parts; whether its corners are confirmed
-    followed : whether cases at its corners have twins
-    demanded : whether a finer neighbour asks for its parts
-    changed : whether a point has another word by the other fidelity
+    open : number of corners whose cases have not ended
+    split : whether it has been split
+    opened : whether its corners are to be confirmed by the second fidelity
+    followed : whether the cases at its corners have twins
+    demanded : whether a finer neighbour requires its parts
+    changed : whether the two fidelities differ in the word of one of its points
     """
 
     corners: tuple[Point, ...]
@@ -48,45 +49,44 @@ class Node:
 
     @property
     def uneven(self) -> bool | None:
-        """Whether its corners differ by the first fidelity; None: not known yet."""
+        """Whether its corners' words differ by the first fidelity; None: not known."""
         return True if len(self.at_corners) > 1 else (None if self.open else False)
 
 
 class Tree:
     """Cells of one panel; the least fixed point of rules that only add cells and cases.
 
-    - A cell is split where two of its points (corners, and those that hang on its
-      sides) have different words by the same fidelity.
-    - A cell is split whose parts a neighbour split to the same level would touch: a
-      split cell's neighbours, by corners too, are of its own level at least.
-    - Nothing is split or confirmed in speckle: `levels` below a cell of which more than
-      three quarters of the parts that many levels down have corners that differ, each
-      found by splitting, from that cell down, what differs at corners. It depends on
-      words at the cell's own places alone.
-    - With a second fidelity, the corners of a mixed cell at its end are confirmed, and
-      those of every cell around a point whose word it changes, but of cells that are to
-      be split, as their corners differ by the first.
+    - A cell is split if two of its points (corners, and hanging points on its sides)
+      have different words by the same fidelity.
+    - Split cells are balanced: the neighbours of a split cell, even at a corner, have
+      at least its level, and are split from coarser ones where necessary.
+    - Nothing is split or confirmed in speckle. A cell is in speckle if, `levels` above
+      it, a cell has more than three quarters of its parts that many levels down with
+      different words at their corners; those parts are reached by splitting cells with
+      different words at their corners. Only words at points of that cell matter.
+    - With a second fidelity, the corners of a mixed cell at its end are confirmed. So
+      are those of every cell around a point whose word the second fidelity changes,
+      except cells that are split anyway by their corners' first words.
+    - Cases with a word at the corners of mixed cells in speckle have twins; with twins
+      of boundaries, also those of mixed cells at their end, by the second fidelity if
+      there is one.
 
-    - Cases have twins that have a word and are at corners of mixed cells in speckle,
-      or, if those of boundaries are wanted, of mixed cells at their end as well: there
-      by the second fidelity where there is one.
-
-    A case that has ended without a word counts for nothing: no cell is split or
-    confirmed because of it, and it has no twins.
+    A case that has ended without a word has no effect: no cell is split or confirmed
+    because of it, and it has no twins.
 
     Parameters
     ----------
-    lattice : places
-    levels : after which a cell that is still mixed in most of its parts is speckle; 0:
-        never
+    lattice : places of the refined inputs
+    levels : levels after which a cell with mostly mixed parts is speckle; 0: never
     confirm : whether there is a second fidelity
-    twins : of which cases: "all", "boundary", "speckle", "" for none
+    twins : which cases have twins: "all", "boundary", "speckle"; "" or "even": none by
+        these rules
 
     Attributes
     ----------
-    cells : all of them, split ones included
-    fresh : cases that have become wanted, taken away by `take`
-    twinned : cases of which twins have become wanted, taken away by `take_twins`
+    cells : {cell: state} of all cells, split ones included
+    fresh : cases that have become wanted since the last `take`
+    twinned : cases whose twins have become wanted since the last `take_twins`
     """
 
     def __init__(
@@ -105,26 +105,26 @@ class Tree:
         self.words: tuple[dict[Point, str | None], dict[Point, str | None]] = ({}, {})
         self.wanted: tuple[set[Point], set[Point]] = (set(), set())
         self.fresh: list[Wish] = []
-        self._demanded: set[Cell] = set()  # that are not there yet
+        self._demanded: set[Cell] = set()  # cells to be split as soon as they exist
         self._speckled: dict[Cell, bool] = {}
-        self._asking: dict[Cell, set[Cell]] = {}  # who waits to hear of it
+        self._asking: dict[Cell, set[Cell]] = {}  # {cell: cells to visit when known}
         self._todo: list[Cell] = []
         for cell in lattice.coarse():
             self._make(cell, ())
         self._settle()
 
     def take(self) -> list[Wish]:
-        """Return what has become wanted since the last call."""
+        """Return the cases that have become wanted since the last call."""
         fresh, self.fresh = self.fresh, []
         return fresh
 
     def take_twins(self) -> list[Wish]:
-        """Return of which cases twins have become wanted since the last call."""
+        """Return the cases whose twins have become wanted since the last call."""
         twinned, self.twinned = self.twinned, []
         return twinned
 
     def learn(self, fidelity: int, point: Point, word: str | None) -> None:
-        """Take in that a wanted case has ended, with a word or without."""
+        """Record the end of a wanted case, with its word or without."""
         words = self.words[fidelity]
         if point in words:
             return
@@ -140,21 +140,33 @@ class Tree:
         self._settle()
 
     def is_speckle(self, cell: Cell) -> bool:
-        """Return whether a cell lies in speckle, as far as known."""
+        """Return whether a cell is known to lie in speckle."""
         return self._allowed(cell) is False
 
     def word(self, point: Point) -> str | None:
-        """Return the word of a point by its finest fidelity that has one."""
+        """Return the word of a point by the highest fidelity that has one."""
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
+    def even(self) -> list[Wish]:
+        """Return the cases at points all of whose unsplit cells have one word only."""
+        even: set[Point] = set()
+        other: set[Point] = set()
+        for node in self.cells.values():
+            if not node.split:
+                alike = len({self.word(point) for point in node.points}) == 1
+                (even if alike else other).update(node.points)
+        points = sorted(p for p in even - other if self.word(p) is not None)
+        second = self.words[CONFIRM]
+        return [(CONFIRM if second.get(p) else FIRST, p) for p in points]
+
     def _around(self, point: Point) -> list[Cell]:
-        """Return the cells there are whose closed boxes hold a point."""
+        """Return the existing cells whose closed boxes contain a point."""
         levels = range(self.lattice.depth + 1)
-        found = (c for level in levels for c in self.lattice.touching(level, point))
-        return [cell for cell in found if cell in self.cells]
+        touching = (c for level in levels for c in self.lattice.touching(level, point))
+        return [cell for cell in touching if cell in self.cells]
 
     def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
-        """Note the word of a point of a cell."""
+        """Record the word of a point in a cell's state."""
         node, word = self.cells[cell], self.words[fidelity][point]
         before = node.uneven
         if word is not None:
@@ -166,10 +178,10 @@ class Tree:
         node.changed |= changed
         self._todo.append(cell)
         if node.uneven is not before:
-            self._tell_asking(cell)
+            self._revisit_waiting(cell)
 
-    def _tell_asking(self, cell: Cell) -> None:
-        """Let those look again who wait for whether a cell's corners differ."""
+    def _revisit_waiting(self, cell: Cell) -> None:
+        """Visit again the cells that wait for whether a cell's corners differ."""
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())
@@ -197,7 +209,7 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Want twins at the corners of a mixed cell that is not split any more."""
+        """Want twins at the corners of a mixed cell that will not be split."""
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]
@@ -226,7 +238,7 @@ class Tree:
                     self._todo.append(above)
 
     def _make(self, cell: Cell, inherited: Iterable[Point]) -> None:
-        """Make a cell; its corners are wanted."""
+        """Add a cell and want the cases at its corners."""
         corners = self.lattice.corners(cell)
         self._want(FIRST, corners)
         low, high = corners[0], corners[-1]
@@ -245,8 +257,8 @@ class Tree:
         self._todo.append(cell)
 
     def _changed(self, point: Point) -> bool:
-        found = [words.get(point) for words in self.words]
-        return None not in found and found[0] != found[1]
+        both = [words.get(point) for words in self.words]
+        return None not in both and both[0] != both[1]
 
     def _want(self, fidelity: int, points: Iterable[Point]) -> None:
         for point in points:
@@ -261,31 +273,32 @@ class Tree:
                         node.points.append(point)
 
     def _allowed(self, cell: Cell) -> bool | None:
-        """Return whether a cell lies outside speckle; None: not known yet."""
+        """Return whether a cell lies outside speckle; None: not yet known."""
         level = cell[0] - self.levels
         if not self.levels or level < 0:
             return True
         above = self.lattice.at(level, cell[1])
         if above not in self._speckled:
-            found = self._is_speckle_below(above)
-            if found is None:
+            speckle = self._is_speckle_below(above)
+            if speckle is None:
                 self._asking.setdefault(above, set()).add(cell)
                 return None
-            self._speckled[above] = found
+            self._speckled[above] = speckle
         return not self._speckled[above]
 
     def _is_speckle_below(self, cell: Cell) -> bool | None:
-        """Return whether most parts of a cell are mixed; None: not known yet."""
+        """Return whether most parts of a cell are mixed; None: not yet known."""
         parts = self.lattice.children(cell)
         for _ in range(self.levels - 1):
             if any(self._uneven(part) is None for part in parts):
                 return None
             below = [self.lattice.children(p) for p in parts if self._uneven(p)]
             parts = [part for each in below for part in each]
-        found = [self._uneven(part) for part in parts]
-        if None in found:
+        uneven = [self._uneven(part) for part in parts]
+        if None in uneven:
             return None
-        return sum(map(bool, found)) > MOST * self.lattice.parts(cell, self.levels)
+        whole = self.lattice.parts(cell, self.levels)
+        return sum(map(bool, uneven)) > SPECKLE_SHARE * whole
 
     def _uneven(self, cell: Cell) -> bool | None:
         node = self.cells.get(cell)

@@ -1,4 +1,4 @@
-"""What pictures call a quantity: axes, titles, values; all by `scene.quantities`."""
+"""What pictures call a quantity, by `scene.quantities`; colour maps of numbers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from hpcwhirl.scene.quantities import (
     variable_name,
 )
 from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.store.reading.select import told
+from hpcwhirl.store.reading.select import value_text
 
+SEQUENTIAL = "cividis"  # perceptual, and the same to the colour-blind
+DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
-NAMED = {variable_name(name): told for name, told in INPUTS.items()} | KNOWN
+NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 
 
 def name_of(name: str) -> str:
@@ -46,7 +48,7 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
-    text = told(value)
+    text = value_text(value)
     text = text if len(text) <= 40 else text[:39] + "…"
     shown = with_unit(text, unit or (known.unit if known else ""), " ")
     return f"{symbol} = {shown}"
@@ -55,6 +57,7 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 def title_of(row: Any) -> str:
     """Return speed, lobes and words of a row."""
     words = f"{row['regime']}, {row['whirl']}"
-    words = "unstable integration" if row["outcome"] == "unstable" else words
+    lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
+    words = lost.get(str(row["outcome"]), words)
     at = ", ".join(value_of(name, row[name]) for name in ("speed", "nodal_diameter"))
     return f"{at}: {words}"

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import unwritable
-from hpcwhirl.store.atomic import replacing
+from hpcwhirl.errors import legible
+from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
 
 
 def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
     """Write a figure in the format of the file's name, and return its path."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as part:
+    with telling(path):
+        make_folders(path.parent)
+        sweep_idle(path.parent, path.name)  # of a process that was killed
+        with replacing(path, held=True) as part, warnings.catch_warnings():
+            # an engine's name may be of any script: a box in PNG, itself in SVG
+            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font")
+            _tidy(figure)
             figure.savefig(part, format=path.suffix[1:], dpi=dpi, **options)
-    except OSError as failed:
-        msg = f"cannot write {path}: {failed.strerror or failed}"
-        raise unwritable(msg, failed) from None
     return path
+
+
+def _tidy(figure: Any) -> None:
+    """Escape what an SVG must not hold: a file's texts may come from anywhere."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if text.get_text() != (told := legible(text.get_text())):
+            text.set_text(told)

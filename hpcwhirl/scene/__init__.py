@@ -1,4 +1,4 @@
-"""Inputs as frozen data in SI units; TOML in and out; quantities; words; presets."""
+"""Inputs of a case as frozen data in SI units; TOML, quantities, words and presets."""
 
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,
@@ -6,7 +6,7 @@ from hpcwhirl.scene.documents import (
     preset_in,
     scene_of_document,
 )
-from hpcwhirl.scene.engines import engine_inputs, engine_names, engine_shows
+from hpcwhirl.scene.engines import engine_inputs, engine_names, engine_shows, title_of
 from hpcwhirl.scene.files import (
     apply_settings,
     check_kept,
@@ -27,7 +27,7 @@ from hpcwhirl.scene.inputs import (
     Scene,
     Solver,
 )
-from hpcwhirl.scene.named import NAMED, named_scene
+from hpcwhirl.scene.paper_scenes import NAMED, named_scene
 from hpcwhirl.scene.presets import (
     loss_of,
     preset_bounds,
@@ -70,5 +70,6 @@ __all__ = [
     "preset_of",
     "scene_from",
     "scene_of_document",
+    "title_of",
     "to_toml",
 ]

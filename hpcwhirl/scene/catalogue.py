@@ -1,38 +1,66 @@
-"""Every input as a reader looks it up: where it stands, default, unit, what is allowed.
+"""Catalogue of inputs for users: table, default, unit, allowed values and meaning.
 
-All of it is read off the fields of `hpcwhirl.scene.inputs`.
+It is derived from the fields of `hpcwhirl.scene.inputs` and of the tables' models.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
-from hpcwhirl.errors import unknown
+from pydantic_core import PydanticUndefined
+
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene.campaign_tables import Campaign, Refine, SampleTable, TwinsTable
 from hpcwhirl.scene.files import Value
 from hpcwhirl.scene.inputs import OwnRatio
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
+from hpcwhirl.scene.swept import KEYS as SWEPT
+from hpcwhirl.scene.table_model import Key, TableModel, key_of
 
 SIGNS = (("gt", "> "), ("ge", ">= "), ("le", "<= "), ("lt", "< "))
 KINDS = {"int": "whole number", "float": "number", "str": "text"}
-OWN_RATIO = get_args(OwnRatio)[-1]  # the check that such fields share
+INPUT = "<input>"  # key that stands for the name of any input
+SHORTEST = 3  # letters of a word that is searched for in meanings, at least
+_UNIT = "it is a unit, which a text may have"
+_LEFT_OUT = "it is not modelled; hpcwhirl manual trust tells what is left out"
+_SHAFT = (
+    "the shaft is two equal springs, see centre_stiffness, suspension_damping and "
+    "cross_coupling; other bearings are not modelled (hpcwhirl manual trust)"
+)
+OTHERWISE = {  # words that users look up but that are no inputs: the answer
+    "rpm": f'{_UNIT}: speed = "3000 rpm"',
+    "mm": f'{_UNIT}: gap = "0.8 mm"',
+    "kn": f'{_UNIT}: force = "30 kN"',
+    "hz": f'{_UNIT}: support_frequency = "3 Hz"',
+    "bearing": _SHAFT,
+    "bearings": _SHAFT,
+    "squeeze film": _SHAFT,
+    **dict.fromkeys(
+        ("unbalance", "imbalance", "blade-off", "coating", "abradable", "wear",
+         "temperature", "thermal", "seal", "aerodynamics", "flutter"),
+        _LEFT_OUT,
+    ),
+}  # fmt: skip
+OWN_RATIO = get_args(OwnRatio)[-1]  # validator by which fields of this type are known
 
 
 @dataclass(frozen=True)
 class InputFact:
-    """One input of a scene.
+    """One input of a scene, or key of a campaign's table.
 
     Attributes
     ----------
-    name : in its table
-    table : of the TOML
-    default : where a file does not say; None: there is none
-    unit : "" for none
-    meaning : without the unit
-    allowed : values, each alone; rules between inputs are in `rules`
-    rules : what else is to be known, or ""
+    name : name in its table
+    table : table of the TOML
+    default : default value; None: there is none
+    unit : unit, "" for none
+    meaning : explanation without the unit
+    allowed : text on the allowed values
+    rules : further explanation, such as rules between inputs, or ""
     """
 
     name: str
@@ -46,45 +74,94 @@ class InputFact:
 
 @cache
 def catalogue() -> dict[str, InputFact]:
-    """Return {dotted name: input} of every input, as the tables of a file have them."""
+    """Return {dotted name: facts} of every input, in the order of the tables."""
     return {name: _fact(name, field) for name, field in LEAVES}
 
 
+@cache
+def design_tables() -> dict[str, list[InputFact]]:
+    """Return {table: its keys} of the tables that only a campaign file has.
+
+    The key `<input>` stands for the name of any input.
+    """
+    models: dict[str, type[TableModel]] = {
+        "sample": SampleTable,
+        "refine": Refine,
+        "twins": TwinsTable,
+        "campaign": Campaign,
+    }
+    found = {table: [_told(table, INPUT, told)] for table, told in SWEPT.items()}
+    for table, model in models.items():
+        found[table] = [
+            _told(
+                table, INPUT if name == "laws" else name, key_of(field), field.default
+            )
+            for name, field in model.model_fields.items()
+        ]
+    return found
+
+
+def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
+    none = default in (PydanticUndefined, frozenset(), {})
+    default = None if none else default
+    return InputFact(name, table, default, "", told.meaning, told.allowed, "")
+
+
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs that a word names: a whole table, or all with such an ending.
+    """Return the inputs of a table, those whose name ends with a word, or mention it.
+
+    The meanings of inputs are searched only if no table or input has that name.
 
     Parameters
     ----------
-    word : a name, dotted or not, of an input or a table
-    besides : further names that may be meant where there is none
+    word : name of a table or input, dotted or not, or a word of a meaning
+    besides : further names that the error may suggest
 
     Raises
     ------
     InputError
-        where there is none, with the nearest known name
+        if there is none, with an explanation or the nearest known name
     """
     facts = catalogue()
     inside = [f for f in facts.values() if word in _names_of_table(f.table)]
-    found = [f for name, f in facts.items() if f".{name}".endswith(f".{word}")]
-    if inside or found:
-        return inside or found
+    named = [f for name, f in facts.items() if f".{name}".endswith(f".{word}")]
+    if inside or named:
+        return inside or named
+    mentioned = _by_meaning(word)
+    if mentioned:
+        return mentioned
+    if word.lower() in OTHERWISE:
+        msg = f"no input is named '{word}': {OTHERWISE[word.lower()]}"
+        raise InputError(msg)
     tables = {n for f in facts.values() for n in _names_of_table(f.table)}
     known = {f.name for f in facts.values()} | tables | set(besides)
     raise unknown("input, table or preset", word, known)
 
 
+def _by_meaning(word: str) -> list[InputFact]:
+    """Return the inputs with a whole word in their meaning, or else in their rules."""
+    if word.lower() in OTHERWISE or len(word) < SHORTEST:
+        return []
+    wanted = re.compile(rf"\b{re.escape(word)}s?\b", re.IGNORECASE)
+    facts = catalogue().values()
+    return [fact for fact in facts if wanted.search(fact.meaning)] or [
+        fact for fact in facts if wanted.search(fact.rules)
+    ]
+
+
 def _names_of_table(table: str) -> tuple[str, str, str]:
-    """Return what a table may be called: whole, its last part, in brackets."""
+    """Return the names of a table that are understood: full, last part, in brackets."""
     return table, table.rpartition(".")[2], f"[{table}]"
 
 
 def _fact(name: str, field: Any) -> InputFact:
-    table, _, own = name.rpartition(".")
-    told = INPUTS[name]
+    table, _, leaf = name.rpartition(".")
+    quantity = INPUTS[name]
     default = list(field.default) if isinstance(field.default, tuple) else field.default
-    unit = "" if told.unit == "1" else told.unit
+    unit = "" if quantity.unit == "1" else quantity.unit
+    meaning, rules = quantity.meaning, quantity.rules
     return InputFact(
-        own, table or "scene", default, unit, told.meaning, _allowed(field), told.rules
+        leaf, table or "scene", default, unit, meaning, _allowed(field), rules
     )
 
 

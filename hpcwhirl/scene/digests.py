@@ -1,4 +1,4 @@
-"""Digests of many cases that differ in a few inputs."""
+"""SHA-256 digests of the inputs of many cases that differ in a few inputs."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
 AT_ONCE = 1 << 16  # cases whose texts are in memory together
-KEY = 8  # bytes of a digest that cases are looked up by
+KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
 class Digests:
-    """Digests of cases by what they set; each value is checked once for all of them.
+    """Digest of a case from the inputs that it sets; each value is checked only once.
 
     Parameters
     ----------
-    base : what the cases share
-    contents : {engine file: SHA-256} as planned; others are read
+    base : scene with the inputs that all cases share
+    contents : {engine file: SHA-256} as planned; other files are read
     """
 
     def __init__(self, base: Scene, contents: Mapping[str, str]) -> None:
@@ -50,17 +50,17 @@ class Digests:
         Raises
         ------
         InputError
-            where there is no such case
+            if its inputs are not allowed
         """
         try:
-            own = {name: self._value(name, raw) for name, raw in settings.items()}
-            values = self._flat | own
-        except InputError:  # allowed together with others alone
+            checked = {name: self._value(name, raw) for name, raw in settings.items()}
+            values = self._flat | checked
+        except InputError:  # a value may be allowed only together with the others
             values = flatten(apply_settings(self.base, settings))
         return self._digest(values)
 
     def planned(self, settings: Mapping[str, Value]) -> str:
-        """Return the digest of a case, of one that will fail as a row, too."""
+        """Return the digest of a case, even if its inputs are not allowed."""
         try:
             return self(settings)
         except InputError:
@@ -73,7 +73,7 @@ class Digests:
         return digest_of(values, self.contents[file])
 
     def _value(self, name: str, raw: Any) -> Any:
-        """Return a value as a scene has it."""
+        """Return the checked value of an input, as a scene stores it."""
         key = f"{name} {raw!r}"
         if key not in self._memory:
             self._memory[key] = flatten(apply_settings(self.base, {name: raw}))[name]
@@ -81,17 +81,17 @@ class Digests:
 
 
 class CaseDigests(OfCases[str]):
-    """The digests of the cases of a table, each made when it is asked for.
+    """Sequence of the digests of a table's cases, each computed on access.
 
-    They are those of `digest_of` the cases' scenes, without a scene: of a text that all
-    cases share but for what they set. Values must have been found allowed.
+    They equal `digest_of` of the cases' scenes but need no scene: the text to hash is
+    the same for all cases except at the inputs they set. Values must have been checked.
 
     Parameters
     ----------
-    shared : {dotted input: value} of all inputs, as `flatten` has them
-    table : what each case sets
+    shared : {dotted input: value} of all inputs, see `flatten`
+    table : the inputs that each case sets
     reads : {engine file: its part of a digest, see `read_as`}
-    physics : version that the digests are of
+    physics : physics version that is part of the digests
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class CaseDigests(OfCases[str]):
         return str(one.hexdigest())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Send what they are made from."""
+        """Pickle the arguments of the constructor, not the cached texts."""
         return CaseDigests, (self.shared, self.table, self.reads, self.physics)
 
     def __iter__(self) -> Iterator[str]:
@@ -140,45 +140,48 @@ class CaseDigests(OfCases[str]):
     __hash__ = None  # type: ignore[assignment]
 
     def _told(self) -> str:
-        # A block of cases that does not set an input takes the shared one.
+        # blocks of cases that do not set an input use the shared value
         return json.dumps([self.shared, self.reads, self.physics], sort_keys=True)
 
     def _chunks(self) -> Iterator[list[bytes]]:
-        """Yield the digests of all cases, some at once."""
+        """Yield the digests of all cases as bytes, in lists of at most `AT_ONCE`."""
         for first in range(0, len(self), AT_ONCE):
             yield self._of(np.arange(first, min(first + AT_ONCE, len(self))))
 
     def _of(self, cases: Cases) -> list[bytes]:
-        """Return the digests of some cases.
+        """Return the digests of some cases as bytes.
 
-        What stands before the first input that cases set is hashed once.
+        The common text before the first input that cases set is hashed only once.
         """
-        head, parts, found = self._text[0], [], []
+        head, parts, digests = self._text[0], [], []
         for column, texts in self._parts:
             parts.append(map(texts.__getitem__, column.codes(cases).tolist()))
-        for own in zip(*parts, strict=True):
+        for texts_of_case in zip(*parts, strict=True):
             one = head.copy()
-            one.update(b"".join(own))
-            found.append(one.digest())
-        return found
+            one.update(b"".join(texts_of_case))
+            digests.append(one.digest())
+        return digests
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """What cases set, as the text of each of its values and what follows it."""
-        found = []
+        """(column, texts) of each swept input: text of each value and what follows it.
+
+        The last pair is that of the engine's file.
+        """
+        pairs = []
         for name, text in zip(sorted(self.table.names), self._text[1], strict=True):
             column = self.table.column(name, self.shared[name])
             texts = [(fragment(name, v) + text).encode() for v in listed(column.values)]
-            found.append((column, texts))
+            pairs.append((column, texts))
         column = self.table.column(FILE, self.shared[FILE])
         ends = [f"{json.dumps(self.reads[str(v)])}]".encode() for v in column.values]
-        return [*found, (column, ends)]
+        return [*pairs, (column, ends)]
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
-        """The hash of a case's text up to what is set first, and the texts after each.
+        """Hash state of the text before the first swept value, and texts between them.
 
-        The end is not among them: it tells an engine's file.
+        The end of the text is left out: it depends on the engine's file.
         """
         mark = "\0swept\0"
         values = self.shared | dict.fromkeys(self.table.names, mark)
@@ -188,37 +191,46 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def identity(self) -> str:
-        """What tells this order of these cases from any other."""
-        told = [self._told(), self.table.plain()]
-        return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:32]
+        """Digest of all cases in their order, 32 hexadecimal digits."""
+        parts = [self._told(), self.table.plain()]
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
     def find_all(self, words: NDArray[np.void], hints: Cases) -> Cases:
-        """Return the cases of digests as bytes, (n,), see `find`."""
-        found = np.where((hints >= 0) & (hints < len(self)), hints, -1)
+        """Return the case of each digest, (n,), -1 where there is none; see `find`.
+
+        Parameters
+        ----------
+        words : (n,), digests as 32 bytes
+        hints : (n,), the case that each digest is expected to be of
+        """
+        cases = np.where((hints >= 0) & (hints < len(self)), hints, -1)
         for start in range(0, len(words), AT_ONCE):
             part = slice(start, start + AT_ONCE)
-            own = b"".join(self._of(np.maximum(found[part], 0)))
-            both = (np.frombuffer(known, "<u8").reshape(-1, 4)
-                    for known in (own, words[part].tobytes()))  # fmt: skip
-            wrong = np.not_equal(*both).any(axis=1) | (found[part] < 0)
+            expected = b"".join(self._of(np.maximum(cases[part], 0)))
+            both = (np.frombuffer(data, "<u8").reshape(-1, 4)
+                    for data in (expected, words[part].tobytes()))  # fmt: skip
+            wrong = np.not_equal(*both).any(axis=1) | (cases[part] < 0)
             for place in start + np.flatnonzero(wrong):
-                found[place] = self.find(bytes(words[place]).hex())
-        return found
+                cases[place] = self.find(bytes(words[place]).hex())
+        return cases
 
     def find(self, name: str, hint: int = -1) -> int:
-        """Return the case of a digest, -1 where it is of none.
+        """Return the case with a digest, -1 if there is none.
 
-        hint : the case that it is thought to be of; else all digests are made, once
+        Parameters
+        ----------
+        name : digest, hexadecimal
+        hint : the case expected; if it is another, all digests are computed, once
         """
         if 0 <= hint < len(self) and self[hint] == name:
             return hint
         try:
-            own = np.uint64(int(name[: 2 * KEY], 16))
+            start = np.uint64(int(name[: 2 * KEY], 16))
         except ValueError:
             return -1
         order, ordered = self._index
-        place = int(np.searchsorted(ordered, own))
-        while place < len(order) and ordered[place] == own:
+        place = int(np.searchsorted(ordered, start))
+        while place < len(order) and ordered[place] == start:
             if self[int(order[place])] == name:
                 return int(order[place])
             place += 1
@@ -226,15 +238,15 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _index(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-        """The cases by the first bytes of their digests."""
+        """Cases sorted by the first `KEY` bytes of their digests, and those bytes."""
         words = (word[:KEY] for some in self._chunks() for word in some)
-        own = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
-        order = np.argsort(own, kind="stable")
-        return order, own[order]
+        starts = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
+        order = np.argsort(starts, kind="stable")
+        return order, starts[order]
 
 
 def fragment(name: str, value: Any) -> str:
-    """Return the text that a value of an input has in what is digested."""
+    """Return the JSON text of an input's value as it is hashed."""
     if takes_real(name):
         return float.__repr__(float(value))
     if takes_list(name):
@@ -243,5 +255,5 @@ def fragment(name: str, value: Any) -> str:
 
 
 def takes_real(name: str) -> bool:
-    """Return whether an input is a real number: a whole one becomes one there."""
+    """Return whether an input is a real number, so that a whole one is converted."""
     return name in REAL

@@ -1,4 +1,4 @@
-"""Scenes of parsed TOML documents: tables, presets by name, engines beside them."""
+"""Scenes from parsed TOML documents: tables, presets, paths of engine files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
-from hpcwhirl.scene.anchor import anchored
 from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.files import (
     FILE,
@@ -22,6 +21,7 @@ from hpcwhirl.scene.files import (
 )
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
+from hpcwhirl.scene.resolve_path import anchored
 
 DESIGN_TABLES = (
     "sweep",
@@ -35,12 +35,14 @@ DESIGN_TABLES = (
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
-    """Return {dotted name: value} that the preset in a document's [solver] sets.
+    """Return {dotted name: value} of the preset named in a document's [solver].
+
+    Empty if none is named.
 
     Raises
     ------
     InputError
-        where there is none of this name
+        for an unknown preset
     """
     solver = document.get("solver")
     if not isinstance(solver, Mapping) or PRESET not in solver:
@@ -61,20 +63,20 @@ def scene_of_document(
 ) -> Scene:
     """Return the scene of a document with tables scene, engine, solver, output.
 
-    A preset in [solver] counts over the other inputs of the document and below the
-    settings.
+    A preset in [solver] overrides the other inputs of the document; settings override
+    both.
 
     Parameters
     ----------
     document : parsed TOML
     extra_tables : further tables that the document may have
-    folder : where a relative `engine.file` starts; "" is the working directory
-    settings : {name: value} that count over the document
+    folder : directory to which a relative `engine.file` refers; "": the working one
+    settings : {name: value} that override the document
 
     Raises
     ------
     InputError
-        naming what is wrong; a label of an engine without its inputs is, too
+        for a wrong table, name or value, or the name of an engine without its inputs
     """
     known = (*SCENE_TABLES, *extra_tables)
     for table, content in document.items():
@@ -100,13 +102,13 @@ def scene_of_document(
 def _set(
     data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
 ) -> Scene:
-    """Return the scene of plain data with a preset's inputs, and settings over them."""
+    """Return the scene of plain data, overridden by a preset and then by settings."""
     if not preset:
         return apply_settings(scene_from(data), settings)
     solver = {name: value for name, value in data["solver"].items() if name != PRESET}
-    found = {**preset, **{full_name(name): value for name, value in settings.items()}}
-    check_kept(found)
-    return apply_settings(scene_from({**data, "solver": solver}), found)
+    merged = {**preset, **{full_name(name): value for name, value in settings.items()}}
+    check_kept(merged)
+    return apply_settings(scene_from({**data, "solver": solver}), merged)
 
 
 def _anchored(file: str, folder: Path | str) -> str:

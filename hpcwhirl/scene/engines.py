@@ -1,10 +1,11 @@
-"""Engines by name: what the paper does not give, chosen to do different things."""
+"""Named engines: values for inputs that the paper leaves open, chosen to differ."""
 
 from __future__ import annotations
 
 import tomllib
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, unknown
@@ -31,7 +32,7 @@ def engine_inputs(name: str) -> dict[str, Value]:
     Raises
     ------
     InputError
-        where there is none of this name
+        for an unknown engine
     """
     if name not in _table():
         raise unknown("engine", name, engine_names())
@@ -41,27 +42,38 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return what a named engine shows on the paper's Table 2, as measured."""
+    """Return a text on the measured motions of a named engine in Table 2's scene."""
     return str(_table()[name]["shows"])
 
 
-def check_label(scene: Scene) -> None:
-    """Refuse the name of another engine on one that has the default's inputs.
+def title_of(name: str, file: str) -> str:
+    """Return the title of an engine: its name, or that of its file if it has none.
 
-    A name is a label: it sets nothing, and would be believed.
+    Parameters
+    ----------
+    name, file : `name` and `file` of [engine]
+    """
+    return Path(file).stem if file and name == Scene().engine.name else name
+
+
+def check_label(scene: Scene) -> None:
+    """Refuse the name of a built-in engine on a scene with the default's inputs.
+
+    A name is a label and sets no inputs, so such a scene would be mistaken for that
+    engine.
 
     Raises
     ------
     InputError
-        naming what tells the engine's inputs
+        with the file and the command that show the engine's inputs
     """
     label, usual = scene.engine.name, Scene()
     name = FORMER.get(label, label)
     if label == usual.engine.name or scene.engine.file or name not in engine_names():
         return
     values, default = flatten(scene), flatten(usual)
-    own = engine_inputs(name).keys() - {"engine.name"}
-    if all(values[n] == default[n] for n in own):
+    inputs = engine_inputs(name).keys() - {"engine.name"}
+    if all(values[n] == default[n] for n in inputs):
         msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
         msg += f"'{name}' must stand in the file, as in jobs/{name}.toml; "
         raise InputError(msg + "hpcwhirl inputs engines tells them")

@@ -1,4 +1,4 @@
-"""Scenes from TOML documents and ``name=value`` settings, and back."""
+"""Scenes from plain data and ``name=value`` settings, their TOML and their digests."""
 
 from __future__ import annotations
 
@@ -21,21 +21,23 @@ from hpcwhirl.errors import (
     shown,
     unknown,
 )
-from hpcwhirl.regular import check_regular, open_regular, read_regular
-from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.safe_open import check_regular, open_regular, read_regular
+from hpcwhirl.scene.inputs import WRONG_UNIT, Scene
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
+from hpcwhirl.scene.units import each_in_si, told_of
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
-READING = 2  # raise when the same engine's file would give other numbers
-PHYSICS_VERSION = 7  # raise when the same inputs would give other numbers
-MOST_BYTES = 2**31  # of an engine's file: 16 matrices of 4,000 coordinates
-WIDEST = 1000  # bits of a whole number: less than a float's largest
-DEEPEST = 32  # tables and lists inside one another
+MISTUNING = "engine.rotor.mistuning"  # the one that is a list
+READING = 2  # increase when the same engine file would give other numbers
+PHYSICS_VERSION = 8  # increase when the same inputs would give other numbers
+MOST_BYTES = 2**31  # of an engine file: 16 matrices of 4,000 coordinates
+WIDEST = 1000  # bits of a whole number, so that it fits into a float
+DEEPEST = 32  # nesting of tables and lists
+IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 SCENE_TABLES = ("scene", "engine", "solver", "output")
-PRESET = "preset"  # in [solver]: no input, but a name for several
-# an input that is not zero: what it sets, whatever was given for these
-SETS = {
+PRESET = "preset"  # key of [solver]: no input, but a name for several
+SETS = {  # input: inputs that it determines if it is not zero, overriding their values
     "solver.accuracy": ("solver.time_step",),
     "solver.truncation": (
         "solver.modes",
@@ -46,8 +48,27 @@ SETS = {
 
 
 def input_names() -> dict[str, str]:
-    """Return {dotted name: what it is, with unit} of every scene input."""
+    """Return {dotted name: meaning with unit} of every scene input."""
     return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
+
+
+def value_in_si(name: str, value: Any) -> Any:
+    """Return a value of an input with texts such as "0.8 mm" converted to SI numbers.
+
+    Parameters
+    ----------
+    name : full dotted name
+    value : value from TOML; in a list each element is converted
+
+    Raises
+    ------
+    InputError
+        naming the input, if the unit is unknown or of another quantity
+    """
+    told = INPUTS.get(name)
+    if told is None or name not in IN_UNITS:
+        return value
+    return told_of(name, lambda: each_in_si(value, told.unit))
 
 
 @cache
@@ -60,11 +81,11 @@ def full_name(name: str) -> str:
     """Return the full dotted name for a full one or an unambiguous ending of it."""
     if name in INPUTS:
         return name
-    found = [n for n in INPUTS if n.endswith("." + name)]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        msg = f"input '{name}' is ambiguous: {' or '.join(found)}"
+    matches = [n for n in INPUTS if n.endswith("." + name)]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        msg = f"input '{name}' is ambiguous: {' or '.join(matches)}"
         raise InputError(msg)
     if name.rpartition(".")[2] == PRESET:
         msg = (
@@ -76,15 +97,33 @@ def full_name(name: str) -> str:
 
 
 def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]:
-    """Return values by full dotted names; one input under two names is refused."""
+    """Return {full dotted name: value}, with -0.0 replaced by 0.0.
+
+    Parameters
+    ----------
+    given : (name or unambiguous ending, value) of each input
+    where : place in the message
+
+    Raises
+    ------
+    InputError
+        for an unknown or ambiguous name, or an input under two names
+    """
     out: dict[str, Any] = {}
     for name, value in given:
         full = full_name(name)
         if full in out:
             msg = f"{where} names {full} twice, once as {name}"
             raise InputError(msg)
-        out[full] = value
+        out[full] = _signless(value)
     return out
+
+
+def _signless(value: Any) -> Any:
+    """Return a value, or list of values, with -0.0 replaced by 0.0."""
+    if isinstance(value, list):
+        return [_signless(one) for one in value]
+    return value + 0.0 if isinstance(value, float) else value
 
 
 def undotted(
@@ -92,9 +131,13 @@ def undotted(
     is_value: Callable[[Mapping[str, Any]], bool],
     prefix: str = "",
 ) -> Iterator[tuple[str, Any]]:
-    """Yield (dotted name, value): undo TOML's reading of a dotted key as tables.
+    """Yield (dotted name, value): undo TOML's parsing of dotted keys into tables.
 
-    is_value : whether a table that is not empty is a value itself
+    Parameters
+    ----------
+    content : parsed table
+    is_value : whether a table that is not empty is a value, such as a range
+    prefix : beginning of all names
     """
     for name, given in content.items():
         if isinstance(given, Mapping) and given and not is_value(given):
@@ -104,12 +147,12 @@ def undotted(
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value of TOML is a whole number: true and false are none."""
+    """Return whether a value from TOML is a whole number, which booleans are not."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value of TOML is a number, which may be infinite or NaN."""
+    """Return whether a value from TOML is a number, perhaps infinite or NaN."""
     return is_whole(value) or isinstance(value, float)
 
 
@@ -134,15 +177,25 @@ def _allowed(error: Mapping[str, Any]) -> str:
 
 
 def _unknown_key(table: str, word: str) -> InputError:
-    """Return the error that names the key's own table, or the nearest key of this."""
+    """Return the error for an unknown key, with its right table or the nearest key."""
     what, names = f"key in [{table or 'scene'}]", input_names()
     names = {**names, f"solver.{PRESET}": ""}
     homes = [n.rpartition(".")[0] for n in names if n.rpartition(".")[2] == word]
     if homes:
         right = " or ".join(f"[{home or 'scene'}]" for home in homes)
         return InputError(f"unknown {what} '{word}'; it belongs in {right}")
+    dotted = f"{table}.{word}".removeprefix(".")
+    places = sorted({p for n in names for p in _tables(n) if p.endswith(f".{word}")})
+    if places and dotted not in places:
+        return InputError(f"unknown {what} '{word}'; it is the table [{places[0]}]")
     inside = [n.removeprefix(f"{table}.") for n in names if n.startswith(table)]
     return unknown(what, word, [n for n in inside if "." not in n])
+
+
+def _tables(name: str) -> list[str]:
+    """Return the dotted names of the nested tables that contain an input."""
+    parts = name.split(".")[:-1]
+    return [".".join(parts[: i + 1]) for i in range(len(parts))]
 
 
 def _one_line(error: Mapping[str, Any]) -> InputError:
@@ -151,6 +204,8 @@ def _one_line(error: Mapping[str, Any]) -> InputError:
         return _unknown_key(*location.rpartition(".")[::2])
     if error["type"] == "value_error":
         return InputError(f"{location or 'scene'}: {_allowed(error)}")
+    if error["type"] == WRONG_UNIT:
+        return InputError(f"{location}.{error['msg']}".removeprefix("."))
     unit = input_names().get(location, "")
     note = f" ({unit})" if unit else ""
     return InputError(
@@ -159,11 +214,22 @@ def _one_line(error: Mapping[str, Any]) -> InputError:
 
 
 def scene_from(data: Mapping[str, Any]) -> Scene:
-    """Return the validated scene for nested plain data, or raise one clear line."""
+    """Return the validated scene of nested plain data.
+
+    Raises
+    ------
+    InputError
+        one line on the first input that is wrong
+    """
     try:
         return Scene.model_validate(dict(data))
     except ValidationError as failed:
-        raise _one_line(failed.errors()[0]) from None
+        raise told_by(failed) from None
+
+
+def told_by(failed: ValidationError) -> InputError:
+    """Return a validation error of a scene as an InputError of one line."""
+    return _one_line(failed.errors()[0])
 
 
 def flatten(scene: Scene) -> dict[str, Value]:
@@ -181,17 +247,14 @@ def flatten(scene: Scene) -> dict[str, Value]:
 
 
 def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
-    """Return the scene with inputs replaced by name, validated again.
+    """Return the scene with some inputs replaced, validated again.
 
-    Tables of which nothing is replaced are shared with the scene: frozen, they are
-    what they were validated as.
+    Tables without a replaced input are frozen and shared with the scene.
 
     Parameters
     ----------
-    scene
-        the scene to start from
-    settings
-        {name: value}; a name may be an unambiguous ending, e.g. ``time_step``
+    scene : the scene to start from
+    settings : {name: value}; a name may be an unambiguous ending, e.g. ``time_step``
     """
     if not settings:
         return scene
@@ -207,16 +270,21 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
 
 
 def check_kept(settings: Mapping[str, Any]) -> None:
-    """Raise where a setting would be set again by another: nothing is lost unsaid.
+    """Check that no setting is overridden by another one, see `SETS`.
 
     Parameters
     ----------
-    settings : {full dotted name: value} of options, and of a preset
+    settings : {full dotted name: value} of options and of a preset
+
+    Raises
+    ------
+    InputError
+        naming the setting that would have no effect
     """
     for cause, effects in SETS.items():
         lost = [name for name in effects if name in settings]
         value = settings.get(cause)
-        if lost and value and isinstance(value, int | float):  # others are refused
+        if lost and value and isinstance(value, int | float):  # else refused elsewhere
             msg = (
                 f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
                 f"{cause.rpartition('.')[2]}=0"
@@ -225,12 +293,12 @@ def check_kept(settings: Mapping[str, Any]) -> None:
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
-    """Return the document of a TOML text.
+    """Parse a TOML text.
 
     Raises
     ------
     ValueError
-        told in one line, where it is none, or nested as no scene is
+        in one line, if it is no TOML, nested too deeply, or has too large a number
     """
     try:
         document = tomllib.loads(text)
@@ -254,7 +322,7 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def _members(value: Any) -> list[Any]:
-    """Return what lies directly inside a table or a list."""
+    """Return the values directly inside a table or a list; [] for other values."""
     if isinstance(value, dict):
         return list(value.values())
     return value if isinstance(value, list) else []
@@ -267,7 +335,7 @@ def _value(raw: str) -> Any:
         if not isinstance(failed, tomllib.TOMLDecodeError):
             raise
     else:
-        if len(document) > 1:  # more lines, which would be lost
+        if len(document) > 1:  # further lines would be ignored
             msg = "more than one line"
             raise ValueError(msg)
         return document["value"]
@@ -278,7 +346,7 @@ def _value(raw: str) -> Any:
 
 
 def parse_setting(text: str) -> tuple[str, Value]:
-    """Return (name, value) of ``name=value``; a value is TOML or a bare word."""
+    """Parse ``name=value`` as (full dotted name, value): a TOML value or a word."""
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
         msg = f"a setting is name=value, got {shown(text)}"
@@ -297,7 +365,15 @@ def parse_setting(text: str) -> tuple[str, Value]:
 
 
 def load_document(path: Path | str) -> dict[str, Any]:
-    """Return the parsed TOML of a file, or raise one clear line."""
+    """Return the parsed TOML of a file.
+
+    Raises
+    ------
+    MissingFileError
+        if it cannot be read
+    InputError
+        if it is no TOML
+    """
     try:
         text = read_regular(path).decode().replace("\r\n", "\n")
     except (OSError, UnicodeDecodeError) as failed:
@@ -334,7 +410,7 @@ def content_digest(file: str) -> str:
 
 
 def check_bytes(file: str, size: int) -> None:
-    """Refuse an engine's file of more than `MOST_BYTES`, sparse or not."""
+    """Raise InputError for an engine file of more than `MOST_BYTES`, sparse or not."""
     if size > MOST_BYTES:
         msg = f"{FILE} {file} must have at most {MOST_BYTES} bytes, got {size}"
         raise InputError(msg)
@@ -342,20 +418,20 @@ def check_bytes(file: str, size: int) -> None:
 
 @lru_cache(maxsize=64)
 def _sha256(file: str, state: tuple[int, ...]) -> str:
-    del state  # a campaign asks twice a case: read again only what changed
+    del state  # key of the cache: the file is read again only if it has changed
     with open_regular(file) as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
 def digest(scene: Scene, content: str | None = None) -> str:
-    """Return the SHA-256 of the resolved inputs and the physics version.
+    """Return the SHA-256 of a case's inputs and the physics version, hexadecimal.
 
-    The content of an engine's file is one of the inputs, beside its path.
+    The content of an engine file counts as an input, in addition to its path.
 
     Parameters
     ----------
-    scene : of the case
-    content : `content_digest` of the file as it was planned; None: as it is now
+    scene : all inputs of the case
+    content : `content_digest` of the engine file when planned; None: as it is now
     """
     if content is None:
         content = content_digest(scene.engine.file)
@@ -363,11 +439,11 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
-    """Return the `digest` of a scene whose inputs `flatten` has told."""
+    """Return the `digest` of a scene from its flattened inputs, see `flatten`."""
     text = json.dumps([PHYSICS_VERSION, values, read_as(content)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def read_as(content: str) -> str:
-    """Return what of an engine's file is digested: what it holds and how it is read."""
+    """Return an engine file's part of a digest: content and version of reading it."""
     return content and f"{content} {READING}"

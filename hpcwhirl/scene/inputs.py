@@ -1,9 +1,8 @@
-"""The inputs of a case as frozen data that check themselves. SI units."""
+"""The inputs of a case as frozen, validated data in SI units."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -11,20 +10,38 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    ValidationError,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
-from hpcwhirl.scene.anchor import anchored
-from hpcwhirl.scene.quantity import given
+from hpcwhirl.scene.quantity import given, quantity_of
+from hpcwhirl.scene.resolve_path import anchored, printable
+from hpcwhirl.scene.rules import (
+    AS_THE_REST,
+    OF_CASING,
+    OF_ENGINE,
+    OF_ROTOR,
+    OF_SCENE,
+    Rule,
+    end_time,
+)
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
+from hpcwhirl.scene.units import in_si, measure
+
+
+def _one_zero(value: float) -> float:
+    """Return 0.0 for -0.0, which are equal but would have different digests."""
+    return value + 0.0
+
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Change = Annotated[float, Field(gt=-1, allow_inf_nan=False)]
-AS_THE_REST = -1.0  # of a damping ratio of its own: none
-MOST_STEPS = 1e13
-MOST_GAP = 10.0  # tip radii
+NonNegative = Annotated[
+    float, Field(ge=0, allow_inf_nan=False), AfterValidator(_one_zero)
+]
+Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_one_zero)]
+Change = Annotated[float, Field(gt=-1, allow_inf_nan=False), AfterValidator(_one_zero)]
+WRONG_UNIT = "wrong_unit"  # type of the error
 
 
 def _as_tuple(value: Any) -> Any:
@@ -33,7 +50,7 @@ def _as_tuple(value: Any) -> Any:
 
 
 def _own_ratio(value: float) -> float:
-    """Check a damping ratio that some modes may have of their own."""
+    """Check the damping ratio of special modes: >= 0, or -1 for the general ratio."""
     if value < 0.0 and value != AS_THE_REST:
         msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
         raise ValueError(msg)
@@ -43,19 +60,46 @@ def _own_ratio(value: float) -> float:
 OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
 
 
-def end_time(duration: float, revolutions: float, speed: float) -> float:
-    """Return the engine time, s, of a duration, s, or of revolutions, if > 0."""
-    if revolutions > 0:
-        return revolutions * 2 * math.pi / abs(speed)
-    return duration
+def _converted(name: str, value: Any, unit: str) -> Any:
+    """Return a value converted to SI, or raise an error that pydantic reports."""
+    try:
+        return in_si(value, unit)
+    except ValueError as failed:
+        told = {"told": f"{name} {failed}"}
+        raise PydanticCustomError(WRONG_UNIT, "{told}", told) from None
 
 
 class Inputs(BaseModel):
-    """Base: frozen, strict about unknown keys, strict about types."""
+    """Base of all tables of inputs: frozen, strict about unknown keys and types.
 
+    Attributes
+    ----------
+    RULES : rules between its inputs and those of the tables inside it
+    """
+
+    RULES: ClassVar[tuple[Rule, ...]] = ()
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, validate_default=True
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_si(cls, data: Any) -> Any:
+        """Convert numbers with units, such as "0.8 mm", to SI."""
+        if not isinstance(data, dict):
+            return data
+        for name in [name for name, value in data.items() if measure(value)]:
+            field = cls.model_fields.get(name)
+            if field is not None and field.annotation is float:
+                unit, value = quantity_of(field).unit, data[name]
+                data = {**data, name: _converted(name, value, unit)}
+        return data
+
+    @model_validator(mode="after")
+    def _keeps_rules(self) -> Self:
+        for rule in self.RULES:
+            rule.check(self)
+        return self
 
 
 class Rotor(Inputs):
@@ -65,6 +109,8 @@ class Rotor(Inputs):
     thickness. Spokes (centre to blade root) and rim beams (root to root) stand
     for the disk.
     """
+
+    RULES = OF_ROTOR
 
     blades: int = given(
         22,
@@ -114,7 +160,15 @@ class Rotor(Inputs):
         0.0275,
         "damping ratio of the suspension modes; as a squeeze film gives; -1: as the"
         " other modes; of a rotor from file: taken where it has no damping and its "
-        "modes tell the suspension",
+        "modes tell the suspension; with rotation full: at rest, what is more than "
+        "`damping` by a damper that stands",
+    )
+    cross_coupling: Finite = given(
+        0.0,
+        "cross-coupled stiffness k_q of the suspension; it pushes the centre 90 degrees"
+        " ahead of its displacement, forward where > 0; with rotation full alone",
+        "N/m",
+        symbol="k_q",
     )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = given(
         (),
@@ -123,30 +177,11 @@ class Rotor(Inputs):
         " rotor from file",
     )
 
-    @model_validator(mode="after")
-    def _a_change_a_blade(self) -> Self:
-        count = len(self.mistuning)
-        if count not in {0, self.blades}:
-            msg = (
-                f"mistuning must be [] or {self.blades} numbers, one a blade, "
-                f"got {count}"
-            )
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _disk_inside(self) -> Self:
-        if self.disk_radius >= self.radius:
-            msg = (
-                f"disk_radius must be < radius ({self.radius} m), "
-                f"got {self.disk_radius}"
-            )
-            raise ValueError(msg)
-        return self
-
 
 class Casing(Inputs):
-    """Casing in the static frame: an elastic ring, or rigid and distorted."""
+    """Casing in the static frame: an elastic ring, or a rigid one of given shape."""
+
+    RULES = OF_CASING
 
     kind: Literal["ring", "rigid"] = given(
         "ring",
@@ -210,43 +245,29 @@ class Casing(Inputs):
         "s",
     )
 
-    @model_validator(mode="after")
-    def _families_of_harmonics(self) -> Self:
-        if self.families != "all" and self.discretization != "fourier":
-            msg = (
-                f"families must be all on a ring of {self.discretization}, "
-                f"got {self.families}"
-            )
-            raise ValueError(msg)
-        return self
-
 
 class Engine(Inputs):
-    """The structures; `four_motions` is the default."""
+    """Rotor and casing; the default is the engine `four_motions`."""
 
-    name: str = given("four_motions", "name of the engine", max_length=200)
+    RULES = OF_ENGINE
+
+    name: Annotated[str, AfterValidator(printable)] = given(
+        "four_motions", "name of the engine, no control characters", max_length=200
+    )
     file: Annotated[str, AfterValidator(anchored)] = given(
         "",
         "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"
         " export-model`; one regular file of at most 2 GiB; a relative path starts "
         "at the TOML file that names it, from --set at the working directory",
     )
+    rotation: Literal["none", "full"] = given(
+        "none",
+        "what rotation adds to the rotor; none: nothing, as in the paper; full: "
+        "Coriolis, centrifugal stiffening and softening, and supports that stand; not "
+        "of a rotor from file; `gap` is the clearance at speed either way",
+    )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
-
-    @model_validator(mode="after")
-    def _a_file_is_as_it_is(self) -> Self:
-        if self.file and self.rotor.mistuning:
-            msg = f"rotor.mistuning must be [] with a rotor from file, got {self.file}"
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _a_casing_has_its_file(self) -> Self:
-        if self.casing.discretization == "file" and not self.file:
-            msg = "file must be named where casing.discretization is file, got none"
-            raise ValueError(msg)
-        return self
 
 
 class Solver(Inputs):
@@ -291,12 +312,14 @@ class Solver(Inputs):
         20.0, "until = decided: engine time of a case at most; at least duration", "s"
     )
     amplitude_limit: Positive = given(
-        0.1, "tip displacement over R_bd at which a run ends"
+        0.1,
+        "tip displacement over R_bd, radial and tangential together, at which a run "
+        "ends",
     )
 
 
 class Output(Inputs):
-    """What is kept of a run."""
+    """Detail of the results that are kept of a run."""
 
     traces: Literal["summary", "blades", "orbit", "full"] = given(
         "orbit",
@@ -310,8 +333,22 @@ class Output(Inputs):
     )
 
 
-class Scene(Inputs):
+class _Told(type(Inputs)):  # type: ignore[misc]
+    """Metaclass of `Scene`: its validation errors are InputErrors of one line."""
+
+    def __call__(cls, *args: Any, **inputs: Any) -> Any:
+        try:
+            return super().__call__(*args, **inputs)
+        except ValidationError as failed:
+            from hpcwhirl.scene.files import told_by  # imports this module
+
+            raise told_by(failed) from None
+
+
+class Scene(Inputs, metaclass=_Told):
     """One case: engine, operating point, loading, solver and output."""
+
+    RULES = OF_SCENE
 
     engine: Engine = Engine()
     speed: Finite = given(
@@ -351,65 +388,18 @@ class Scene(Inputs):
     solver: Solver = Solver()
     output: Output = Output()
 
-    @model_validator(mode="after")
-    def _ring_carries_the_load(self) -> Self:
-        casing = self.engine.casing
-        most, what = casing.elements // 2, f"{casing.elements} elements"
-        if casing.discretization != "elements":
-            most, what = casing.harmonics, f"{casing.harmonics} harmonics"
-        if casing.kind == "ring" and self.nodal_diameter > most:
-            msg = (
-                f"nodal_diameter must be <= {most} on a ring of {what}, "
-                f"got {self.nodal_diameter}"
-            )
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _revolutions_need_a_speed(self) -> Self:
-        if self.revolutions > 0 and self.speed == 0:
-            msg = "revolutions must be 0 where speed is 0, got revolutions > 0"
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _countable_steps(self) -> Self:
-        step, last = self.solver.time_step, max(self.end_times)
-        if last > MOST_STEPS * step:
-            msg = (
-                f"time_step must be >= {last / MOST_STEPS:.3g} s "
-                f"({MOST_STEPS:g} steps), got {step}"
-            )
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _lasts_as_long_as_asked(self) -> Self:
-        longest = self.solver.longest
-        if self.solver.until == "decided" and longest < self.end_time:
-            msg = f"longest must be >= {self.end_time:g} s (duration), got {longest:g}"
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _gap_of_a_ring(self) -> Self:
-        radius = self.engine.rotor.radius
-        if self.gap > MOST_GAP * radius:
-            msg = f"gap must be <= {MOST_GAP * radius:g} m, got {self.gap}"
-            raise ValueError(msg)
-        return self
-
     @property
     def end_time(self) -> float:
         """Engine time to simulate, s."""
-        return end_time(self.duration, self.revolutions, self.speed)
+        end: float = end_time(self.duration, self.revolutions, self.speed)
+        return end
 
     @property
     def end_times(self) -> tuple[float, ...]:
-        """Engine times, s, at which the word of the case is asked for.
+        """Engine times at which the word of the case is determined, s, ascending.
 
-        Each is twice the one before: the window of a word, the last 40 % of a run,
-        then holds nothing that an earlier word was given by.
+        Each is twice the one before, so that the window of a word, the last 40 % of the
+        run, does not overlap the window of an earlier word.
         """
         times = [self.end_time]
         if self.solver.until == "decided":
@@ -419,11 +409,11 @@ class Scene(Inputs):
 
     @property
     def has_harmonics(self) -> bool:
-        """Whether the casing is round, no elements: its modes come in harmonics."""
+        """Whether the casing's modes are harmonics: it is no ring of elements."""
         casing = self.engine.casing
         return casing.kind == "rigid" or casing.discretization != "elements"
 
     @property
     def is_loaded(self) -> bool:
-        """Whether a pulse loads the casing; a rigid one takes none."""
+        """Whether a pulse loads the casing: an elastic ring with a force > 0."""
         return self.engine.casing.kind == "ring" and self.force > 0.0

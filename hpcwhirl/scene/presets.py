@@ -1,4 +1,4 @@
-"""Presets: solver inputs chosen from measured trade-offs, and what they lose."""
+"""Presets: named solver inputs, chosen by measurement, and their measured errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def preset_inputs(name: str) -> dict[str, Value]:
     Raises
     ------
     InputError
-        where there is none of this name
+        for an unknown preset
     """
     if name not in _table():
         raise unknown("preset", name, preset_names())
@@ -39,30 +39,30 @@ def preset_inputs(name: str) -> dict[str, Value]:
 
 
 def preset_loss(name: str) -> str:
-    """Return what a preset costs and loses, as measured, in one sentence.
+    """Return the measured cost and errors of a preset, in one sentence.
 
-    On engines at random first, then on those of the trade-off and on maps.
+    First those on random engines, then those of the trade-off's engines and of maps.
     """
-    found = {"engines": ELSEWHERE, **_table()[name]}
-    told = (str(found[key]) for key in ("engines", "loses", "regimes") if key in found)
-    return "; ".join(told)
+    texts = {"engines": ELSEWHERE, **_table()[name]}
+    parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
+    return "; ".join(parts)
 
 
 def preset_bounds(name: str) -> dict[str, float]:
-    """Return {number: relative error that nine engines in ten stay below}."""
+    """Return {quantity: relative error that nine random engines in ten stay below}."""
     return dict(_table()[name].get("nine_in_ten", {}))
 
 
 def preset_in_short(name: str) -> str:
-    """Return what a preset costs, and the first thing that it loses."""
-    found = _table()[name]
-    cost, *losses = str(found["loses"]).split("; ")
-    first = str(found.get("engines") or found.get("regimes") or losses[0])
+    """Return the cost of a preset and the first of its measured errors."""
+    texts = _table()[name]
+    cost, *losses = str(texts["loses"]).split("; ")
+    first = str(texts.get("engines") or texts.get("regimes") or losses[0])
     return f"{cost}; {first.partition('; ')[0]}"
 
 
 def loss_of(scene: Scene) -> str:
-    """Return what the preset of a scene loses, or that nobody has measured it there."""
+    """Return the errors of a scene's preset, or a note that they were not measured."""
     if scene.engine.file:
         return "not measured on rotors from file"
     equal = scene.has_harmonics and not scene.engine.rotor.mistuning
@@ -72,7 +72,7 @@ def loss_of(scene: Scene) -> str:
 
 
 def preset_of(scene: Scene) -> str:
-    """Return the preset whose inputs all are those of a scene, "" for none."""
+    """Return the name of the preset whose inputs the scene has; "" for none."""
     inputs = flatten(scene)
     for name in preset_names():
         if all(inputs[n] == value for n, value in preset_inputs(name).items()):

@@ -1,4 +1,4 @@
-"""Every quantity: inputs as their fields tell them, and all that results hold."""
+"""Table of all quantities, inputs and results, with unit, meaning and storage type."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
 def _as_given(*names: str) -> dict[str, Quantity]:
-    """Return {own name: quantity} of inputs that every row has."""
+    """Return {name without tables: quantity} of inputs that every row has."""
     kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
     return {
         name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])
@@ -80,6 +80,12 @@ ROW: dict[str, Quantity] = {
     **_table("f8", "1", ledger_error="worst break of the ledger, over throughput"),
     **_table("f8", "1", step_share="time step over the stability limit"),
     **_table("f8", "1", gap_error="gaps solved less those of the bodies, relative"),
+    **_table(
+        "f8",
+        "1",
+        slip_ratio="fastest slip of a tip in contact over the speed of"
+        " rotation at the tips; from 1 on friction may have reversed",
+    ),
     **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
     **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
     **_table("f8", "J", ledger_damping="lost in modal damping"),
@@ -89,7 +95,7 @@ ROW: dict[str, Quantity] = {
     **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
     **_table("f8", "J", ledger_residual="what the ledger leaves open"),
 }
-# of cases whose blades were looked at, output.traces = "blades" or "full"
+# variables of campaigns with output.traces = "blades" or "full"
 BLADES: dict[str, Quantity] = {
     **_table("f8", "m", blade_amplitude="rms distance of a tip from its mean over the"
              " window, of the blade that moves most"),
@@ -97,7 +103,7 @@ BLADES: dict[str, Quantity] = {
     **_table("f8", "1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
              " all move alike, N if one moves alone"),
 }  # fmt: skip
-# of those among them that have a tuned twin
+# variables of cases for which the tuned engine was computed, too
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
              " with the same other inputs, modes and step"),
@@ -108,7 +114,7 @@ PERFORMANCE: dict[str, Quantity] = {
     **_table("i8", "1", rank="rank that computed the case"),
     **_table("S64", "1", host="host that computed the case"),
 }
-# what each rank of each run did with its time, over `worker`
+# use of time of each rank of each run, over the dimension `worker`
 SHARES: dict[str, Quantity] = {
     **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
     **_table("f8", "s", worker_busy="computing and keeping cases"),
@@ -121,7 +127,7 @@ STATUS: dict[str, Quantity] = {
     **_table("enum", "1", status="whether the case gave a result"),
     **_table("S240", "1", message="why it did not"),
 }
-# of the cases of a refined campaign
+# variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
     **_table("S16", "1", preset="preset whose inputs the case has"),
     **_table("i8", "1", final="1 if no finer case of the same point has a word"),
@@ -129,7 +135,7 @@ REFINED: dict[str, Quantity] = {
     **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
     **_table("i8", "1", panel="number of the combination of all other inputs"),
 }
-# detail of a case over time: (case, time, *axes), or (case, sample, *axes)
+# time histories of cases, of shape (case, time, *axes) or (case, sample, *axes)
 TRACES: dict[str, Quantity] = {
     "centre": Quantity("m", "shaft centre, static frame", axes=("xy",)),
     "energy": Quantity("J", "kinetic and strain energy of both bodies"),
@@ -151,7 +157,7 @@ TRACES: dict[str, Quantity] = {
         axes=("harmonic", "phase"),
     ),
 }
-# what commands and pictures make of these
+# quantities that commands and figures derive from these
 DERIVED: dict[str, Quantity] = {
     **_table("f8", "Hz", frequency="of a line or a mode"),
     **_table("f8", "W", power="work a second"),
@@ -206,7 +212,11 @@ AXES = {
 
 
 def variable_name(dotted: str) -> str:
-    """Return the variable of a swept input: its own name, or with its table's."""
+    """Return the name of a swept input's variable in the results.
+
+    It is the last part of the dotted name if every row has that variable, else all
+    parts but engine and solver, joined by underscores.
+    """
     leaf = dotted.rsplit(".", 1)[-1]
     if leaf in ROW:
         return leaf

@@ -1,4 +1,4 @@
-"""A quantity: what an input or an output is, said once for whoever shows it."""
+"""A quantity: unit, meaning and symbol of an input or a result."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pydantic import Field
 
 @dataclass(frozen=True)
 class Quantity:
-    """Unit, meaning and symbol of an input or an output.
+    """Unit, meaning and symbol of an input or a result.
 
     Attributes
     ----------
-    unit : as UDUNITS and CF read it, "1" for none
-    meaning : the long name
-    symbol : in pictures, "" for none
-    kind : how a file keeps it: "f8", "i8", "enum", or text as "S16", of 16 bytes
-    axes : of a trace, beside case and sample
-    rules : of an input, what else to know, or ""
+    unit : unit in UDUNITS and CF notation, "1" for none
+    meaning : long name
+    symbol : symbol in figures, "" for none
+    kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
+    axes : axes of a trace in addition to case and sample
+    rules : further explanation of an input, or ""
     """
 
     unit: str
@@ -30,26 +30,26 @@ class Quantity:
     rules: str = ""
 
     def labelled(self, name: str) -> str:
-        """Return a name with the unit, if there is one."""
+        """Return a name followed by the unit, if there is one."""
         return with_unit(name, self.unit)
 
 
 def with_unit(text: str, unit: str, sign: str = ", ") -> str:
-    """Return a text and its unit; units "" and "1" are not told."""
+    """Return a text followed by its unit, which is left out if it is "" or "1"."""
     return text if unit in {"", "1"} else f"{text}{sign}{unit}"
 
 
 def given(
     default: Any, told: str, unit: str = "1", *, symbol: str = "", **limits: Any
 ) -> Any:
-    """Return the field of an input.
+    """Return the pydantic field of an input, with its `Quantity` as metadata.
 
     Parameters
     ----------
-    default : where a file does not say
-    told : meaning and, after a semicolon, what else to know
-    unit, symbol : of the quantity
-    limits : as `pydantic.Field` takes them
+    default : default value
+    told : meaning and, after a semicolon, further explanation
+    unit, symbol : see `Quantity`
+    limits : arguments of `pydantic.Field` such as ``gt=0``
     """
     meaning, _, rules = told.partition("; ")
     field = Field(default, description=told, **limits)
@@ -58,5 +58,5 @@ def given(
 
 
 def quantity_of(field: Any) -> Quantity:
-    """Return what an input's field was given."""
+    """Return the `Quantity` of an input's field, see `given`."""
     return next(told for told in field.metadata if isinstance(told, Quantity))

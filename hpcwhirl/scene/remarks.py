@@ -1,7 +1,7 @@
-"""What of valid inputs looks like another unit than theirs: told, never refused.
+"""Warnings about valid inputs that look as if given in another unit.
 
-Each remark is arithmetic on the columns of a design, so that a million cases cost no
-scene, and one line, however many cases it is true of.
+Each warning is evaluated on the columns of a design, without a scene per case, and is
+one line, however many cases it is true of.
 """
 
 from __future__ import annotations
@@ -12,20 +12,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcwhirl.scene.batch_validation import Columns, Condition, Many, end_times
 from hpcwhirl.scene.inputs import Scene
-from hpcwhirl.scene.many import Columns, Many, Rule, end_times
 from hpcwhirl.scene.table import Table
 
 MOST_FRICTION = 1.0  # dry metal on metal: 0.1 to 0.8
 MOST_TIP_SPEED = 1000.0  # m/s; engines and turbines: 300 to 600
-RPM = 30.0 / math.pi
+MOST_GAPS = 5.0  # gaps by which a pulse may move the casing before it ends
+RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A remark: of which inputs, when, and its words."""
+    """A warning: the inputs it depends on, its condition, and its text."""
 
     inputs: tuple[str, ...]
-    holds: Rule
+    holds: Condition
     words: Callable[[Columns], str]
 
 
@@ -42,6 +43,36 @@ def _outlasts(get: Columns) -> Any:
 def _tip_speed(get: Columns) -> Any:
     radius = np.asarray(get("engine.rotor.radius"), dtype=float)
     return np.abs(np.asarray(get("speed"), dtype=float)) * radius
+
+
+def _pushed(get: Columns) -> Any:
+    """Estimate how far the pulse alone moves a built-in ring by its end, m.
+
+    The mode w = cos k theta, u = -sin k theta / k has m = pi R rho A (1 + 1 / k^2) and
+    omega^2 = (k^2 - 1)^2 k^2 / (k^2 + 1) E I / (rho A R^4) + omega_c1^2 of the support.
+    F sin(pi t / tau) moves a free mass by F tau^2 / (pi m), and a mass on a spring by
+    at most 1.77 F / (m omega^2): the estimate is the smaller of both.
+    """
+
+    def of(name: str) -> Any:
+        return np.asarray(get(name), dtype=float)
+
+    ring = "engine.casing."
+    k, radius = of("nodal_diameter"), of("engine.rotor.radius")
+    thick, pulse = of(ring + "thickness"), of("pulse")
+    line = of(ring + "density") * of(ring + "width") * thick
+    mass = math.pi * radius * line * (1.0 + k**-2.0)
+    bend = of(ring + "young") * of(ring + "width") * thick**3 / 12.0
+    stiff = (k**2 - 1.0) ** 2 * k**2 / (k**2 + 1.0) * bend / (line * radius**4)
+    stiff = stiff + of(ring + "support_frequency") ** 2
+    free = of("force") * pulse**2 / (math.pi * mass)
+    with np.errstate(divide="ignore"):
+        return np.minimum(free, 1.77 * of("force") / (mass * stiff))
+
+
+def _overloads(get: Columns) -> Any:
+    gap = np.asarray(get("gap"), dtype=float)
+    return _has_section(get) & (gap > 0.0) & (_pushed(get) > MOST_GAPS * gap)
 
 
 _REMARKS = (
@@ -73,20 +104,47 @@ _REMARKS = (
 )  # fmt: skip
 
 
-def remarks(cases: Many | Scene) -> list[str]:
-    """Return lines on what looks like another unit, each once for all cases.
+_LOAD = _Remark(
+    ("force", "pulse", "gap", "nodal_diameter", "engine.rotor.radius",
+     *(f"engine.casing.{n}" for n in ("kind", "discretization", "thickness",
+       "width", "density", "young", "support_frequency"))),
+    _overloads,
+    lambda get: f"force is {get('force'):g} N for {get('pulse'):g} s: that alone "
+    f"moves the casing by some {_pushed(get):.2g} m, "
+    f"{_pushed(get) / get('gap'):.0f} gaps, before it ends: a knock moves it by "
+    "about one; lower force or pulse",
+)  # fmt: skip
+
+
+def load_remarks(cases: Many | Scene) -> list[str]:
+    """Return the warning of a pulse that moves the casing by many gaps: a list of <= 1.
 
     Parameters
     ----------
-    cases : valid ones, or one scene
+    cases : valid cases, or one scene
     """
+    return _all_told((_LOAD,), cases)
+
+
+def remarks(cases: Many | Scene) -> list[str]:
+    """Return the warnings of inputs that look as if in another unit, one line each.
+
+    Parameters
+    ----------
+    cases : valid cases, or one scene
+    """
+    return _all_told(_REMARKS, cases)
+
+
+def _all_told(table: tuple[_Remark, ...], cases: Many | Scene) -> list[str]:
+    """Return the lines of those warnings that are true of any case."""
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
     with np.errstate(over="ignore"):
-        return [told for remark in _REMARKS if (told := _told(remark, many))]
+        return [line for remark in table if (line := _line(remark, many))]
 
 
-def _told(remark: _Remark, many: Many) -> str:
-    """Return the words on the first case that a remark is true of, "" for none."""
+def _line(remark: _Remark, many: Many) -> str:
+    """Return the text of a warning for the first case that it is true of; "": none."""
     case = many.first_where(remark.holds, remark.inputs)
     if case is None:
         return ""

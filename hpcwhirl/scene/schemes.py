@@ -1,6 +1,6 @@
-"""Schemes as data: what the rooms know of each way to march a scene.
+"""Table of the time-integration schemes and their properties.
 
-One row a scheme; who marches stands in `dynamics.schemes`, in the file of its name.
+The implementation of a scheme is in `dynamics.schemes`, in the file of its name.
 """
 
 from __future__ import annotations
@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING, Literal
 
 @dataclass(frozen=True)
 class Scheme:
-    """What is known of a scheme.
+    """Properties of a scheme.
 
     Attributes
     ----------
-    name : as in solver.scheme, and of its file
-    meaning : for its users
-    order : of a free mode's error in the step; infinite: none
-    nominal : s a step, before anything is known of a case
-    folds : whether one of many sectors may be marched alone; those that do not are
-        what others are held against
-    settles : whether it may be looked for a certificate, the rest in closed form
-    flies : whether steps in which no blade can touch are jumped over
-    cyclic : whether it refuses rotors and rings that are not the cyclic kernel's
-    matrices : whether it marches coordinates, with M, D and K
+    name : value of solver.scheme, and name of its file
+    meaning : explanation for users
+    order : order of a free mode's error in the time step; infinite: no error
+    nominal : computing time of a step, s, assumed before any measurement
+    folds : whether one of many equal sectors may be computed alone; schemes that do
+        not fold serve as reference for those that do
+    settles : whether a run may end by a certificate, the rest in closed form
+    flies : whether it jumps over steps in which no blade can touch
+    cyclic : whether it refuses rotors and rings that the cyclic kernel cannot compute
+    matrices : whether it integrates coordinates with M, D and K, not modes
+    turns : computing time of a step with engine.rotation = "full", s; 0: refused
     """
 
     name: str
@@ -37,10 +38,13 @@ class Scheme:
     flies: bool = False
     cyclic: bool = False
     matrices: bool = False
+    turns: float = 0.0
 
 
 _TABLE = (
-    Scheme("modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True),
+    Scheme(
+        "modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True, turns=25e-6,
+    ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
         flies=True, cyclic=True,
@@ -48,15 +52,18 @@ _TABLE = (
     Scheme(
         "general",
         "mode by mode, also takes over where modal cannot (unequal sectors, "
-        "ring of elements, fewer than 3 blades)", 2, 0.8e-6,
+        "ring of elements, fewer than 3 blades, rotation full)", 2, 0.8e-6, turns=25e-6,
     ),
-    Scheme("paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True),
+    Scheme(
+        "paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True,
+        turns=50e-6,
+    ),
 )  # fmt: skip
 SCHEMES = {scheme.name: scheme for scheme in _TABLE}
 NAMES = tuple(SCHEMES)
 if TYPE_CHECKING:
     SchemeName = str
 else:
-    SchemeName = Literal[NAMES]  # what a table gives a checker cannot know
+    SchemeName = Literal[NAMES]  # computed: type checkers see `str`
 DEFAULT = NAMES[0]
 MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)

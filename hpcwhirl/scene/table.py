@@ -1,9 +1,9 @@
-"""What each case of a design sets, worked out from its number.
+"""The inputs that each case of a design sets, computed from the case number.
 
-A table is blocks, one after the other; a block is the product of axes, the last of
-which varies fastest; an axis is inputs that change together. So a grid of a million
-cases is its few values, a zip or drawn numbers are columns, and a list of cases is a
-block for each run of cases that set the same inputs.
+A table is a sequence of blocks; a block is the product of axes, the last of which
+varies fastest; an axis is a set of inputs that change together. So a grid of a million
+cases stores only the values of its axes, a zip or drawn numbers are stored as columns,
+and a list of cases as one block for each run of cases that set the same inputs.
 """
 
 from __future__ import annotations
@@ -24,64 +24,64 @@ Settings = dict[str, Any]
 Values = Sequence[Any] | NDArray[np.float64]
 Cases = NDArray[np.int64]
 Item = TypeVar("Item")
-MOST_LABELS = 1 << 62
-LONG = 4096  # values from which on numbers are kept as 8 bytes each
+MOST_LABELS = 1 << 62  # product of labels that an int64 holds
+LONG = 4096  # number of values from which on they are stored as an array
 
 
 class OfCases(Sequence[Item]):
-    """What is of cases each, made when it is asked for."""
+    """Sequence with one item for each case, computed on access."""
 
     @abstractmethod
     def _of_case(self, case: int) -> Item:
-        """Return what is of a case, by its number from 0."""
+        """Return the item of a case by its number, from 0."""
 
     @overload
     def __getitem__(self, case: int) -> Item: ...
     @overload
     def __getitem__(self, case: slice) -> tuple[Item, ...]: ...
     def __getitem__(self, case: int | slice) -> Item | tuple[Item, ...]:
-        """Return what is of a case, or of several."""
-        found = range(len(self))[case]
-        if isinstance(found, range):
-            return tuple(map(self._of_case, found))
-        return self._of_case(found)
+        """Return the item of a case, or those of a slice."""
+        chosen = range(len(self))[case]
+        if isinstance(chosen, range):
+            return tuple(map(self._of_case, chosen))
+        return self._of_case(chosen)
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Inputs that change together.
+    """Inputs that change together, and their values.
 
     Attributes
     ----------
     names : dotted names of the inputs
-    columns : values of each, equally many; an array where they are numbers, (n,), or
-        equally many numbers each, (n, width)
+    columns : values of each input, n of each; numbers may be an array, (n,), lists of
+        equally many numbers one of shape (n, width)
     """
 
     names: tuple[str, ...]
     columns: tuple[Values, ...]
 
     def __len__(self) -> int:
-        """Return the number of places along it."""
+        """Return the number of places along the axis, n."""
         return len(self.columns[0])
 
     def row(self, place: int) -> Settings:
-        """Return {input: value} at a place."""
+        """Return {input: value} at a place, 0 .. n - 1."""
         both = zip(self.names, self.columns, strict=True)
         return {name: value_at(column, place) for name, column in both}
 
     def until(self, place: int) -> Axis:
-        """Return its first places."""
+        """Return the axis cut off before a place."""
         return Axis(self.names, tuple(column[:place] for column in self.columns))
 
     def plain(self) -> dict[str, Any]:
-        """Return {input: values} as JSON has them."""
+        """Return {input: list of values}, for JSON."""
         both = zip(self.names, self.columns, strict=True)
         return {name: listed(column) for name, column in both}
 
 
 class Block(tuple[Axis, ...]):
-    """The product of axes, the last of which varies fastest; of none, one case."""
+    """Product of axes, the last of which varies fastest; without axes, one case."""
 
     __slots__ = ()
 
@@ -99,19 +99,21 @@ class Block(tuple[Axis, ...]):
         return {n: value for part in reversed(parts) for n, value in part.items()}
 
     def stride(self, number: int) -> int:
-        """Return after how many cases an axis goes to its next place."""
+        """Return the number of cases after which an axis goes to its next place."""
         return prod(map(len, self[number + 1 :]))
 
 
 @dataclass(frozen=True)
 class Column:
-    """One input over all cases of a table.
+    """Values of one input in all cases of a table.
 
     Attributes
     ----------
-    values : that it has, those of each block after those of the one before
-    starts, first, stride, length : (blocks,), the first case of a block; where its
-        values begin; after how many cases it goes to the next; how many it has
+    values : its values in all blocks, one block after the other
+    starts : (blocks,), first case of a block
+    first : (blocks,), index of the block's first value in `values`
+    stride : (blocks,), number of cases after which the next value follows
+    length : (blocks,), number of values of the block
     """
 
     values: Values
@@ -121,34 +123,42 @@ class Column:
     length: Cases
 
     def codes(self, cases: Cases) -> Cases:
-        """Return which of the values some cases have, (m,)."""
+        """Return the indices in `values` of some cases, (m,)."""
         if len(self.starts) == 1:
             first, stride, length = (
-                int(known[0]) for known in (self.first, self.stride, self.length)
+                int(array[0]) for array in (self.first, self.stride, self.length)
             )
             return first + cases // stride % length
-        own = np.searchsorted(self.starts, cases, side="right") - 1
-        inside = cases - self.starts[own]
+        block = np.searchsorted(self.starts, cases, side="right") - 1
+        inside = cases - self.starts[block]
         return np.asarray(
-            self.first[own] + inside // self.stride[own] % self.length[own]
+            self.first[block] + inside // self.stride[block] % self.length[block]
         )
 
     def case_of(self, value: int) -> int:
-        """Return the first case that has a value, by its number among the values."""
-        own = int(np.argmax((self.first <= value) & (value < self.first + self.length)))
-        return int(self.starts[own] + (value - self.first[own]) * self.stride[own])
+        """Return the first case that has a value, given by its index in `values`."""
+        inside = (self.first <= value) & (value < self.first + self.length)
+        block = int(np.argmax(inside))
+        before = (value - self.first[block]) * self.stride[block]
+        return int(self.starts[block] + before)
 
     def of(self, cases: Cases, values: NDArray[Any]) -> NDArray[Any]:
-        """Return what stands for the values of some cases, (m,)."""
+        """Return an array's elements for some cases, (m,).
+
+        Parameters
+        ----------
+        cases : (m,), numbers of cases
+        values : one element for each of the column's `values`
+        """
         return values[self.codes(cases)]
 
 
 class Table(OfCases[Settings]):
-    """The settings of all cases, each made when it is asked for.
+    """Sequence of {input: value} that each case sets, computed on access.
 
     Parameters
     ----------
-    blocks : that follow each other
+    blocks : blocks of cases, one after the other
     """
 
     def __init__(self, blocks: Iterable[Block]) -> None:
@@ -158,22 +168,22 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
-        """Return the table of listed cases."""
+        """Return the table of a list of cases, {input: value} each."""
         if isinstance(rows, Table):
             return rows
         blocks = []
         for names, run in itertools.groupby(rows, key=tuple):
-            found = list(run)
+            same = list(run)
             if not names:
-                blocks += [Block()] * len(found)
+                blocks += [Block()] * len(same)
                 continue
-            columns = tuple(column_of([row[name] for row in found]) for name in names)
+            columns = tuple(column_of([row[name] for row in same]) for name in names)
             blocks.append(Block([Axis(names, columns)]))
         return cls(blocks)
 
     @classmethod
     def from_plain(cls, plain: Iterable[Iterable[Mapping[str, Any]]]) -> Table:
-        """Return the table that `plain` told."""
+        """Return the table of plain data, see `plain`."""
         blocks = []
         for axes in plain:
             each = (
@@ -183,15 +193,15 @@ class Table(OfCases[Settings]):
         return cls(blocks)
 
     def plain(self) -> list[list[dict[str, Any]]]:
-        """Return the blocks as JSON has them: a list of axes each."""
+        """Return the blocks as data for JSON: each a list of axes, {input: values}."""
         return [[axis.plain() for axis in block] for block in self.blocks]
 
     def times(self, axis: Axis) -> Table:
-        """Return every case at every place of a further axis, which varies fastest."""
+        """Return the product of the table and a further axis, which varies fastest."""
         return Table(Block([*block, axis]) for block in self.blocks)
 
     def mapped(self, name: str, change: Callable[[Any], Any]) -> Table:
-        """Return the table with other values of an input."""
+        """Return the table with a function applied to all values of an input."""
 
         def of(axis: Axis) -> Axis:
             columns = [
@@ -203,7 +213,7 @@ class Table(OfCases[Settings]):
         return Table(Block(map(of, block)) for block in self.blocks)
 
     def along_last(self, axis: Axis) -> Table:
-        """Return the table with another axis for the one that varies fastest."""
+        """Return the table with the fastest axis of each block replaced."""
         return Table(Block([*block[:-1], axis]) for block in self.blocks)
 
     def __len__(self) -> int:
@@ -212,8 +222,8 @@ class Table(OfCases[Settings]):
 
     def _of_case(self, case: int) -> Settings:
         """Return {input: value} of a case."""
-        own = int(np.searchsorted(self._starts, case, side="right")) - 1
-        return self.blocks[own].row(case - int(self._starts[own]))
+        block = int(np.searchsorted(self._starts, case, side="right")) - 1
+        return self.blocks[block].row(case - int(self._starts[block]))
 
     def __iter__(self) -> Iterator[Settings]:
         """Yield {input: value} of each case."""
@@ -223,7 +233,7 @@ class Table(OfCases[Settings]):
                 yield {n: value for part in parts for n, value in part.items()}
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another sequence tells the same of every case."""
+        """Return whether another sequence has equal settings of every case."""
         if not isinstance(other, Sequence):
             return NotImplemented
         if len(self) != len(other):
@@ -236,37 +246,37 @@ class Table(OfCases[Settings]):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The inputs that any case sets, in the order that they come."""
-        found = (n for block in self.blocks for axis in block for n in axis.names)
-        return tuple(dict.fromkeys(found))
+        """The inputs that any case sets, in order of appearance."""
+        names = (n for block in self.blocks for axis in block for n in axis.names)
+        return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return the first cases that have all there is of some inputs, ascending.
+        """Return cases that have every combination of some inputs, ascending.
 
-        Of a product, what every other axis begins with; of other tables, all cases.
+        In a single block those at the first place of all other axes; else all cases.
         """
         if len(self.blocks) != 1:
             return np.arange(len(self))
-        own, found = set(names), np.zeros(1, dtype=np.int64)
+        chosen, cases = set(names), np.zeros(1, dtype=np.int64)
         for number, axis in enumerate(self.blocks[0]):
-            if own & set(axis.names):
+            if chosen & set(axis.names):
                 along = np.arange(len(axis)) * self.blocks[0].stride(number)
-                found = (found[:, None] + along).ravel()
-        return found
+                cases = (cases[:, None] + along).ravel()
+        return cases
 
     def column(self, name: str, default: Any) -> Column:
-        """Return one input over all cases; `default` is of those that do not set it."""
+        """Return the column of an input; cases that do not set it have `default`."""
         values: list[Values] = []
         first, stride, length = (np.ones(len(self.blocks), np.int64) for _ in range(3))
-        count, plain = 0, -1  # where the default stands, once it is needed
+        count, plain = 0, -1  # plain: index of the default among the values, or -1
         for number, block in enumerate(self.blocks):
-            found = _column_in(block, name)
-            if found is None and plain < 0:
-                found, plain = ([default], 1), count
-            if found is None:
+            pair = _column_in(block, name)
+            if pair is None and plain < 0:
+                pair, plain = ([default], 1), count
+            if pair is None:
                 first[number] = plain
                 continue
-            column, stride[number] = found
+            column, stride[number] = pair
             values.append(column)
             first[number], length[number] = count, len(column)
             count += len(column)
@@ -274,7 +284,7 @@ class Table(OfCases[Settings]):
 
 
 def _column_in(block: Block, name: str) -> tuple[Values, int] | None:
-    """Return the values of an input in a block, and their stride; None without."""
+    """Return (values, stride) of an input in a block; None if it does not set it."""
     for number, axis in enumerate(block):
         if name in axis.names:
             return axis.columns[axis.names.index(name)], block.stride(number)
@@ -288,32 +298,32 @@ def _joined(parts: list[Values]) -> Values:
 
 
 def column_of(values: Values) -> Values:
-    """Return values as a column: many numbers as an array."""
+    """Return values as a column: `LONG` floats or more as an array, else unchanged."""
     if len(values) < LONG or isinstance(values, np.ndarray):
         return values
     return np.array(values) if all(type(value) is float for value in values) else values
 
 
 def listed(column: Values) -> list[Any]:
-    """Return the values of a column as Python has them."""
+    """Return the values of a column as a list of Python objects."""
     return column.tolist() if isinstance(column, np.ndarray) else list(column)
 
 
 def value_at(column: Values, place: int) -> Any:
-    """Return a value of a column as Python has it."""
+    """Return a value of a column as a Python object."""
     value = column[place]
     return value.tolist() if isinstance(column, np.ndarray) else value
 
 
 def is_begun_by(whole: Axis, first: Axis) -> bool:
-    """Return whether an axis begins with the places of another one."""
+    """Return whether `whole` begins with all values of the axis `first`."""
     if whole.names != first.names or len(whole) < len(first):
         return False
     return whole.until(len(first)).plain() == first.plain()
 
 
 def is_table(plain: Any) -> bool:
-    """Return whether plain data is what `Table.plain` tells."""
+    """Return whether plain data has the form of `Table.plain`."""
     return isinstance(plain, list) and all(
         isinstance(axes, list) and all(map(_is_axis, axes)) for axes in plain
     )
@@ -327,29 +337,35 @@ def _is_axis(axis: Any) -> bool:
 
 
 def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
-    """Return numbers of values, (n,), the same where values are: 0 and -0 are two.
+    """Return labels, (n,), equal for equal values; 0 and -0 count as different.
 
-    key : text of a value that is no number of an array
+    Parameters
+    ----------
+    column : n values
+    key : function from a value to the text that is compared, unless they are an array
     """
     if isinstance(column, np.ndarray) and column.ndim == 1:
         bits = np.ascontiguousarray(column, dtype=float).view(np.int64)
         return np.asarray(np.unique(bits, return_inverse=True)[1], dtype=np.int64)
     known: dict[str, int] = {}
-    found = (known.setdefault(key(value), len(known)) for value in listed(column))
-    return np.fromiter(found, np.int64, len(column))
+    numbers = (known.setdefault(key(value), len(known)) for value in listed(column))
+    return np.fromiter(numbers, np.int64, len(column))
 
 
 def labels(parts: Iterable[tuple[Column, Cases]], cases: Cases) -> Cases:
-    """Return numbers of some cases, (m,), the same where they are alike in all inputs.
+    """Return labels, (m,), equal for cases with equal values in all columns.
 
-    parts : columns, and the number of each of their values, see `distinct`
+    Parameters
+    ----------
+    parts : (column, labels of its values, see `distinct`) of each input
+    cases : (m,), numbers of cases
     """
-    found, radix = np.zeros(len(cases), dtype=np.int64), 1
+    out, radix = np.zeros(len(cases), dtype=np.int64), 1
     for column, numbers in parts:
         kinds = int(numbers.max(initial=0)) + 1
         if radix > MOST_LABELS // kinds:
-            found = np.unique(found, return_inverse=True)[1].astype(np.int64)
-            radix = int(found.max(initial=0)) + 1
-        found = found * kinds + column.of(cases, numbers)
+            out = np.unique(out, return_inverse=True)[1].astype(np.int64)
+            radix = int(out.max(initial=0)) + 1
+        out = out * kinds + column.of(cases, numbers)
         radix *= kinds
-    return found
+    return out

@@ -1,14 +1,14 @@
-"""Every word that a case may be given: how it is stored, ruled, coloured; one table.
+"""Table of all words for cases: how they are stored, decided and coloured.
 
-A new word is a line here and its rules. Results keep a word as its place in `ENUMS`
-(see `flag_meanings`), so new ones come last. The rules are conditions of
-`analysis.expression` over evidence (`analysis.regimes.evidence`), thresholds
-(`analysis.regimes.Thresholds`) and, before both, what `DEFINED` makes of them; the page
-reads them, too.
+A new word is a line here and its rules. Results store a word as its index in `ENUMS`
+(attribute `flag_meanings`), so new ones come last. The rules are conditions of
+`analysis.expression` on evidence (`analysis.regimes.evidence`), thresholds
+(`analysis.regimes.Thresholds`) and quantities derived from both, see `DEFINED`; the
+HTML page evaluates them, too.
 
 Lightness falls from `missing` to `failed` in steps of at least 11 (CIE L*), so that
 print in grey keeps the words apart, and no two colours come close to the colour-blind;
-`tests/test_palette.py` measures both. A letter says the same without colour.
+`tests/scene/test_palette.py` measures both. A letter says the same without colour.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Look:
-    """How a word is shown.
+    """How a word is shown in maps and on the page.
 
     Attributes
     ----------
-    colour : fill, sRGB
-    ink : of a letter or marker on that fill
-    letter : that stands for the word
-    marker : of a point, as Matplotlib names it
-    told : the word in a legend
-    line : colour of thin lines and dots on white, where the fill is too light for them
+    colour : colour of the fill, sRGB
+    ink : colour of a letter or marker on that fill
+    letter : letter that stands for the word
+    marker : Matplotlib's marker of a point
+    told : text in a legend
+    line : colour of thin lines and dots on white, if the fill is too light for them
     """
 
     colour: str
@@ -47,7 +47,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Rule:
-    """A word, and the conditions that must all hold for it."""
+    """A word and the conditions that must all hold for it."""
 
     word: str
     needs: tuple[str, ...] = ()
@@ -59,54 +59,73 @@ REGIMES = {
     "divergent": Look("#C63D0F", "#FFFFFF", "X", "^", "divergent"),
     "undecided": Look("#8D8D8D", "#000000", "?", "D", "undecided"),
 }
-BAD = {  # cases whose numbers mean nothing
+BAD = {  # cases without a regime
+    "overloaded": Look("#092644", "#FFFFFF", "L", "*", "overloaded"),
     "unstable": Look("#57267A", "#FFFFFF", "U", "P", "unstable"),
     "failed": Look("#0C0C0C", "#FFFFFF", "!", "X", "failed"),
     "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed", "#BBBBBB"),
 }
-SHOWN = REGIMES | BAD  # what a case may be shown by
-WHIRLS = {  # where the colour tells the whirl
+SHOWN = REGIMES | BAD  # all words by which a case is shown
+WHIRLS = {  # words of maps whose colour shows the whirl
     "forward": Look("#2F6DB3", "#FFFFFF", "F", "^", "forward"),
     "mixed": Look("#4BA386", "#000000", "M", "o", "mixed"),
     "backward": Look("#F0AE45", "#000000", "B", "v", "backward"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "no whirl"),
 }
-# {variable: its words}, each stored as its place here
+# {variable: its words}; each is stored as its index
 ENUMS = {
     "status": ("ok", "failed", "missing", "timeout", "crashed"),
-    "outcome": ("none", "completed", "stopped", "unstable"),
+    "outcome": ("none", "completed", "stopped", "unstable", "overloaded"),
     "regime": ("none", *REGIMES),
     "whirl": ("none", "forward", "backward", "mixed"),
+    "word_majority": ("none", "unstable", *REGIMES, "overloaded"),
     "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }
 
 
-OPEN = {"regime": "undecided", "stop": "end"}
+NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
+OPEN = (
+    "undecided",
+    "divergent",
+)  # regimes that may change in a longer run, see is_open
+TOLD = {  # message for a case with an outcome
+    "overloaded": "the swing of the pulse, not growth, moved the tips to the amplitude "
+    "limit; lower force or pulse, or raise amplitude_limit"
+}
 
 
 def word_of(status: str, outcome: str, regime: str) -> str:
-    """Return the word of `SHOWN` that a case goes by, wherever it is shown or counted.
+    """Return the word of `SHOWN` by which a case is shown and counted everywhere.
 
-    Its regime; where it has none, whether it is `unstable`, `failed` for whatever
-    reason, or `missing`.
+    It is the regime or, without one, `overloaded`, `unstable`, `failed` (for any
+    reason) or `missing`.
     """
     if status != "ok":
         return status if status == "missing" else "failed"
-    return "unstable" if outcome == "unstable" or regime == "none" else regime
+    if outcome in NO_REGIME:
+        return outcome
+    return "unstable" if regime == "none" else regime
 
 
 def is_open(row: Mapping[str, Any]) -> bool:
-    """Return whether a longer run may tell what a row of `undecided` does not."""
-    return all(row.get(name) == word for name, word in OPEN.items())
+    """Return whether a longer run may give a row another regime.
+
+    It may if the case is undecided, or divergent by growth alone, and ran to its end: a
+    case that ended at the amplitude limit cannot continue.
+    """
+    return row.get("regime") in OPEN and row.get("stop") == "end"
 
 
-# In this order: a later one may use an earlier one. A centre that does not move has no
-# growth: where all sectors move alike, round-off is all that moves it.
+# Quantities derived from evidence and thresholds, evaluated in this order: a later one
+# may use an earlier one. The growth of a centre at rest is set to 0: if all sectors
+# move alike, only round-off moves it.
 DEFINED = {
     "begin": "end_time - window",
     "clear": "abs(growth_rate) > significance * growth_error",
     "growth_shaft": "growth_centre * (orbit_radius >= whirl_floor * gap_scale)",
     "rise_of_both": "min(growth_rate, growth_rotor) * window",
+    "fed_less": "ledger_rotation + ledger_friction <= ledger_pulse",
+    "carried": "fed_less or (begin < load_end and rise_of_both <= rise)",
     "largest_change": "max(max(abs(growth_rate), abs(growth_rotor)),"
     " abs(growth_shaft)) * window",
 }
@@ -115,21 +134,27 @@ KEPT_UP = (
     "late_fed >= replaced * late_lost",
     "late_lost >= replaced * late_fed",
 )
-# Of each list the first rule counts whose conditions all hold.
+# In each list the first rule whose conditions all hold gives the word.
 RULES = {
     # Unstable: not finite, no solution of the contact problem, a ledger that does not
     # close or an energy below zero, which a stable scheme does not have, gaps that are
-    # not those of the bodies, a step at or above the limit. No regime, no whirl then.
+    # not those of the bodies, a step at or above the limit. No regime, no whirl then,
+    # and none of what the swing of the pulse moved too far.
     "outcome": (
         Rule("unstable", ("stop == 'nonfinite'",)),
         Rule("unstable", ("stop == 'complementarity'",)),
         Rule("unstable", ("ledger_error > ledger",)),
         Rule("unstable", ("gap_error > opening",)),
         Rule("unstable", ("step_share >= 1",)),
+        # the load carried the tips to the amplitude limit: it put in more than
+        # rotation and friction, or its swing is not over and does not grow
+        Rule("overloaded", ("stop == 'amplitude'", "carried")),
         Rule("stopped", ("stop == 'amplitude'",)),
         Rule("completed"),
     ),
     "regime": (
+        # rotation and friction carried the tips to the amplitude limit, not the load
+        Rule("divergent", ("stop == 'amplitude'",)),
         # what is loaded by the pulse within the window
         Rule("undecided", ("begin < load_end",)),
         # no contact can recur; or at rest
@@ -148,9 +173,8 @@ RULES = {
             ),
         ),
         Rule("undecided", ("late_contacts == 0",)),
-        # fed by rotation and friction, and beyond the amplitude limit or grown, still
-        # so in the last quarter, the rotor too, to the highest of the run
-        Rule("divergent", ("stop == 'amplitude'", "late_fed > 0")),
+        # fed by rotation and friction, and grown, no slower in the last quarter, the
+        # rotor too, to the highest of the run
         Rule(
             "divergent",
             (

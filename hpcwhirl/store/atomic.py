@@ -1,17 +1,27 @@
-"""Files that are replaced whole or not at all, each written under a name of its own."""
+"""Files that are replaced whole or not at all, each written under a name of its own.
+
+A file system keeps names apart from what files hold: where the machine dies, a synced
+file is there for certain only once the directory of its name has been synced, too.
+"""
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import re
+import time
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
-from hpcwhirl.errors import unwritable
+from hpcwhirl.errors import WhirlError, unwritable
+from hpcwhirl.safe_open import open_regular
 
 NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+Check = Callable[[], None]
+YOUNG = 2.0  # s after which a file that is being written is held
 LONGEST = 200  # bytes of a file's name that its temporary one repeats
 # Temporary names, those of older versions too.
 PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
@@ -24,44 +34,162 @@ def part_of(path: Path) -> Path:
     """
     stem = os.fsdecode(os.fsencode(path.name)[:LONGEST])
     part = path.with_name(f"{stem}.{uuid.uuid4().hex}.part")
-    os.close(os.open(part, NEW, 0o666))
+    handle = os.open(part, NEW, 0o666)
+    try:
+        os.close(handle)
+    except OSError:  # as a file server says that it is full
+        with suppress(OSError):
+            part.unlink()
+        raise
     return part
 
 
+def anyone() -> None:
+    """Let whoever asks publish; `store.directory.owner.Claim.check` lets the owner."""
+
+
+def keep_names(folder: Path) -> None:
+    """Sync a directory: names that were made or changed in it outlive the machine.
+
+    Raises
+    ------
+    OSError
+        where it cannot be; not on a file system that syncs no directories
+    """
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(handle)
+    except OSError as failed:
+        if failed.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)
+
+
+def make_folders(folder: Path) -> None:
+    """Make a directory and what is missing above it, to outlive the machine.
+
+    Raises
+    ------
+    OSError
+        where one of them cannot be made
+    """
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for place in missing:
+        keep_names(place.parent)
+
+
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Give a file that takes the place of `path` once the block has ended well."""
+def telling(what: Path | str) -> Iterator[None]:
+    """Tell in one line what opening, writing, syncing or closing a file leads to.
+
+    Parameters
+    ----------
+    what : the file that is written, or "in" and a directory
+
+    Raises
+    ------
+    MissingFileError
+        naming it; `NoRoomError` where that may pass
+    """
+    try:
+        yield
+    except WhirlError:
+        raise
+    except OSError as failed:
+        msg = f"cannot write {what}: {failed.strerror or failed}"
+        raise unwritable(msg, failed) from None
+
+
+@contextmanager
+def replacing(
+    path: Path, check: Check = anyone, *, held: bool = False
+) -> Iterator[Path]:
+    """Give a file that takes the place of `path` once the block has ended well.
+
+    Parameters
+    ----------
+    path : to be replaced
+    check : raises where this process may no longer do so, see `publish`
+    held : whether the file is locked meanwhile, for `sweep_idle`
+    """
     part = part_of(path)
     try:
-        yield part
-        publish(part, path)
+        with part.open("rb") if held else nullcontext() as file:
+            if file is not None:
+                with suppress(OSError):  # no locks here: then it is never swept
+                    fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            yield part
+            publish(part, path, check)
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
 
 
-def publish(part: Path, path: Path) -> None:
-    """Put a file, synced, in another's place."""
-    with part.open("rb+") as file:
-        os.fsync(file.fileno())
-    part.replace(path)
+def publish(part: Path, path: Path, check: Check = anyone) -> None:
+    """Put a file, synced, in another's place.
+
+    Parameters
+    ----------
+    part, path : the file, and the one whose name it takes
+    check : called right before, after all that takes time; raises where this process
+        has lost the right to do so
+    """
+    try:
+        with part.open("rb+") as file:
+            os.fsync(file.fileno())
+        check()
+        part.replace(path)
+        keep_names(path.parent)
+    except FileNotFoundError:  # who has taken over has swept it
+        check()
+        raise
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_whole(
+    path: Path, data: bytes, check: Check = anyone, *, held: bool = False
+) -> None:
     """Put data, synced, in place of what the file held; several may do so at once.
+
+    Parameters
+    ----------
+    path, data : the file and what it is to hold
+    check, held : see `publish`, `replacing`
 
     Raises
     ------
     MissingFileError
         where it cannot be written; what the file held before stays
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as part:
+    with telling(path):
+        make_folders(path.parent)
+        with replacing(path, check, held=held) as part:
             part.write_bytes(data)
-    except OSError as failed:
-        msg = f"cannot write {path}: {failed.strerror}"
-        raise unwritable(msg, failed) from None
+
+
+def sweep_idle(folder: Path, stem: str) -> None:
+    """Remove temporary files of `replacing` that no process is writing any more."""
+    with suppress(OSError), os.scandir(folder) as found:
+        for item in found:
+            if item.name.startswith(stem) and PART.fullmatch(item.name):
+                with suppress(OSError):
+                    _remove_idle(item)
+
+
+def _remove_idle(item: os.DirEntry[str]) -> None:
+    """Remove a temporary file unless who made it is still at it.
+
+    Raises
+    ------
+    OSError
+        where somebody holds it
+    """
+    if time.time() - item.stat(follow_symlinks=False).st_mtime < YOUNG:
+        return
+    with open_regular(Path(item.path), "r+b") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.unlink(item.path)  # noqa: PTH108 - its name may be odd
 
 
 def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:

@@ -17,10 +17,21 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError, WhirlError, unwritable
 
 DAMAGE = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)
+
+
+def utf8(text: str) -> NDArray[np.bytes_]:
+    """Return text as an attribute keeps it: UTF-8, said to be so, of fixed length.
+
+    NetCDF, h5netcdf and h5py read it, and parallel HDF5 writes it.
+    """
+    data = text.encode()
+    return np.array(data, dtype=h5py.string_dtype("utf-8", max(len(data), 1)))
 
 
 class _Patient(io.FileIO):

@@ -13,7 +13,7 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class CyclicStructure:
-    """Matrices of N identical sectors and, perhaps, a centre they share.
+    """Matrices of N identical sectors and an optional shared centre.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class CyclicStructure:
     boundary : DoF of a sector that a reduction keeps, e.g. tip radial, tangential
     centre : the two centre DoF (x, y in the structure's frame), or none
     centre_stiffness : k_o, N/m, of the shaft's springs
-    mistuned : whether the sectors differ after all
+    mistuned : whether the sectors are not identical
     """
 
     mass: Floats
@@ -49,6 +49,6 @@ def add_element(
 
 
 def turn(angle: float) -> Floats:
-    """Return the (2, 2) matrix of components in axes turned by `angle`, rad."""
+    """Return the (2, 2) matrix to components in axes turned by `angle`, rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, s], [-s, c]])

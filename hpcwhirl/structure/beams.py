@@ -17,12 +17,12 @@ POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 
 
 def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
-    """Return cubic Hermite shapes or their derivatives in arc length.
+    """Return cubic Hermite shape functions or their derivatives in arc length.
 
     Parameters
     ----------
     xi
-        place in the element, 0 to 1, any shape
+        position in the element, 0 to 1, array of any shape
     length
         element length, m; scales the two slope shapes
     order
@@ -49,7 +49,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
 
 @dataclass(frozen=True)
 class Section:
-    """A rectangular section, tapering linearly in thickness along an element."""
+    """A rectangular section whose thickness varies linearly along an element."""
 
     width: float  # out of plane, m
     thickness: tuple[float, float]  # in plane, m, at both ends

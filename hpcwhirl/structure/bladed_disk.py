@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,8 +13,19 @@ from hpcwhirl.structure.assembly import CyclicStructure, add_element, turn
 from hpcwhirl.structure.beams import Section, beam
 
 Floats = NDArray[np.float64]
-NODE = 3  # radial, tangential, rotation
+NODE = 3  # DoF a node: radial, tangential, rotation
 MOST_DOF = 15_000  # dense M and K of 1.8 GB each
+
+
+def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
+    """Return the length of a blade's elements, m, and their sections from the root."""
+    length = (rotor.radius - rotor.disk_radius) / rotor.elements
+    share = np.linspace(0.0, 1.0, rotor.elements + 1)
+    heights = (rotor.root_thickness * (1 + (rotor.taper - 1) * share)).tolist()
+    return length, [
+        Section(rotor.blade_width, ends, rotor.young, rotor.density)
+        for ends in itertools.pairwise(heights)
+    ]
 
 
 def blade(rotor: Rotor) -> tuple[Floats, Floats]:
@@ -20,16 +33,12 @@ def blade(rotor: Rotor) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    M, K : (3 (elements + 1),) squared; DoF radial, tangential, rotation a node
+    M, K : (n, n), n = 3 (elements + 1); DoF radial, tangential, rotation of each node
     """
     size = NODE * (rotor.elements + 1)
     mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
-    length = (rotor.radius - rotor.disk_radius) / rotor.elements
-    share = np.linspace(0.0, 1.0, rotor.elements + 1)
-    heights = rotor.root_thickness * (1 + (rotor.taper - 1) * share)
-    for e in range(rotor.elements):
-        ends = (float(heights[e]), float(heights[e + 1]))
-        section = Section(rotor.blade_width, ends, rotor.young, rotor.density)
+    length, sections = blade_sections(rotor)
+    for e, section in enumerate(sections):
         dofs = NODE * e + np.arange(2 * NODE)
         for target, part in zip((mass, stiffness), beam(length, section), strict=True):
             add_element(target, part, dofs, np.eye(2 * NODE))
@@ -44,25 +53,31 @@ def blade_stiffness(rotor: Rotor) -> float:
     return float(1.0 / np.linalg.solve(stiffness, load)[-2])
 
 
-def _spoke(rotor: Rotor, angle: float) -> tuple[Floats, Floats, Floats]:
-    """Return (M, K, transform) of a spoke: (x_o, y_o, root r, t, rotation)."""
+def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
+    """Return (length, section, transform) of a spoke at an angle, rad.
+
+    transform : (6, 5), the beam's DoF from x_o, y_o, and r, t, rotation of the root
+    """
     thick = (rotor.spoke_thickness, rotor.spoke_thickness)
     section = Section(rotor.spoke_width, thick, rotor.young, rotor.density)
     transform = np.zeros((6, 5))
     transform[:2, :2] = turn(angle)  # rotation of the centre stays zero
     transform[3:, 2:] = np.eye(3)
-    return *beam(rotor.disk_radius, section), transform
+    return rotor.disk_radius, section, transform
 
 
-def _rim(rotor: Rotor) -> tuple[Floats, Floats, Floats]:
-    """Return (M, K, transform) of the chord from one blade root to the next."""
+def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
+    """Return (length, section, transform) of the rim's chord from a root to the next.
+
+    transform : (6, 6), the beam's DoF from r, t, rotation of both roots
+    """
     half = np.pi / rotor.blades
     thick = (rotor.rim_thickness, rotor.rim_thickness)
     section = Section(rotor.rim_width, thick, rotor.young, rotor.density)
     transform = np.eye(6)
     transform[:2, :2] = turn(np.pi / 2 + half)
     transform[3:5, 3:5] = turn(np.pi / 2 - half)
-    return *beam(2 * rotor.disk_radius * np.sin(half), section), transform
+    return 2 * rotor.disk_radius * np.sin(half), section, transform
 
 
 def bladed_disk(rotor: Rotor) -> CyclicStructure:
@@ -76,7 +91,7 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     Raises
     ------
     InputError
-        where blades and elements ask for more than `MOST_DOF`, before any is made
+        where blades and elements need more DoF than `MOST_DOF`
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     if blades * size > MOST_DOF:
@@ -90,16 +105,17 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     matrices = np.zeros((total, total)), np.zeros((total, total))
     (inertia, elastic), hub = blade(rotor), np.array([total - 2, total - 1])
     for j, change in enumerate(rotor.mistuning or (0.0,) * blades):
-        own = inertia, (1 + change) * elastic
+        blade_matrices = inertia, (1 + change) * elastic
         root = j * size + np.arange(NODE)
         after = (j + 1) % blades * size + np.arange(NODE)
-        *spoke, spoke_turn = _spoke(rotor, 2 * np.pi * j / blades)
-        for target, part, arm in zip(matrices, own, spoke, strict=True):
+        length, section, spoke_turn = spoke(rotor, 2 * np.pi * j / blades)
+        arms = beam(length, section)
+        for target, part, arm in zip(matrices, blade_matrices, arms, strict=True):
             target[j * size : (j + 1) * size, j * size : (j + 1) * size] += part
             add_element(target, arm, np.r_[hub, root], spoke_turn)
         if blades > 1:
-            *rim, rim_turn = _rim(rotor)
-            for target, part in zip(matrices, rim, strict=True):
+            length, section, rim_turn = rim(rotor)
+            for target, part in zip(matrices, beam(length, section), strict=True):
                 add_element(target, part, np.r_[root, after], rim_turn)
     mass, stiffness = matrices
     stiffness[hub, hub] += rotor.centre_stiffness

@@ -20,9 +20,9 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Reads and loads a ring of harmonics 0 .. H at any angle."""
+    """Contact operator of a ring of harmonics 0 .. H: reads and loads it at angles."""
 
-    harmonics: int
+    harmonics: int  # H
     radius: float  # m
 
     @property
@@ -32,16 +32,16 @@ class FourierOperator:
 
     @property
     def radial(self) -> Integers:
-        """Coordinates of w."""
+        """Indices of the coordinates of w."""
         return np.arange(self.width)
 
     @property
     def tangential(self) -> Integers:
-        """Coordinates of u, in the order of `radial`."""
+        """Indices of the coordinates of u, in the order of `radial`."""
         return self.width + np.arange(self.width)
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return (radial, tangential) rows (m, 2 width) at angles (m,), rad."""
+        """Return the rows that give w and u at angles (m,), rad: (m, 2 width) each."""
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         phase = angles[:, None] * np.arange(1, self.harmonics + 1)
         waves = np.ones((len(angles), self.width))
@@ -50,7 +50,7 @@ class FourierOperator:
         return np.hstack([waves, nothing]), np.hstack([nothing, waves])
 
     def waves(self) -> Floats:
-        """Return rows (H + 1, 2, 2 width): of cos and sin h theta in w."""
+        """Return the rows that give the cos and sin parts of w, (H + 1, 2, 2 width)."""
         out = np.zeros((self.harmonics + 1, 2, 2 * self.width))
         for h in range(self.harmonics + 1):
             out[h, 0, max(2 * h - 1, 0)] = 1.0
@@ -71,7 +71,7 @@ class FourierOperator:
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:
     """Return (m, K) of harmonic h on (W, U): w = W cos(h theta), u = U sin(h theta).
 
-    The energies of the curved element (reference §1), integrated over the ring:
+    From the energies of the curved element (reference §1), integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,
     a = pi R, or 2 pi R for h = 0, where U is the uniform turn. The second phase,
     w = W sin, u = -U cos, has the same matrices.

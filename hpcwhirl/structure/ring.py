@@ -13,14 +13,14 @@ from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-NODE = 4  # u, u', w, w'
+NODE = 4  # DoF a node: u, u', w, w'
 
 
 @dataclass(frozen=True)
 class RingOperator:
-    """Reads and loads a ring at any angle with the same shape functions.
+    """Contact operator of a ring of elements: reads and loads it at any angle.
 
-    A force is spread with the shapes that a displacement is read with, so that
+    A force is spread with the same shape functions that read a displacement, so that
     both are work-conjugate.
     """
 
@@ -29,13 +29,13 @@ class RingOperator:
 
     @property
     def radial(self) -> Integers:
-        """DoF (w, w') of every node, in turn."""
+        """Indices of the DoF (w, w') of every node, node by node."""
         nodes = NODE * np.arange(self.elements)[:, None]
         return np.ravel(nodes + np.array([2, 3]))
 
     @property
     def tangential(self) -> Integers:
-        """DoF (u, u') of every node, in the order of `radial`."""
+        """Indices of the DoF (u, u') of every node, in the order of `radial`."""
         return self.radial - 2
 
     @property
@@ -44,11 +44,11 @@ class RingOperator:
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return (radial, tangential) rows (m, 4 elements) at angles (m,), rad."""
+        """Return the rows that give w and u at angles (m,), rad; (m, 4 elements)."""
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
-        place = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
-        first = np.minimum(place.astype(int), self.elements - 1)
-        shapes = hermite(place - first, self.length)
+        position = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
+        first = np.minimum(position.astype(int), self.elements - 1)
+        shapes = hermite(position - first, self.length)
         radial = np.zeros((len(angles), NODE * self.elements))
         tangential = np.zeros_like(radial)
         for local, (end, slope) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
@@ -64,9 +64,9 @@ class RingOperator:
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return rows (H + 1, 2, 4 elements): of cos and sin h theta in w.
+        """Return the rows that give cos and sin parts of w, (H + 1, 2, 4 elements).
 
-        Fourier coefficients of the elements' shape by their Gauss points, up to H =
+        They are Fourier coefficients by the elements' Gauss points, up to H =
         elements // 2.
         """
         angles, weights = self._points()

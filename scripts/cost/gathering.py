@@ -28,7 +28,7 @@ from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.results.gather import has_mpi_io
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from cost.under_mpi import under_mpi
+from common import under_mpi
 
 COMPUTED = 8  # cases that are really integrated
 DURATION = 0.05  # s of engine time

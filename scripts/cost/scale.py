@@ -1,15 +1,15 @@
 """How far a campaign scales: the hand-out as a discrete-event simulation.
 
-    python scripts/cost/scale.py [DIR] [--out FIGURE.png] [--most 1000000] [--quick]
+    python scripts/cost/scale.py [DIR] [--most 1000000] [--quick]
 
 Fed with message times measured here between two ranks, and with the case times of a
 finished campaign DIR (or of one that is integrated now): N cases are scattered over its
 parameter space, each with the cost of the nearest one, a tenth of noise on it. The
-simulation hands out by hpcwhirl's own agenda and answers. It is held against real runs
+simulation hands out by hpcwhirl's own queue and answers. It is held against real runs
 first: ranks that sleep instead of computing (so that more ranks than cores are fair),
 and DIR's own run. Then: efficiency over ranks and cases beside a static split and a
-dedicated master, what keeping costs, and what breaks first. What gathering and planning
-cost: evidence/scale_cost.py and evidence/scale_plan.py.
+dedicated master, what keeping costs, and what breaks first. What gathering costs:
+evidence/scale_cost.py.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from hpcwhirl.campaign.agenda import A_RANK, MOST, SHORTEST
 from hpcwhirl.campaign.plan.cost import Costs, Places
 from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.work_queue import A_RANK, MOST, SHORTEST
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.directory.journal import Journal, read_records, read_traces
 from hpcwhirl.store.directory.manifest import read_manifest
 from hpcwhirl.store.directory.runs import read_runs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import under_mpi
 from cost.scale_model import Model, Outcome, Times, dedicated_master, static_split
-from cost.under_mpi import under_mpi
 
 Floats = NDArray[np.float64]
 RANKS = (2, 10, 100, 1000, 10_000)
@@ -53,19 +53,19 @@ sweep = {speed = {start = 120, stop = 520, step = 40}, nodal_diameter = [1, 2]}
 PING = """
 import json, time
 from mpi4py import MPI
-from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import _Root, Tally, ASK
 import numpy as np
 comm, N = MPI.COMM_WORLD, 2000
 if comm.rank == 0:
     costs = Costs(np.ones(4 * N), np.zeros((4 * N, 1)))
-    agenda = Agenda([(i,) for i in range(4 * N)], costs, 2)
-    agenda.stale, agenda.learned = True, -(10**9)  # sorting is timed by itself
-    root = _Root(agenda, lambda u, s: None, lambda: False, comm, Tally())
+    queue = WorkQueue(range(4 * N), costs, 2)
+    queue.stale, queue.learned = True, -(10**9)  # sorting is timed by itself
+    root = _Root(queue, lambda u, s: None, lambda: False, comm, Tally())
     comm.Barrier()
     serve = 0.0
-    while agenda.left > 3 * N:
+    while queue.left > 3 * N:
         start = time.perf_counter()
         if root.serve():
             serve += (time.perf_counter() - start) / N
@@ -77,7 +77,7 @@ if comm.rank == 0:
 else:
     comm.Barrier()
     for i in range(N):
-        comm.send((1, ASK, [(i, ["ok"], 1.0)], False), 0)
+        comm.send((1, ASK, [(i, "ok", 1.0)], False), 0)
     for _ in range(N):
         comm.recv(source=0)
     comm.Barrier()
@@ -89,7 +89,7 @@ SLEEP = """
 import json, sys, time
 import numpy as np
 from mpi4py import MPI
-from hpcwhirl.campaign.agenda import Agenda
+from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import Tally, map_ranks
 comm = MPI.COMM_WORLD
@@ -99,12 +99,12 @@ def evaluate(unit, between):
     end = time.perf_counter() + seconds[unit]
     while (left := end - time.perf_counter()) > 0:
         time.sleep(min(left, 0.01)); between()
-    return ["ok"]
-units = [(i,) for i in range(len(seconds) if comm.rank == 0 else 0)]
-agenda = Agenda(units, costs, comm.size)
+    return "ok"
+units = range(len(seconds) if comm.rank == 0 else 0)
+queue = WorkQueue(units, costs, comm.size)
 comm.Barrier()
 tally = Tally()
-map_ranks(agenda, evaluate, lambda u, s: None, lambda: False, comm, tally)
+map_ranks(queue, evaluate, lambda u, s: None, lambda: False, comm, tally)
 found = comm.gather((tally.span, tally.busy))
 if found:
     print(json.dumps([max(s for s, _ in found), [b for _, b in found]]))
@@ -201,10 +201,9 @@ def hold_against(place: Path, times: Times, design: Design) -> None:
     )
 
 
-def table(field: Field, times: Times, most: int) -> list[dict[str, Any]]:
-    """Print and return efficiencies over ranks and cases."""
+def table(field: Field, times: Times, most: int) -> None:
+    """Print efficiencies over ranks and cases."""
     print("  cases    ranks  hpcwhirl  split  master   hours  messages/s at rank 0")
-    rows = []
     for cases in (count for count in CASES if count <= most):
         seconds, places = field.cases(cases)
         for ranks in RANKS:
@@ -213,39 +212,12 @@ def table(field: Field, times: Times, most: int) -> list[dict[str, Any]]:
             master = dedicated_master(seconds, expected, ranks, times).efficiency
             split = static_split(seconds, ranks).efficiency
             rate = ours.messages / ours.span
-            rows.append(
-                {"cases": cases, "ranks": ranks, "hpcwhirl": ours.efficiency,
-                 "split": split, "master": master, "rate": rate}
-            )  # fmt: skip
             print(
                 f"  {cases:8d} {ranks:6d}  {ours.efficiency:7.3f} {split:7.3f} "
                 f"{master:7.3f} {ours.span / 3600:7.3f}  {rate:9.1f} "
                 f"({100 * rate * times.serve:.2f} % of its time)",
                 flush=True,
             )
-    return rows
-
-
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw the efficiencies."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9, 3), layout="constrained")
-    counts = sorted({row["cases"] for row in rows})
-    for axes, cases in zip(
-        figure.subplots(1, len(counts), sharey=True, squeeze=False)[0],
-        counts,
-        strict=True,
-    ):
-        own = [row for row in rows if row["cases"] == cases]
-        for name, style in (("hpcwhirl", "o-"), ("split", "s--"), ("master", "^:")):
-            axes.semilogx(
-                [r["ranks"] for r in own], [r[name] for r in own], style, label=name
-            )
-        axes.set(title=f"{cases:,} cases", xlabel="ranks", ylim=(0, 1.05))
-    figure.axes[0].set_ylabel("efficiency")
-    figure.axes[0].legend()
-    figure.savefig(path, dpi=150)
 
 
 def keeping(place: Path, scratch: Path, mean: float) -> None:
@@ -280,7 +252,6 @@ def main() -> None:
     """Measure, validate, simulate, say what breaks first."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, help="a finished campaign")
-    parser.add_argument("--out", type=Path, default=Path("scale.png"))
     parser.add_argument("--most", type=int, default=CASES[-1], help="cases simulated")
     parser.add_argument("--quick", action="store_true", help="10,000 cases, -n 2 only")
     options = parser.parse_args()
@@ -301,9 +272,8 @@ def main() -> None:
         validate(field, times, scratch, (2,) if options.quick else (2, 4, 8))
         hold_against(folder, times, design)
         print("efficiency:")
-        rows = table(field, times, 10_000 if options.quick else options.most)
-        draw(rows, options.out)
-        print(f"  {options.out}\nwhat breaks first:")
+        table(field, times, 10_000 if options.quick else options.most)
+        print("what breaks first:")
         limits(times, mean)
         keeping(folder, scratch, mean)
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Agenda, Answers, Questions
 from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.campaign.ranks import IDLE
+from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
 from hpcwhirl.dynamics.march import SLICE_SECONDS
 
 Floats = NDArray[np.float64]
@@ -63,15 +63,15 @@ class Model:
     Parameters
     ----------
     seconds : (cases,), that each case takes
-    costs : what the agenda knows of them beforehand; learns as in a campaign
+    costs : what the queue knows of them beforehand; learns as in a campaign
     ranks : that share them
     times : of messages and slices
     """
 
     def __init__(self, seconds: Floats, costs: Costs, ranks: int, times: Times) -> None:
         self.seconds, self.times, self.ranks = seconds, times, ranks
-        self.agenda = Agenda([(case,) for case in range(len(seconds))], costs, ranks)
-        self.questions = Questions(self.agenda, ranks)
+        self.queue = WorkQueue(range(len(seconds)), costs, ranks)
+        self.questions = Questions(self.queue, ranks)
         self.workers = [_Worker() for _ in range(ranks)]
         self.busy, self.now = np.zeros(ranks), 0.0
         self.post: list[tuple[float, int, int, int, int]] = []
@@ -80,15 +80,15 @@ class Model:
 
     def run(self) -> Outcome:
         """Return how the campaign goes."""
-        self._deliver(list(enumerate(self.agenda.first()))[1:])
+        self._deliver(list(enumerate(self.queue.first()))[1:])
         unit, left = -1, 0.0
-        while self.at_work or self.agenda or left > 0.0:
+        while self.at_work or self.queue or left > 0.0:
             self._serve()
             if left <= 0.0 and unit >= 0:
-                self.agenda.finished(unit, self.seconds[unit])
+                self.queue.finished(unit, self.seconds[unit])
                 unit = -1
-            if unit < 0 and self.agenda:
-                unit = self.agenda.take()
+            if unit < 0 and self.queue:
+                unit = self.queue.take()
                 left = float(self.seconds[unit])
             left -= self._pass(left)
         return Outcome(max(self.now, self.last), self.busy, self.served)
@@ -122,7 +122,7 @@ class Model:
             elif not answered:
                 self._deliver(self.questions.hungry(rank))
             for case in worker.done:
-                self.agenda.finished(case, self.seconds[case])
+                self.queue.finished(case, self.seconds[case])
             worker.done = []
         self._deliver(self.questions.rest())
 

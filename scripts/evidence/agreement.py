@@ -22,8 +22,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,6 @@ from scipy.stats import qmc
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.scene import Scene, apply_settings, engine_names, named_scene
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from evidence.confusion import alike, confusion
 
 WAYS: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     "exact": ({"scheme": "modal"}, {"scheme": "exact"}),
@@ -91,6 +88,12 @@ def numbers(found: dict[str, Any]) -> str:
     )
 
 
+def confusion(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Return a line for each pair of words, in their order, and how often it is."""
+    counts = sorted(Counter(pairs).items())
+    return [f"  {one:10s} | {other:10s} {count}" for (one, other), count in counts]
+
+
 def compare(args: argparse.Namespace) -> int:
     """Integrate all cases both ways, print what differs, return the unexplained."""
     base = apply_settings(
@@ -131,17 +134,17 @@ def compare(args: argparse.Namespace) -> int:
 def report(args: argparse.Namespace, cases: list[Any], pairs: list[Any]) -> None:
     """Print the confusion matrix of words and the seconds of both ways."""
     found = [(a["word"], b["word"]) for a, b in pairs]
-    whirl = sum(a["whirl"] == b["whirl"] for a, b in pairs)
+    same, whirl = (sum(a[n] == b[n] for a, b in pairs) for n in ("word", "whirl"))
     seconds = [sum(pair[i]["seconds"] for pair in pairs) for i in (0, 1)]
     print(
         f"{args.way}: {len(cases)} cases of {args.duration:g} s, dt "
-        f"{args.time_step:g} s: same regime {alike(found)}, same whirl {whirl}; "
+        f"{args.time_step:g} s: same regime {same}, same whirl {whirl}; "
         f"{seconds[0]:.1f} s against {seconds[1]:.1f} s of computing"
     )
     print(*confusion(found), sep="\n")
-    same = [(a, b) for a, b in pairs if a["word"] == b["word"]]
-    for word in sorted({a["word"] for a, _ in same}):
-        own = [(a, b) for a, b in same if a["word"] == word and a["whirl"] != "none"]
+    equal = [(a, b) for a, b in pairs if a["word"] == b["word"]]
+    for word in sorted({a["word"] for a, _ in equal}):
+        own = [(a, b) for a, b in equal if a["word"] == word and a["whirl"] != "none"]
         if not own:
             continue
         late = np.median([parting(a, b) for a, b in own])

@@ -1,16 +1,15 @@
 """Everything that may happen to a campaign, again and again, with a seed.
 
     python scripts/evidence/attack.py           all families, in full
-        --minutes 10                            as much of each as fits
         --only kills,toml                       some families
         --only toml --try 17                    one try, its files kept
         --share 0.01                            a hundredth of each
+        --jobs 2                                families at once
         --write                                 and scripts/evidence/attack.md
-        --write --read one.json two.json        of runs before, by --json
 
 Prints attack | tries | survived | failed, and a line for each failure that does it
 again. Every try has a random generator of its own, made of seed, family and number.
-Exits 1 where one failed.
+Each family works in a process of its own. Exits 1 where one failed.
 """
 
 from __future__ import annotations
@@ -18,271 +17,168 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import multiprocessing
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from attacks import apart
+from attacks import process
 from attacks.family import Chance, Family, Verdict
-from attacks.table import FAMILIES
+from crashing.trace import compiled
 
 PAGE = Path(__file__).with_suffix(".md")
+MODULES = "deaths damage text engines measures together room ground"
+FAMILIES: dict[str, Family] = {}
+for _module in MODULES.split():
+    FAMILIES |= import_module(f"attacks.{_module}").FAMILIES
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-Facts = dict[str, Any]
+INSIDE = "ATTACK_INSIDE"  # of the environment: a process that attacks by one family
 SHOWN = 8  # failures of a family on the page; all are printed
+Facts = dict[str, Any]
 
 
-@dataclass
-class Tally:
-    """What became of a family's tries."""
-
-    family: Family
-    seed: int
-    tries: int = 0
-    failed: int = 0
-    failures: list[str] = field(default_factory=list)
-    skipped: Counter[str] = field(default_factory=Counter)
-    kinds: Counter[str] = field(default_factory=Counter)
-
-    def add(self, number: int, verdict: Verdict) -> None:
-        """Count one verdict."""
-        if verdict.skipped:
-            self.skipped[verdict.skipped] += 1
-            return
-        self.tries += verdict.weight
-        self.kinds[verdict.what.partition(":")[0]] += verdict.weight
-        if verdict.wrong:
-            self.failed += 1
-            again = f"--only {self.family.name} --try {number} --seed {self.seed}"
-            told = f"{verdict.what}: {verdict.wrong}"
-            self.failures.append(f"{told} | python scripts/evidence/attack.py {again}")
-
-    def facts(self) -> dict[str, Any]:
-        """Return what there is to tell."""
-        return {
-            "attack": self.family.name,
-            "seed": self.seed,
-            "title": self.family.title,
-            "demanded": self.family.count,
-            "tries": self.tries,
-            "survived": self.tries - self.failed,
-            "failed": self.failed,
-            "kinds": dict(sorted(self.kinds.items())),
-            "skipped": dict(self.skipped),
-            "failures": self.failures,
-        }
-
-
-def _work(
-    family: Family, seed: int, numbers: Sequence[int], send: Any, enough: Any
-) -> None:
-    """Make tries of a family in this process, and send what became of each."""
-    os.environ.update(family.env)
-    sys.path.insert(0, str(apart.ROOT))
-    with tempfile.TemporaryDirectory(prefix=f"attack-{family.name}-") as folder:
+def attack(name: str, args: argparse.Namespace) -> Facts:
+    """Make the tries of a family in this process; return what became of them."""
+    family = FAMILIES[name]
+    one = args.number is not None
+    numbers = [args.number] if one else range(wanted(family, args))
+    tries: Counter[str] = Counter()
+    skipped: Counter[str] = Counter()
+    failures = []
+    with tempfile.TemporaryDirectory(prefix=f"attack-{name}-") as folder:
         place = Path(folder)
-        try:
-            shared = family.prepare(place / "shared")
-        except Exception as failed:  # noqa: BLE001 - told as a failure of the family
-            _tell(send, -1, Verdict("preparing", f"{type(failed).__name__}: {failed}"))
-            return
+        shared = family.prepare(place / "shared")
         for number in numbers:
-            if enough.is_set():
-                return
             own = place / f"try-{number}"
-            own.mkdir()
-            _tell(send, number, _attempt(family, shared, seed, number, own))
-            if len(numbers) == 1:
-                kept = Path(tempfile.mkdtemp(prefix="attack-kept-"))
-                shutil.copytree(place, kept, symlinks=True, dirs_exist_ok=True,
-                                ignore=_no_pipes)  # fmt: skip
-                print(f"kept in {kept}", file=sys.stderr)
-            _remove(own)
+            verdict = attempt(name, shared, args.seed, number, own)
+            if not one:
+                shutil.rmtree(own, ignore_errors=True)
+            if verdict.skipped:
+                skipped[verdict.skipped] += 1
+                continue
+            tries[verdict.what.partition(":")[0]] += 1
+            if verdict.wrong:
+                again = f"--only {name} --try {number} --seed {args.seed}"
+                by = f"python scripts/evidence/attack.py {again}"
+                failures.append(f"{verdict.what}: {verdict.wrong} | {by}")
+                print(failures[-1], file=sys.stderr, flush=True)
+        if one:
+            kept = tempfile.mkdtemp(prefix="attack-kept-")
+            shutil.copytree(place, kept, symlinks=True, dirs_exist_ok=True,
+                            ignore=_no_pipes)  # fmt: skip
+            print(f"kept in {kept}", file=sys.stderr)
+    failed = len(failures)
+    return {
+        "attack": name, "title": family.title, "seed": args.seed,
+        "tries": tries.total(), "survived": tries.total() - failed, "failed": failed,
+        "kinds": dict(sorted(tries.items())), "skipped": dict(skipped),
+        "failures": failures,
+    }  # fmt: skip
 
 
-def _tell(send: Any, number: int, verdict: Verdict) -> None:
-    with suppress(BrokenPipeError):  # there are enough, and nobody listens
-        send.send((number, verdict))
+def wanted(family: Family, args: argparse.Namespace) -> int:
+    """Return how many tries of a family are asked for."""
+    return args.count or max(math.ceil(family.count * args.share), 1)
 
 
-def _attempt(
-    family: Family, shared: Any, seed: int, number: int, place: Path
-) -> Verdict:
-    chance = Chance(f"{seed}/{family.name}/{number}")
+def attempt(name: str, shared: Any, seed: int, number: int, place: Path) -> Verdict:
+    """Make one try in a new directory."""
+    place.mkdir()
+    chance = Chance(f"{seed}/{name}/{number}")
     chance.number = number
     try:
-        return family.attempt(shared, chance, place)
+        return FAMILIES[name].attempt(shared, chance, place)
     except Exception as failed:  # noqa: BLE001 - a broken attack is a failure, too
-        where = f"{type(failed).__name__}: {failed}"
-        return Verdict("the attack itself", where)
+        return Verdict("the attack itself", f"{type(failed).__name__}: {failed}")
 
 
 def _no_pipes(folder: str, names: list[str]) -> list[str]:
     return [n for n in names if (Path(folder) / n).is_fifo()]
 
 
-def _remove(folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
+def apart(name: str, args: argparse.Namespace) -> Facts:
+    """Attack by a family in a process of its own, with its environment and shim."""
+    family, words = FAMILIES[name], ["--only", name, "--json"]
+    options = {"seed": args.seed, "share": args.share, "limit": args.limit,
+               "count": args.count, "try": args.number}  # fmt: skip
+    words += [w for option, value in options.items() if value is not None
+              for w in (f"--{option}", str(value))]  # fmt: skip
+    with tempfile.TemporaryDirectory(prefix="attack-shim-") as folder:
+        env = {**os.environ, **dict.fromkeys(THREADS, "1"), **family.env, INSIDE: "1"}
+        if family.shim:
+            env["LD_PRELOAD"] = str(compiled(Path(folder), family.shim))
+        call = [sys.executable, __file__, *words]
+        done = subprocess.run(call, env=env, stdout=subprocess.PIPE, check=False)
+    if done.stdout:
+        return dict(json.loads(done.stdout)[0])
+    msg = f"attack: {name} itself ended with {done.returncode}"
+    raise SystemExit(msg)
 
 
-def _verdicts(
-    family: Family, seed: int, numbers: Iterator[int], jobs: int
-) -> Iterator[tuple[int, Verdict]]:
-    """Yield (number, verdict), from as many processes as there are jobs."""
-    context, whole = multiprocessing.get_context("fork"), list(numbers)
-    ends, workers, enough = [], [], context.Event()
-    for job in range(min(jobs, len(whole))):
-        mine, its = context.Pipe(duplex=False)
-        call = (family, seed, whole[job::jobs], its, enough)
-        worker = context.Process(target=_work, args=call)
-        worker.start()
-        its.close()
-        ends.append(mine)
-        workers.append(worker)
-    try:
-        yield from _received(ends)
-    finally:
-        enough.set()
-        for end in ends:
-            end.close()
-        for worker in workers:
-            worker.join()
+def table(told: list[Facts]) -> list[str]:
+    """Return the table, a line for each family."""
+    columns = ("title", "tries", "survived", "failed")
+    rows = [[str(facts[name]) for name in columns] for facts in told]
+    rows = [["attack", *columns[1:]], ["---", *["---:"] * 3], *rows]
+    return [f"| {' | '.join(row)} |" for row in rows]
 
 
-def _received(ends: list[Any]) -> Iterator[tuple[int, Verdict]]:
-    from multiprocessing.connection import wait
-
-    while ends:
-        for end in wait(ends):
-            try:
-                yield end.recv()
-            except EOFError:
-                ends.remove(end)
-
-
-def attack(family: Family, args: argparse.Namespace, seconds: float) -> Tally:
-    """Make the tries of a family until there are enough, or its time is over."""
-    tally, end = Tally(family, args.seed), time.monotonic() + seconds
-    wanted = args.count or max(math.ceil(family.count * args.share), 1)
-    numbers = [args.number] if args.number is not None else range(wanted)
-    verdicts = _verdicts(family, args.seed, iter(numbers), args.jobs)
-    for number, verdict in verdicts:
-        tally.add(number, verdict)
-        if verdict.wrong:
-            print(tally.failures[-1], file=args.told, flush=True)
-        if tally.tries >= wanted or time.monotonic() > end:
-            break
-    verdicts.close()
-    return tally
-
-
-def _line(cells: Sequence[object]) -> str:
-    return "| " + " | ".join(map(str, cells)) + " |"
-
-
-def _table(found: Sequence[Facts]) -> list[str]:
-    lines = [_line(["attack", "tries", "survived", "failed"]), "|---|---:|---:|---:|"]
-    names = ("title", "tries", "survived", "failed")
-    return lines + [_line([facts[name] for name in names]) for facts in found]
-
-
-def _page(found: Sequence[Facts]) -> str:
+def page(told: list[Facts]) -> str:
     """Return the page: the table, what was tried, what was not, what failed."""
     by = "Written by `python scripts/evidence/attack.py --write`; do not edit."
-    out = ["# Attacks", "", by, "", *_table(found), "", "Of these:", ""]
-    for facts in found:
+    out = ["# Attacks", "", by, "", *table(told), "", "Of these:", ""]
+    for facts in told:
         kinds = ", ".join(f"{n} {kind}" for kind, n in facts["kinds"].items())
-        short = facts["tries"] < facts["demanded"]
-        lacks = f" (of {facts['demanded']} demanded)" if short else ""
-        seed = f"seed {facts['seed']}{lacks}"
-        out.append(f"- **{facts['attack']}**, {seed}: {kinds or 'none'}")
+        name, whole = facts["attack"], FAMILIES[facts["attack"]].count
+        short = f" ({whole} in a whole run)" if facts["tries"] < whole else ""
+        out.append(f"- **{name}**, seed {facts['seed']}{short}: {kinds or 'none'}")
         out += [f"  - not tried {n} times: {w}" for w, n in facts["skipped"].items()]
         out += [f"  - failed: {line}" for line in facts["failures"][:SHOWN]]
-        if facts.get("replayed"):  # put there by hand, after a mend
-            tries = ", ".join(map(str, facts["replayed"]))
-            out.append(f"  - failed, then mended and survived by --try: {tries}")
     return "\n".join(out) + "\n"
 
 
-def _asked() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--minutes", type=float, default=math.inf)
+def arguments() -> argparse.Namespace:
+    """Return what was asked for."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="families, by commas")
-    parser.add_argument("--try", dest="number", type=int, help="one try, by number")
+    parser.add_argument(
+        "--try", dest="number", type=int, help="one try; its files stay"
+    )
     parser.add_argument("--share", type=float, default=1.0, help="of the full counts")
     parser.add_argument("--count", type=int, help="tries of each family instead")
-    parser.add_argument("--jobs", type=int, default=1, help="processes at once")
-    parser.add_argument("--limit", type=float, default=apart.LIMIT,
+    parser.add_argument("--jobs", type=int, default=1, help="families at once")
+    parser.add_argument("--limit", type=float, default=process.LIMIT,
                         help="s until a command counts as hung")  # fmt: skip
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
-    parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
-                        help="tell what runs said by --json")  # fmt: skip
     args = parser.parse_args()
-    names = args.only.split(",") if args.only else list(FAMILIES)
-    wrong = [name for name in names if name not in FAMILIES]
-    if wrong:
-        parser.error(f"unknown family {wrong[0]}; known: {', '.join(FAMILIES)}")
-    args.families = [FAMILIES[name] for name in names]
+    args.names = args.only.split(",") if args.only else list(FAMILIES)
+    for name in args.names:
+        if name not in FAMILIES:
+            parser.error(f"unknown family {name}; known: {', '.join(FAMILIES)}")
     return args
-
-
-def _attacks(args: argparse.Namespace) -> list[Facts]:
-    """Attack by one family after the other; return what there is to tell."""
-    found: list[Facts] = []
-    end = time.monotonic() + 60 * args.minutes
-    for place, family in enumerate(args.families):
-        left = (end - time.monotonic()) / (len(args.families) - place)
-        found.append(attack(family, args, left).facts())
-    return found
-
-
-def _read(paths: Sequence[Path]) -> list[Facts]:
-    """Return what earlier runs said, families in their order, seeds together."""
-    found: dict[str, Facts] = {}
-    for path in paths:
-        for facts in json.loads(path.read_text()):
-            name = facts["attack"]
-            found[name] = _together(found[name], facts) if name in found else facts
-    return [found[name] for name in FAMILIES if name in found]
-
-
-def _together(one: Facts, other: Facts) -> Facts:
-    """Return what two runs of a family, of different seeds, say together."""
-    if str(other["seed"]) in str(one["seed"]).split(" and "):
-        msg = f"{one['attack']}: seed {other['seed']} twice; its tries are the same"
-        raise SystemExit(msg)
-    out = one | {"seed": f"{one['seed']} and {other['seed']}"}
-    for name in ("tries", "survived", "failed", "failures"):
-        out[name] = one[name] + other[name]
-    for name in ("kinds", "skipped"):
-        out[name] = dict(sorted((Counter(one[name]) + Counter(other[name])).items()))
-    out["replayed"] = one.get("replayed", []) + other.get("replayed", [])
-    return out
 
 
 def main() -> int:
     """Attack, and tell what became of it."""
-    args = _asked()
-    apart.LIMIT = args.limit
-    for name in THREADS:
-        os.environ[name] = "1"
-    args.told = sys.stderr if args.json else sys.stdout
-    found = _read(args.read) if args.read else _attacks(args)
-    print(json.dumps(found, indent=1) if args.json else "\n".join(_table(found)))
+    args = arguments()
+    process.LIMIT = args.limit
+    if INSIDE in os.environ:
+        print(json.dumps([attack(args.names[0], args)]))
+        return 0
+    with ThreadPoolExecutor(args.jobs) as pool:
+        told = list(pool.map(lambda name: apart(name, args), args.names))
+    print(json.dumps(told, indent=1) if args.json else "\n".join(table(told)))
     if args.write:
-        PAGE.write_text(_page(found))
-    return 1 if any(facts["failed"] for facts in found) else 0
+        PAGE.write_text(page(told))
+    return 1 if any(facts["failed"] for facts in told) else 0
 
 
 if __name__ == "__main__":

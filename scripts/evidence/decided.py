@@ -31,6 +31,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import table
 from evidence.preset_map import inputs_of
 from evidence.words_hold import ENGINES
 
@@ -103,14 +104,12 @@ def share(count: int, total: int) -> str:
 
 def falling(rows: list[Row]) -> list[str]:
     """Return the table of undecided cases at each time."""
-    out = ["| engine | cells | " + " | ".join(f"{t:g} s" for t in TIMES) + " |"]
-    out.append("|---" * (2 + len(TIMES)) + "|")
+    out = []
     for engine in CELLS:
         words = [row["words"] for row in rows if row["engine"] == engine]
         counts = [sum(w[i] == "undecided" for w in words) for i in range(len(TIMES))]
-        cells = [share(count, len(words)) for count in counts]
-        out.append(f"| {engine} | {len(words)} | " + " | ".join(cells) + " |")
-    return out
+        out.append([engine, len(words), *(share(n, len(words)) for n in counts)])
+    return table(["engine", "cells", *(f"{t:g} s" for t in TIMES)], out)
 
 
 def later(rows: list[Row]) -> list[str]:

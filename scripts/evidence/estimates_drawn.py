@@ -153,7 +153,7 @@ def of_accuracy(seed: int, index: int) -> Record:
         _turned(w, xi, step) / (w * np.sqrt(1.0 - xi**2)) - 1.0
         for w, xi in zip(rotor.omega, rotor.ratios, strict=True)
     ]
-    held_back = bool(step >= 0.999 * SAFE * min(model.limits().values()))
+    held_back = bool(step >= 0.999 * SAFE * min(model.limits(0.0).values()))
     # eigenvalues of a step lose 1e-9 or so of a frequency
     found = max(errors) - 1e-9
     way = "the step is that of stability" if held_back else "as asked"

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import shlex
 import shutil
 import subprocess
@@ -21,6 +20,9 @@ import tempfile
 import time
 from pathlib import Path
 from typing import Any, NamedTuple
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import program, table
 
 PAGE = Path(__file__).with_suffix(".md")
 CLOSE = 0.25  # relative
@@ -88,9 +90,8 @@ class Found(NamedTuple):
 
 def called(words: list[str], ranks: int) -> tuple[float, dict[str, Any]]:
     """Run a campaign on some ranks; return its seconds and what it says as JSON."""
-    mpirun = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
-    before = [*mpirun, "-n", str(ranks)] if ranks > 1 else []
-    command = [*before, sys.executable, "-m", "hpcwhirl", "campaign", *words, "--json"]
+    call = ("-m", "hpcwhirl", "campaign", *words, "--json")
+    command = program(ranks if ranks > 1 else 0, *call)
     start = time.perf_counter()
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
     seconds = time.perf_counter() - start
@@ -115,21 +116,21 @@ def foreseen(name: str, ranks: int, folder: Path) -> Found:
                  ended["cases"])  # fmt: skip
 
 
-def table(rows: list[Found]) -> str:
+def compared(rows: list[Found]) -> str:
     """Return what was found as Markdown."""
-    head = ("| campaign | ranks | cases | foreseen, s | range, s | took, s | "
-            "foreseen / took | cases foreseen | the dry run, s |")  # fmt: skip
-    lines = [head, "|---" * 9 + "|"]
+    head = ("campaign", "ranks", "cases", "foreseen, s", "range, s", "took, s",
+            "foreseen / took", "cases foreseen", "the dry run, s")  # fmt: skip
+    lines = []
     for row in rows:
         ratio = row.foreseen / row.took
         mark = "" if abs(ratio - 1.0) <= CLOSE else " ✗"
         inside = "" if row.low <= row.took <= row.high else " ✗"
-        lines.append(
-            f"| {row.name} | {row.ranks} | {row.counted} | {row.foreseen:.1f} | "
-            f"{row.low:.1f} ... {row.high:.1f}{inside} | {row.took:.1f} | "
-            f"{ratio:.2f}{mark} | {row.cases} | {row.dry:.1f} |"
-        )
-    return "\n".join(lines)
+        lines.append([
+            row.name, row.ranks, row.counted, f"{row.foreseen:.1f}",
+            f"{row.low:.1f} ... {row.high:.1f}{inside}", f"{row.took:.1f}",
+            f"{ratio:.2f}{mark}", row.cases, f"{row.dry:.1f}",
+        ])  # fmt: skip
+    return "\n".join(table(head, lines))
 
 
 def page(rows: list[Found], load: str) -> str:
@@ -141,7 +142,7 @@ def page(rows: list[Found], load: str) -> str:
 Made by `python scripts/evidence/foresight.py --write`; the campaigns stand there.
 {load}
 
-{table(rows)}
+{compared(rows)}
 
 Within {CLOSE:.0%}: {close} of {len(rows)}; within the range that was told: {inside}
 of {len(rows)} (✗: not). Cases of a refined campaign are guessed beforehand.
@@ -161,7 +162,7 @@ def main() -> None:
         for name in args.only:
             for ranks in args.ranks:
                 rows.append(foreseen(name, ranks, Path(folder)))
-                print(table(rows[-1:]).splitlines()[-1], flush=True)
+                print(compared(rows[-1:]).splitlines()[-1], flush=True)
     if args.write:
         PAGE.write_text(page(rows, args.load))
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import shlex
 import signal
 import subprocess
 import sys
@@ -27,8 +26,9 @@ from pathlib import Path
 
 import h5py
 
-sys.path.insert(0, str(Path(__file__).parent))
-from same_bits import same, variables
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import program
+from evidence.same_bits import same, variables
 
 CAMPAIGN = """
 scene = {{duration = 5e-3}}
@@ -44,9 +44,8 @@ START = 3.0  # s, until ranks compute
 
 def started(file: Path, out: Path, ranks: int) -> subprocess.Popen[bytes]:
     """Start the campaign under mpirun."""
-    front = [*shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun")), "-n"]
-    words = ["-m", "hpcwhirl", "campaign", file, "--out", out, "--report", "no"]
-    call = [*front, str(ranks), sys.executable, *map(str, words)]
+    words = ("-m", "hpcwhirl", "campaign", file, "--out", out, "--report", "no")
+    call = program(ranks, *words)
     return subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

@@ -46,13 +46,19 @@ class Bug:
 
     def plant(self, tree: Path) -> None:
         """Copy what tests and runs need, and put the bug in."""
-        skip = shutil.ignore_patterns("__pycache__")
-        for part in ("hpcwhirl", "tests", "scripts", "jobs"):
-            shutil.copytree(ROOT / part, tree / part, ignore=skip)
-        shutil.copy(ROOT / "pyproject.toml", tree)
+        copy_tree(tree)
         target = tree / "hpcwhirl" / self.file
         text = target.read_text(encoding="utf-8")
         target.write_text(text.replace(self.right, self.wrong), encoding="utf-8")
+
+
+def copy_tree(tree: Path) -> None:
+    """Copy what tests and runs need."""
+    skip = shutil.ignore_patterns("__pycache__")
+    for part in ("hpcwhirl", "tests", "scripts", "jobs", ".ci"):
+        shutil.copytree(ROOT / part, tree / part, ignore=skip)
+    for name in ("pyproject.toml", "README.md", "CITATION.cff", "LICENSE"):
+        shutil.copy(ROOT / name, tree)
 
 
 def bugs() -> list[Bug]:
@@ -77,7 +83,10 @@ def started(tree: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 def by_tests(tree: Path, tests: str) -> tuple[bool, str]:
     """Return whether tests fail, and the first that does."""
-    done = started(tree, "pytest", "-qx", "-p", "no:cacheprovider", f"tests/{tests}")
+    file, *rest = tests.split("::")
+    (path,) = (tree / "tests").rglob(file)
+    where = "::".join([str(path), *rest])
+    done = started(tree, "pytest", "-qx", "-p", "no:cacheprovider", where)
     found = [t for t in done.stdout.splitlines() if t.startswith(("FAILED", "ERROR"))]
     told = found[0].split(" - ")[0] if found else "NOT SEEN"
     return done.returncode == 1 and bool(found), told

@@ -24,14 +24,14 @@ import tomli_w
 from numpy.typing import NDArray
 
 import hpcwhirl
-from hpcwhirl.measure.trials import trials
+from hpcwhirl.benchmark.trials import trials
 from hpcwhirl.scene import engine_inputs, preset_names
 from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from cost.under_mpi import campaign
-from evidence.confusion import confusion
+from common import campaign
+from evidence.agreement import confusion
 from evidence.presets import PATH, write
 
 ENGINES = ("four_motions", "mostly_damped", "rubbing")  # named; jobs/light_ring.toml's

@@ -23,7 +23,7 @@ import tomli_w
 
 import hpcwhirl.scene
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.tradeoff import COLUMNS, Row, percent, table_of
+from hpcwhirl.report.figures.pareto import COLUMNS, Row, percent, table_of
 
 RULES = {"draft": 0.2, "standard": 0.008}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}

@@ -46,12 +46,12 @@ from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import CONFIRM, Tree
 from hpcwhirl.store.directory.runs import read_runs
-from hpcwhirl.store.reading.nearest import nearest_cases
+from hpcwhirl.store.reading.grid import nearest_cases
 from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from cost.under_mpi import MPIRUN, campaign
+from common import MPIRUN, campaign
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")

@@ -22,7 +22,6 @@ import sys
 import tempfile
 import time
 import zlib
-from base64 import b64encode
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,9 +30,11 @@ import numpy as np
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.directory.journal import Record, journal_name, read_records
-from hpcwhirl.store.directory.lines import MARK, OWN, PLAN, line_of, opened, sealed
 from hpcwhirl.store.directory.manifest import write_manifest
-from hpcwhirl.store.directory.many import read
+from hpcwhirl.store.directory.record import CHECKED, Header, fields_of, header_of
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import table
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)
@@ -122,50 +123,49 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     (part / "sweep.toml").write_text(as_toml(document))
     design = Design.of(document)
     write_manifest(part, design.manifest())
-    lines, plan = lines_of(design, known), sealed({PLAN: design.digests.identity})
     for rank in range(RANKS):
-        body = b"".join([plan, OWN.head, *lines[rank::RANKS]])
-        (part / "journal" / journal_name(1, rank)).write_bytes(body)
+        name = journal_name(1, rank)
+        plan, traces = design.digests.identity, name.replace(".log", ".bin")
+        header, head = header_of(plan, traces, fields_of())
+        records = records_of(design, known, header)[rank::RANKS]
+        (part / "journal" / name).write_bytes(head + records.tobytes())
     part.rename(place)
     return place
 
 
-def lines_of(design: Design, known: list[Record]) -> list[bytes]:
-    """Return a line for each case of a design, in the order that they would end.
+def records_of(design: Design, known: list[Record], header: Header) -> np.ndarray:
+    """Return a record for each case of a design, in the order that they would end.
 
     Many at once; what the program's writer makes of some of them is the same.
     """
     rows = sorted(known, key=lambda r: (r["row"]["speed"], -r["row"]["gap"]))
-    _, computed = read([line_of(record) for record in rows])
+    layout = header.layout
+    slots = b"".join(layout.encode(record, header.tag) for record in rows)
+    computed = np.frombuffer(slots, layout.dtype)
     cases = np.argsort((np.arange(len(design.settings)) * GOLDEN) % 1.0)
     own = {name: column_of(design, name)[cases] for name in ("speed", "gap")}
     drive = own["speed"] / 520.0 - 0.1 * np.log10(own["gap"] / 1e-4)
     found = computed[(np.clip(drive, 0.0, 0.999) * len(rows)).astype(int)]
     more = 1.0 + 1e-3 * ((cases * GOLDEN) % 1.0)
     for name in ROW.keys() - set(FIXED):
-        if OWN.dtype[f"row.{name}"].kind == "f":
+        if layout.dtype[f"row.{name}"].kind == "f":
             found[f"row.{name}"] *= more
     found["case"], found["ended"] = cases, 1.7e9 + 1e-3 * np.arange(len(cases))
     found["row.speed"], found["row.gap"] = own["speed"], own["gap"]
     digests = np.frombuffer(b"".join(map(bytes.fromhex, design.digests)), "V32")
     found["digest"] = digests[cases]
-    head = MARK + OWN.name + b" "
-    lines = [sealed_body(head + b64encode(one.tobytes())) for one in found]
-    for line in lines[:: len(lines) // 100]:
-        if line_of(opened(line) or {}) != line:
-            raise SystemExit("these are not the lines that the program writes")
-    return lines
+    data = found.view(np.uint8).reshape(len(found), -1)
+    found["crc"] = [zlib.crc32(one[CHECKED:]) for one in data]
+    for one in found[:: len(found) // 100]:
+        if layout.encode(layout.decode(one.tobytes(), {}), header.tag) != one.tobytes():
+            raise SystemExit("these are not the records that the program writes")
+    return found
 
 
 def column_of(design: Design, name: str) -> np.ndarray:
     """Return an input of all cases, (cases,)."""
     column = design.settings.column(name, None)
     return column.of(np.arange(len(design.settings)), np.array(column.values, float))
-
-
-def sealed_body(body: bytes) -> bytes:
-    """Return a line of a journal."""
-    return b"%08x " % zlib.crc32(body) + body + b"\n"
 
 
 FIXED = ("duration", "time_step", "sample_interval", "end_time", "window", "force",
@@ -211,28 +211,27 @@ def page(found: list[Place], load: str) -> str:
     """Return the page."""
     names = [name for name in COMMANDS if all(name in one.costs for one in found)]
     sizes = [f"10^{len(str(one.cases)) - 1}" for one in found]
-    head = "| command | " + " | ".join(f"{size} cases" for size in sizes) + " | aim |"
-    lines = [head, "|---" * (len(found) + 2) + "|"]
+    lines = []
     for name in names:
-        cells = [
+        cells = (
             f"{c.seconds:.1f} s ({c.processor:.1f}), {c.megabytes:.0f} MB"
             for c in (one.costs[name] for one in found)
-        ]
+        )
         command = " ".join(COMMANDS[name]).replace("DIR", "D")
-        lines.append(f"| `{command}` | {' | '.join(cells)} | {AIMS.get(name, '')} |")
+        lines.append([f"`{command}`", *cells, AIMS.get(name, "")])
     held = [
         f"{one.line:.0f} B a case in the journal, {one.plan / 1e3:.3g} kB of plan, "
         f"{one.files} files" for one in found
     ]  # fmt: skip
-    lines.append(f"| what there is | {' | '.join(held)} | 700 B |")
-    table = "\n".join(lines)
+    lines.append(["what there is", *held, "700 B"])
+    head = ["command", *(f"{size} cases" for size in sizes), "aim"]
     return f"""# What commands cost over many cases
 
 Made by `python scripts/evidence/scale_cost.py --write`. Each command by itself in a new
 process: seconds of the clock, in brackets those of the processor, and the largest
 resident set. {load}
 
-{table}
+{chr(10).join(table(head, lines))}
 
 Rows are made up: a grid of speeds and gaps is planned as any campaign, its journals are
 written by the program's own writer, as two ranks would, in scattered order, from

@@ -107,7 +107,9 @@ def checked(settings: Settings) -> Run:
     if row["friction"] == 0.0:
         require(row["ledger_friction"] == 0.0, "friction at mu = 0")
     if row["regime"] == "divergent":
-        require(row["late_fed"] > 0.0, "divergent, and nothing feeds it")
+        fed = row["ledger_rotation"] + row["ledger_friction"] - row["ledger_pulse"]
+        late = row["late_fed"] if row["stop"] != "amplitude" else fed
+        require(late > 0.0, "divergent, and nothing feeds it")
     return run
 
 
@@ -144,10 +146,10 @@ def lost(settings: Settings) -> str:
 
 
 def stopped(settings: Settings) -> str:
-    """Beyond the amplitude limit while it is loaded: no word, every number finite."""
+    """Carried to the amplitude limit by the load: `overloaded`, every number finite."""
     row = run_of(settings).row
     words = (row["outcome"], row["regime"], row["stop"])
-    require(words == ("stopped", "undecided", "amplitude"), f"named {words}")
+    require(words == ("overloaded", "none", "amplitude"), f"named {words}")
     return f"stopped at step {row['steps']}"
 
 

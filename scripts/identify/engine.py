@@ -5,7 +5,7 @@
 The unknowns are in `identify.space`, what leads the search in `identify.guide`, what
 judges engines in `identify.score`, written down before. Whether the pulse squeezes or
 stretches is no unknown: with k = 1 and an even number of blades the two are the same
-motion turned by half a turn (`pytest tests/test_march.py -k whole_turn`).
+motion turned by half a turn (`pytest tests/dynamics/test_march.py -k whole_turn`).
 
 It begins from nothing: `identify.search` screens engines at a fast preset of fixed
 sizes, the best at the default inputs, too. Those that show all four motions of the
@@ -16,8 +16,8 @@ search ends with as many as `--enough` asks for, or when the time has gone. With
 What was found, or else the best, is computed whole: 51 speeds, clamped centre, Table 1.
 
 The same command continues, and asks the same questions in the same order. DIR/screened
-holds every engine screened, DIR/report.md the tables, DIR/engines.json the same to read
-by a program.
+holds every engine screened, DIR/report.md the verdicts, DIR/engines.json all that was
+computed, to read by a program.
 """
 
 from __future__ import annotations

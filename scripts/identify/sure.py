@@ -21,10 +21,11 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import table
 from identify.full import DECIDING, Found, Stage, compute
 from identify.guide import WORDS
 from identify.kept import key_of
-from identify.report import SHORT, describe, table
+from identify.report import SHORT, describe
 from identify.score import pick
 from identify.screen import motion
 from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
@@ -73,7 +74,7 @@ def scatter_lines(found: dict[float, list[Found]]) -> list[str]:
         each = np.array([right(item) for item in items])
         counts = [*each.sum(axis=0), each.all(axis=1).sum()]
         lines.append([f"{scatter:.0%}", *(_share(int(n), len(items)) for n in counts)])
-    return table(["scatter", *heads, "all four"], lines)
+    return [*table(["scatter", *heads, "all four"], lines), ""]
 
 
 def _share(hits: int, draws: int) -> str:
@@ -90,7 +91,7 @@ def sharp_lines(tried: Sequence[tuple[str, float, Found]]) -> list[str]:
         told = [_letters(own[step]) for step in steps]
         lines.append([SHORT[name][0], *told, _holds(own)])
     heads = ["unknown", *(f"{step:+.0%}" if step else "0" for step in steps)]
-    return table([*heads, "all four hold"], lines)
+    return [*table([*heads, "all four hold"], lines), ""]
 
 
 def _letters(found: Found) -> str:

@@ -23,11 +23,11 @@ import numpy as np
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.report import growth, motions, shapes, sweeps
+from hpcwhirl.report.figures import motions, shapes, sweeps, waves
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
-from hpcwhirl.store.reading.cases import Cases
+from hpcwhirl.store.reading.results_file import Results
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from paper.found import PAPER_SPEEDS, Found
@@ -95,7 +95,9 @@ def narrower(table1: Mapping[str, Any], gap: float) -> dict[str, Any]:
             "sweep": sweep | {"nodal_diameter": [2]}}  # fmt: skip
 
 
-def two_lobes(table1: Cases, place: Path, document: Any, engine: str) -> Cases | None:
+def two_lobes(
+    table1: Results, place: Path, document: Any, engine: str
+) -> Results | None:
     """Return Table 1 with k = 2 at the widest of `GAPS` where blades touch the casing.
 
     None where they do over 1 mm, too, or nowhere.
@@ -109,17 +111,17 @@ def two_lobes(table1: Cases, place: Path, document: Any, engine: str) -> Cases |
     return None
 
 
-def computed(folder: Path, document: Mapping[str, Any], engine: str) -> Cases:
+def computed(folder: Path, document: Mapping[str, Any], engine: str) -> Results:
     """Return the cases of a campaign, integrating what is not there yet."""
     design = design_of(document, engine_inputs(engine))
     prepare(design, folder)
     ending = run_campaign(design, folder)
     if not ending.complete:
         raise SystemExit(75)
-    return Cases(folder)
+    return Results(folder)
 
 
-def pick(cases: Cases, regime: str, whirl: str, near: float) -> float | None:
+def pick(cases: Results, regime: str, whirl: str, near: float) -> float | None:
     """Return the speed nearest to one at which a motion is found; centre free."""
     free = [cases.rows[i] for i in cases.like(0)]
     found = [
@@ -128,7 +130,7 @@ def pick(cases: Cases, regime: str, whirl: str, near: float) -> float | None:
     return min(found, key=lambda speed: abs(speed - near)) if found else None
 
 
-def backward(table2: Cases) -> dict[str, float | None]:
+def backward(table2: Results) -> dict[str, float | None]:
     """Return the speeds of Figs. 9a and 11a, which the paper does not print."""
     return {
         "damped": pick(table2, "damped", "backward", 520.0),
@@ -136,7 +138,7 @@ def backward(table2: Cases) -> dict[str, float | None]:
     }
 
 
-def motions_design(table2: Cases, effort: Effort) -> dict[str, Any]:
+def motions_design(table2: Results, effort: Effort) -> dict[str, Any]:
     """Return the campaign of full traces: the paper's speeds and Figs. 9a, 11a."""
     extra = [speed for speed in backward(table2).values() if speed]
     return {
@@ -146,7 +148,7 @@ def motions_design(table2: Cases, effort: Effort) -> dict[str, Any]:
     }
 
 
-def draw_opposed(cases: Cases, line: list[int]) -> Any:
+def draw_opposed(cases: Results, line: list[int]) -> Any:
     """Return Fig. 8: tangential tips of two opposed blades, last five revolutions."""
     from matplotlib.figure import Figure
 
@@ -169,7 +171,7 @@ def draw_opposed(cases: Cases, line: list[int]) -> Any:
     return figure
 
 
-def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
+def draw_pair(cases: Results, speeds: list[float | None]) -> Any:
     """Return static-frame orbits with transient and window (Figs. 9, 11, 13)."""
     from matplotlib.figure import Figure
 
@@ -189,7 +191,7 @@ def draw_pair(cases: Cases, speeds: list[float | None]) -> Any:
     return figure
 
 
-def case_at(cases: Cases, speed: float) -> int:
+def case_at(cases: Results, speed: float) -> int:
     """Return the case nearest to a speed."""
     return int(np.argmin([abs(row["speed"] - speed) for row in cases.rows]))
 
@@ -221,7 +223,7 @@ def draw_convergence(found: Found) -> Any:
 def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
     """Draw regime and whirl of each row beside one another, as the map has them."""
     for x, row in enumerate(rows):
-        look = SHOWN[sweeps.shown_word(row)]
+        look = SHOWN[waves.shown_word(row)]
         whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
         axes.text(x, level, f"{look.letter} {whirl}", ha="center", va="center",
                   color=look.ink, bbox={"fc": look.colour, "ec": "none"})  # fmt: skip
@@ -250,8 +252,8 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         "convergence": draw_convergence(found),
         "cascade": sweeps.draw_cascade(table2, free),
         "bifurcation": sweeps.draw_bifurcation(table2, free),
-        "interaction": sweeps.draw_interaction(table2, free),
-        "growth": growth.draw_growth(table2, free),
+        "interaction": waves.draw_interaction(table2, free),
+        "growth": sweeps.draw_growth(table2, free),
     }
     for name, speed in (("fig10", 520.0), ("fig12", 410.0), ("fig14", 420.0)):
         figures[name] = motions.draw_contributions(full, case_at(full, speed))

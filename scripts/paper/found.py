@@ -10,8 +10,9 @@ import numpy as np
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.spectrum import strongest
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.report.sweeps import frequency_spectra, rotating
-from hpcwhirl.store.reading.cases import Cases
+from hpcwhirl.report.figures.motions import rotating
+from hpcwhirl.report.figures.sweeps import frequency_spectra
+from hpcwhirl.store.reading.results_file import Results
 
 PAPER_SPEEDS = (270.0, 410.0, 420.0, 520.0)  # rad/s, Figs. 9 to 14
 BANDS = {"1F": (30, 60), "suspension": (85, 125), "2F": (220, 270)}  # Hz
@@ -22,7 +23,7 @@ Row = dict[str, Any]
 class Found:
     """The campaigns by name, and what several statements read from them."""
 
-    def __init__(self, cases: dict[str, Cases]) -> None:
+    def __init__(self, cases: dict[str, Results]) -> None:
         self.cases = cases
         self.amplitudes = lru_cache(maxsize=8)(self._amplitudes)
 

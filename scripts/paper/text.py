@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+
+from common import table
 
 VERDICTS = ("differs", "cannot be judged", "agrees")  # misses first
 PLURAL = dict(zip(VERDICTS, ("differ", "cannot be judged", "agree"), strict=True))
@@ -55,12 +56,6 @@ def judged(agrees: bool | None) -> str:  # noqa: FBT001
 def ordered(found: Iterable[Statement]) -> list[Statement]:
     """Return the statements, misses first, else in the order of the paper."""
     return sorted(found, key=lambda statement: VERDICTS.index(statement.verdict))
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows]
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from common import table
 from paper.found import Found, Row
-from paper.text import table
 from scipy.stats import spearmanr
 
 from hpcwhirl.analysis.stability import growth_of_diameter, static_line

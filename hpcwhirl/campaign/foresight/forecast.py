@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.ending import facts_of
-from hpcwhirl.campaign.foresight.foreseen import followers
+from hpcwhirl.campaign.finalize import facts_of
+from hpcwhirl.campaign.foresight.foreseen import Beyond, grown
 from hpcwhirl.campaign.foresight.rehearsal import (
     Rehearsal,
     drawn,
@@ -29,19 +29,17 @@ from hpcwhirl.campaign.foresight.rehearsal import (
 )
 from hpcwhirl.campaign.plan.cost import Costs, costs_of, time_steps
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.ends import ends_of
-from hpcwhirl.campaign.plan.refined import RefinedDesign, mean_seconds
-from hpcwhirl.campaign.plan.stages import Ended, Stages, Todo
-from hpcwhirl.campaign.policy import MOST_ON_PAGE
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.work import share
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Shard
-from hpcwhirl.refinement.growth import Address
+from hpcwhirl.planner.planner import Jobs
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.scene.many import end_times
+from hpcwhirl.scene.batch_validation import end_times
+from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.store.directory.blades import DETAIL
+from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
 from hpcwhirl.store.directory.runs import read_runs
 from hpcwhirl.store.results.contents import sizes_of
@@ -83,8 +81,9 @@ class Forecast:
     overhead : s of a core for each beside its kernel
     before, after : {what: s} that no further rank makes shorter
     launch : s until ranks know each other, where there are several
-    more : cases that words may ask for: as many as those of the cases computed here
-        would, least, most; (0, 0, 0) where there are none
+    more : cases that words ask for, or may, and that have not ended: as many as those
+        of the nearest known cases would, least, most; (0, 0, 0) where there are none
+    beyond : cases beyond the coarse level that have ended
     probed, rehearsed, finished : cases that the cost is learned from: marched for
         `PROBE` seconds, computed to their end, or finished in the directory before
     longest : s of the longest case
@@ -110,6 +109,7 @@ class Forecast:
     disk: Bytes
     launch: float = 0.0
     more: tuple[int, int, int] = (0, 0, 0)
+    beyond: int = 0
 
     def wall(self, ranks: int) -> tuple[float, float, float]:
         """Return the seconds that the campaign takes on so many ranks: usual, range."""
@@ -138,22 +138,19 @@ def forecast(
     design : the campaign
     folder : its directory; if it has finished cases, they are learned from
     shard : whose cases alone are counted
-    extended : s, to what undecided cases go on, see `stages`
+    extended : s, to what undecided cases go on
     stopping : whether to compute no more cases for it
     loaded : s that this process took to begin, before it read its inputs; None: all
         the time that it has been there
     """
     since, step = age(), time_steps(design)
     pace = _pace(since if loaded is None else loaded)
-    costs, stages = costs_of(design, step), Stages(design, extended)
+    costs, longest = costs_of(design, step), longest_of(design, extended)
     mine = share(costs.steps, shard)
-    no_words = stages.is_plain and not design.grows
-    ends = ends_of(folder, stages, asked=() if no_words else None)
-    costs.learn_all(ends.seconds)
-    own = mine if isinstance(mine, range) else frozenset(mine)
-    todo = {c: stage for c, stage in ends.left(stages).items() if c in own}
-    left, longest = list(todo), _longest(stages)
-    spans = _all_spans(stages, todo, longest)
+    plan = replace(design.manifest(), extended=list(extended))
+    ended = ended_in(folder, plan)
+    costs.learn_all(ended.seconds)
+    left, spans = spans_of(design, ended, longest, mine)
     before = {"start": since, "plan": age() - since}
     finished = int(np.isfinite(costs.factor).sum())
     known = float(costs.predict(left) @ spans[:, 0])
@@ -187,8 +184,8 @@ def forecast(
         disk=_disk(design, longest, step),
         launch=LAUNCHED * pace,
     )
-    if isinstance(design, RefinedDesign):
-        found = _grown(found, design, ends.told, tried)
+    if design.grows:
+        found = _with_more(found, grown(design, ended, tried, _mean(found)))
     traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
     return replace(found, after=_after(found.cases + found.more[0], int(traces), pace))
 
@@ -244,79 +241,82 @@ def _overhead(folder: Path, costs: Costs) -> float:
     return max(sum(float(each["busy"]) for each in shares) / count - mean, 0.0)
 
 
-def _grown(
-    found: Forecast, design: RefinedDesign, ended: Mapping[str, Ended], tried: Rehearsal
-) -> Forecast:
-    """Return a forecast with the cases that words may ask for."""
-    rule, family = design.refinement, design.family
-    words: dict[Address, str | None] = {}
-    for case, address in enumerate(family.coarse):
-        if end := ended.get(design.digest(case)):
-            words[address] = rule.word_of(end._asdict()) if end.status == "ok" else None
-    words |= {family.address(c): rule.word_of(row) for c, row in tried.rows.items()}
-    first, again = followers(design, words)
-    more, most = first + again, design.most - len(design.settings)
-    one, two = mean_seconds(design)
-    beside = [tried.seconds[c] for c in tried.rows if c >= len(design.settings)
-              and not family.address(c).fidelity]  # fmt: skip
-    mean = found.seconds / max(found.computations, 1.0)
-    mean = float(np.mean(beside)) if beside else mean
-    beyond = mean * (first + again * two / one)
-    spread = GUESSED if more else 1.0
+def _mean(found: Forecast) -> float:
+    """Return the mean seconds of what is left of the coarse level."""
+    return found.seconds / max(found.computations, 1.0)
+
+
+def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
+    """Return a forecast with the cases beyond the coarse ones."""
     low, high = found.range
+    spread = GUESSED if beyond.guessed else 1.0
+    least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
+    most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
     return replace(
         found,
-        seconds=found.seconds + beyond,
-        range=(low + beyond / spread, high + beyond * spread),
-        most=found.most + most * mean * max(two / one, 1.0),
-        computations=found.computations + more,
-        more=(more, int(more / spread), min(math.ceil(more * spread), most)),
+        steps=found.steps + beyond.steps,
+        seconds=found.seconds + beyond.seconds,
+        range=(low + beyond.seconds / spread, high + beyond.seconds * spread),
+        most=found.most + beyond.most_seconds,
+        computations=found.computations + beyond.count,
+        more=(beyond.count, least, min(most, beyond.most)),
+        beyond=beyond.ended,
     )
 
 
-def _longest(stages: Stages) -> Floats:
+def longest_of(design: Design, extended: Sequence[float]) -> Floats:
     """Return how long each case is marched at most, over its time, (cases,)."""
-    columns, out = stages.design.columns, np.ones(len(stages))
+    columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
-        longest = np.maximum(last, max(stages.extended, default=0.0))
+        longest = np.maximum(last, max(extended, default=0.0))
         out[cases] = longest / end_times(columns.all(cases))
     return out
 
 
-def _all_spans(stages: Stages, todo: Mapping[int, Todo], longest: Floats) -> Floats:
-    """Return `_spans` of all that is to do, (left, 2)."""
-    whole, own = stages.whole(), longest[list(todo)]
-    count = len(whole) + _beside(stages)
-    found = np.column_stack([np.full(len(own), float(len(whole))), count * own])
-    for place, (case, rest) in enumerate(todo.items()):
-        if rest != whole:
-            found[place] = _spans(stages, case, rest, float(longest[case]))
-    return found
+def spans_of(
+    design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
+) -> tuple[list[int], Floats]:
+    """Return the coarse cases of which something is left, and for how long each.
+
+    Parameters
+    ----------
+    design, ended : of the campaign
+    longest : see `longest_of`
+    mine : the cases to be looked at
+
+    Returns
+    -------
+    cases : ascending
+    spans : (cases, 2), how long each and its twins are marched at least, at most, over
+        its time; of a refined campaign without twins
+    """
+    planner, twins = ended.planner(), design.twins
+    jobs = planner.left()
+    own = (jobs.row < planner.kind.first) & ((jobs.twin == 0) | (not design.grows))
+    if len(mine) < planner.kind.first:
+        own &= np.isin(jobs.row, np.asarray(mine))
+    jobs = Jobs(*(one[own] for one in jobs))
+    least, most = np.ones(len(jobs.row)), longest[jobs.row]
+    for place in np.flatnonzero(jobs.stage).tolist():
+        at = int(jobs.row[place]), int(jobs.stage[place])
+        least[place], most[place] = _span(design, ended.plan.extended, *at)
+    if twins and not design.grows:  # which follow
+        first = jobs.twin == 0
+        least[first] *= 1 if twins.is_late else 1 + twins.count
+        most[first] *= 1 + twins.count
+    cases, number = np.unique(jobs.row, return_inverse=True)
+    each = [np.bincount(number, span, len(cases)) for span in (least, most)]
+    return cases.tolist(), np.column_stack(each)
 
 
-def _beside(stages: Stages) -> int:
-    """Return the twins of a case of which it is not yet known whether they are."""
-    twins = stages.design.twins
-    return twins.count if twins and twins.of == "boundary" else 0
-
-
-def _spans(
-    stages: Stages, case: int, todo: Todo, longest: float
+def _span(
+    design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return how long a case and twins are marched at least, at most, over its time."""
-    each = [_span(stages, case, s) if s else (1.0, longest) for _, s in todo]
-    least, most = np.sum(each, axis=0)
-    if todo[0][0] == 0:
-        most += _beside(stages) * longest
-    return float(least), float(most)
-
-
-def _span(stages: Stages, case: int, stage: int) -> tuple[float, float]:
-    """Return the same of one of these, from a later stage on."""
-    ends, times = stages.design.scenes[case].end_times, stages.times(case)
-    before = times[stage - 2] if stage > 1 else ends[-1]
-    soon = min(2.0 * before, times[stage - 1])
-    return (soon - before) / ends[0], (times[-1] - before) / ends[0]
+    """Return how long a case is marched from a later stage on, at least, at most."""
+    ends = design.scene(case).end_times
+    before = max([ends[-1], *extended[: stage - 1]])
+    soon = min(2.0 * before, extended[stage - 1])
+    return (soon - before) / ends[0], (extended[-1] - before) / ends[0]
 
 
 def _probes(design: Design) -> list[int]:

@@ -1,21 +1,131 @@
-"""How many cases words will ask for in a refined campaign, guessed from a few words."""
+"""How many cases words will ask for in a refined campaign, guessed from known words."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.plan.refined import RefinedDesign
+from hpcwhirl.campaign.foresight.rehearsal import Rehearsal
+from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.refinement.growth import Address
+from hpcwhirl.store.directory.completions import Ended
 
 MOST = 200_000  # cases of a guess
 
 
-def followers(
-    design: RefinedDesign, words: Mapping[Address, str | None]
-) -> tuple[int, int]:
+@dataclass(frozen=True)
+class Beyond:
+    """The cases beyond the coarse level of a refined campaign.
+
+    Attributes
+    ----------
+    ended : of these
+    count : that have not, of those that words ask for or may ask for
+    guessed : of `count`, those that the words there are do not ask for yet
+    most : that may be left, if every cell is split
+    steps, seconds : of `count`; the seconds of one core
+    most_seconds : of `most`
+    """
+
+    ended: int
+    count: int
+    guessed: int
+    most: int
+    steps: float
+    seconds: float
+    most_seconds: float
+
+
+class Known(NamedTuple):
+    """A case that has ended: its word, None without one, and the seconds it took."""
+
+    word: str | None
+    seconds: float
+
+
+def grown(design: Design, ended: Ended, tried: Rehearsal, mean: float) -> Beyond:
+    """Return what there is, and may be, beyond the coarse level.
+
+    Parameters
+    ----------
+    design : of the campaign
+    ended : what has ended in its directory
+    tried : cases computed here
+    mean : s of a coarse case, where no finished one tells
+    """
+    known, asked = _known(design, ended)
+    words: dict[Address, str | None] = {a: one.word for a, one in known.items()}
+    for case, row in tried.rows.items():
+        words[design.family.address(case)] = design.family.rule.word_of(row)
+    done = [0, 0]
+    for address in known:
+        done[address.fidelity] += bool(address.level or address.fidelity)
+    found = followers(design, words)
+    left = [max(n - over, 0) for n, over in zip(found, done, strict=True)]
+    most = design.most - len(design.settings) - sum(done)
+    one, two = _each(design, known, tried, mean)
+    steps = _steps(design)
+    return Beyond(
+        sum(done), sum(left), max(sum(left) - asked, 0), most,
+        left[0] * steps[0] + left[1] * steps[1], left[0] * one + left[1] * two,
+        most * max(one, two),
+    )  # fmt: skip
+
+
+def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
+    """Return the cases that have ended, and how many more their words ask for.
+
+    Of the latter, those beyond the coarse level.
+    """
+    planner, address = ended.planner(), design.family.address
+    known: dict[Address, Known] = {}
+    for row, end in planner.ends.items():
+        case = planner.number(row)
+        word = design.family.rule.word_of(end._asdict()) if end.is_ok else None
+        seconds = ended.taken.get(design.digest(case), math.nan)
+        known[address(case)] = Known(word, seconds)
+    jobs = planner.left()
+    beyond = (jobs.row >= planner.kind.first) & (jobs.twin == 0)
+    return known, int(beyond.sum())
+
+
+def _each(
+    design: Design, known: Mapping[Address, Known], tried: Rehearsal, mean: float
+) -> tuple[float, float]:
+    """Return the seconds of a case beyond the coarse level, by each fidelity."""
+    taken: tuple[list[float], list[float]] = ([], [])
+    for address, one in known.items():
+        if (address.level or address.fidelity) and math.isfinite(one.seconds):
+            taken[address.fidelity].append(one.seconds)
+    coarse = [one.seconds for address, one in known.items() if not address.fidelity]
+    here = [
+        tried.seconds[case] for case in tried.rows
+        if case >= len(design.settings) and not design.family.address(case).fidelity
+    ]  # fmt: skip
+    usual = next((times for times in (taken[0], here, coarse) if times), [mean])
+    first = float(np.nanmean(usual))
+    if taken[1]:
+        return first, float(np.mean(taken[1]))
+    nominal = design.mean_seconds(design.family.rule)
+    return first, first * nominal[1] / nominal[0]
+
+
+def _steps(design: Design) -> tuple[float, float]:
+    """Return the steps of a coarse case in the middle, by each fidelity."""
+    family = design.family
+    middle = family.coarse[len(family.coarse) // 2]
+    first = design.predicted(family.number(middle))[0]
+    if not design.family.rule.confirm:
+        return first, first
+    return first, design.predicted(family.number(middle._replace(fidelity=1)))[0]
+
+
+def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int, int]:
     """Return how many cases beyond the coarse ones there would be, by each fidelity.
 
     The rule of the refinement is applied as if every case had the word of that one of
@@ -47,7 +157,7 @@ def followers(
     return len(growth.wanted) - len(family.coarse) - again, again
 
 
-def _place(design: RefinedDesign, address: Address) -> NDArray[np.float64]:
+def _place(design: Design, address: Address) -> NDArray[np.float64]:
     """Return where a case lies, each refined input and the panels over 0 ... 1."""
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)

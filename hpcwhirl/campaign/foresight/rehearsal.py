@@ -20,19 +20,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.agenda import Unit, scattered
 from hpcwhirl.campaign.evaluate import MOST_TOLD, Evaluator
-from hpcwhirl.campaign.growing import Wanted
 from hpcwhirl.campaign.plan.cost import Costs
-from hpcwhirl.campaign.plan.refined import RefinedDesign
-from hpcwhirl.campaign.plan.stages import Ended
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.stop import Stop, Stopping
 from hpcwhirl.campaign.work import Work
+from hpcwhirl.campaign.work_queue import scattered
+from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.dynamics.cache import cache_facts
 from hpcwhirl.dynamics.snapshot import steps_of
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import ALONE
+from hpcwhirl.planner.jobs import Job
+from hpcwhirl.store.directory.completions import Ended
 from hpcwhirl.store.directory.journal import Record, read_records
 from hpcwhirl.store.directory.states import read_state, stored_states
 
@@ -136,38 +136,32 @@ def _compute(
     from hpcwhirl.campaign.run import desk_of  # which tells what it will cost
 
     seconds, asked = until
-    units: list[Unit] = [(case,) for case in cases]
     spent: dict[int, float] = {}
-    queue, after = deque(cases), _follows(design)
-    work = Work(units, frozenset(), cases, 1)
+    queue = deque(map(Job, cases))
+    planner = Ended.nothing(design.manifest()).planner()
+    work = Work(len(cases), len(cases), cases, frozenset(), cases, 1)
     stopping = _Until(asked)
     with desk_of(scratch, work, ALONE, Policy(), stopping) as desk, suppress(Stop):
-        evaluate = Evaluator(design, units, desk)
+        evaluate = Evaluator(design, desk)
         evaluate.told = MOST_TOLD  # the campaign will tell what fails
         begun, before = time.perf_counter(), cache_facts()["cache_kernels"]
-        evaluate.warm()
+        evaluate.warm(design.columns.first_of(np.array(cases), FOLDING))
         out.warm = time.perf_counter() - begun
         out.compiled = cache_facts()["cache_kernels"] > before
         begun = time.perf_counter()
         stopping.watch(None, 2.0 * seconds)
-        for unit in range(MOST):
+        for _ in range(MOST):
             start = time.perf_counter()
             if not queue or start - begun > seconds:
                 break
-            case = queue.popleft()
-            ends = evaluate(case if design.grows else unit, stopping.check)
-            spent[case] = time.perf_counter() - start
-            queue += after(case, ends[0])
+            job = queue.popleft()
+            end = evaluate(design.code.encode(job), stopping.check)
+            elapsed = time.perf_counter() - start
+            spent[job.case] = spent.get(job.case, 0.0) + elapsed
+            following = planner.complete(job, end)
+            queue.extend(each for each in following if each.case != job.case)
+            queue.extendleft(each for each in following if each.case == job.case)
     return spent
-
-
-def _follows(design: Design) -> Callable[[int, Ended], list[int]]:
-    """Return what tells which cases follow from how one has ended."""
-    if not isinstance(design, RefinedDesign):
-        return lambda _case, _end: []
-    wanted = Wanted(design, {})
-    wanted.begin()
-    return wanted.after
 
 
 def _reached(scratch: Path) -> float:

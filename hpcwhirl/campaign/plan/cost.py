@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene.many import Many, end_times
+from hpcwhirl.planner.planner import Planner
+from hpcwhirl.refinement.growth import Address
+from hpcwhirl.scene.batch_validation import Many, end_times
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.table import Values, listed
 
@@ -35,16 +37,6 @@ STEPLESS = frozenset({
     "solver.until", "solver.longest", "solver.amplitude_limit",
 })  # fmt: skip
 OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
-
-
-def predicted(design: Design, case: int) -> tuple[float, float]:
-    """Return steps and seconds of a case that runs to its end; 0 without a model."""
-    try:
-        resolved = design.resolved(case)
-        known = resolved.steps, resolved.cost
-    except WhirlError:  # it will fail as a row
-        return 0.0, 0.0
-    return known
 
 
 class Costs:
@@ -88,12 +80,8 @@ class Costs:
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
-    def add(self, nominal: float, place: Floats) -> int:
-        """Add a case; return its number here."""
-        self.nominal = np.append(self.nominal, nominal)
-        self.places = np.vstack([self.places[np.arange(len(self.places))], place])
-        self.factor = np.append(self.factor, np.nan)
-        return len(self.nominal) - 1
+    def cover(self, planner: Planner) -> None:
+        """Add the cases that a planner has come to want since."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
         """Return the seconds that each of the cases is expected to take, (m,)."""
@@ -114,6 +102,67 @@ class Costs:
             mean = (weight * factor[which]).sum(axis=1) / weight.sum(axis=1)
             out[part] = self.nominal[chosen[part]] * mean
         return out
+
+
+class RefinedCosts(Costs):
+    """Costs of a refined design's cases, in the rows of its planner.
+
+    Those beyond the coarse ones are added as they come. A case is expected to cost what
+    the coarse one nearest to it does; by the second fidelity, in the proportion of a
+    first such case of its panel.
+
+    Parameters
+    ----------
+    design : of the campaign
+    coarse : costs of its coarse cases
+    """
+
+    def __init__(self, design: Design, coarse: Costs) -> None:
+        own = coarse.places[np.arange(len(coarse.places))]
+        more = np.zeros((len(own), 1))  # where the fidelities lie apart
+        super().__init__(coarse.nominal, np.hstack([own, more]), coarse.steps)
+        self.factor = coarse.factor
+        self.design = design
+        self._ratio: dict[int, float] = {}
+
+    def cover(self, planner: Planner) -> None:
+        """Add the cases that a planner has come to want since."""
+        rows = range(len(self.nominal), len(planner))
+        if not rows:
+            return
+        added = [self._added(self.design.family.address(planner.number(row)))
+                 for row in rows]  # fmt: skip
+        self.nominal = np.append(self.nominal, [nominal for nominal, _ in added])
+        known = self.places[np.arange(len(self.places))]
+        self.places = np.vstack([known, *(place for _, place in added)])
+        self.factor = np.append(self.factor, np.full(len(added), np.nan))
+
+    def _added(self, address: Address) -> tuple[float, Floats]:
+        """Return the nominal cost and the place of a case."""
+        near = self._near(address)
+        place = self.places[np.array([near])][0].copy()
+        both = zip(self.design.family.lattice.sides, address.point, strict=True)
+        for side, x in both:
+            column = self.design.swept.index(side.name)
+            place[column] = side.position(x) / max(len(side.depths), 1)
+        place[-1] = APART * address.fidelity
+        return float(self.nominal[near]) * self._dearer(address, near), place
+
+    def _near(self, address: Address) -> int:
+        """Return the coarse case nearest to another one."""
+        sides = zip(self.design.family.lattice.sides, address.point, strict=True)
+        point = tuple(round(side.position(x)) << side.depth for side, x in sides)
+        return self.design.family.row_of[Address(0, 0, address.panel, point)]
+
+    def _dearer(self, address: Address, near: int) -> float:
+        if not address.fidelity:
+            return 1.0
+        if address.panel not in self._ratio:
+            coarse = self.design.family.coarse[near]._replace(fidelity=1)
+            number = self.design.family.number(coarse)
+            cost, first = self.design.predicted(number)[1], self.nominal[near]
+            self._ratio[address.panel] = cost / first if cost and first else 1.0
+        return self._ratio[address.panel]
 
 
 class Places:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -13,20 +13,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
+from hpcwhirl.campaign.plan.given import plain
+from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
     check_scenes,
     sample_of,
     sampled_rows,
 )
-from hpcwhirl.campaign.plan.swept import (
-    axes_of,
-    check_count,
-    listed_cases,
-    swept_values,
-)
 from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
-from hpcwhirl.errors import CaseError, InputError, as_table, one_line, shown
+from hpcwhirl.errors import CaseError, InputError, WhirlError, one_line, shown
+from hpcwhirl.planner.jobs import JobCode
+from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     Scene,
@@ -36,9 +35,11 @@ from hpcwhirl.scene import (
     load_document,
     preset_in,
     scene_of_document,
+    title_of,
 )
-from hpcwhirl.scene.anchor import anchored
-from hpcwhirl.scene.digests import CaseDigests
+from hpcwhirl.scene.batch_validation import Many
+from hpcwhirl.scene.campaign_tables import Campaign, Refine
+from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import (
     FILE,
     PHYSICS_VERSION,
@@ -46,17 +47,23 @@ from hpcwhirl.scene.files import (
     full_name,
     read_as,
 )
-from hpcwhirl.scene.many import Many
+from hpcwhirl.scene.quantities import WHOLE
+from hpcwhirl.scene.resolve_path import anchored
+from hpcwhirl.scene.swept import (
+    axes_of,
+    check_count,
+    listed_cases,
+    swept_values,
+)
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
-    MARK,
+    FINGERPRINT,
     MEASURE,
     PHYSICS,
     SAMPLE,
     Manifest,
 )
-from hpcwhirl.store.directory.neighbours import at_boundary
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.measure import Measure
@@ -64,6 +71,7 @@ if TYPE_CHECKING:
 
 Settings = dict[str, Value]
 MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
+ALLOWED = "a Design, a TOML file, a mapping of its tables, or a Scene"
 MOST_TOLD = 200  # letters of what two cases share
 
 
@@ -91,21 +99,27 @@ class Design:
     base : what all cases share but for what is swept
     settings : {dotted input: value} of each case, in the order of the dimension `case`
     swept : dotted names of the swept inputs, in the order of the file
-    rules : of the table [campaign]; no result depends on them, see `policy`
+    rules : the table [campaign]; no result depends on it
     contents : {engine file: SHA-256} as the design was made; cases are known by it
+    begun : what the plan of the directory that it is of shares beside; not sent
     measure : a user's own function of a case; not sent to others
     sample : how inputs were drawn; not sent to others
     twins : of the table [twins], None for none
+    rule : by which further cases follow from words, None for none; `scenes`, `settings`
+        and `digests` are those of the coarse level then, and a case beyond it has the
+        number of its address, see `Family.number`
     """
 
     base: Scene
     settings: Table
     swept: tuple[str, ...]
-    rules: dict[str, Any] = field(default_factory=dict)
+    rules: Campaign = field(default_factory=Campaign)
     contents: dict[str, str] = field(default_factory=dict)
     measure: Measure | None = None
     sample: Sample | None = None
     twins: Twins | None = None
+    rule: Rule | None = None
+    begun: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Read the engines' files that nobody has told the contents of."""
@@ -117,8 +131,8 @@ class Design:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send what others need of it."""
-        sent = self.base, self.settings, self.swept, self.contents, self.twins
-        return _sent, sent
+        kept = {"contents": self.contents, "twins": self.twins, "rule": self.rule}
+        return _sent, (self.base, self.settings, self.swept, kept)
 
     @property
     def scenes(self) -> Scenes:
@@ -150,9 +164,7 @@ class Design:
         InputError
             naming what is wrong, what was got and what is allowed
         """
-        from hpcwhirl.campaign.plan.given import design_given
-
-        return design_given(source, settings)
+        return _design_given(source, plain(settings or {}))
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
@@ -166,23 +178,42 @@ class Design:
         return CaseDigests(flatten(self.base), self.settings, reads, PHYSICS_VERSION)
 
     @property
-    def beside(self) -> str:
-        """What else there is than cases, and nobody counts before words are there."""
-        return ""
-
-    @property
     def grows(self) -> bool:
         """Whether further cases follow from words."""
-        return False
+        return self.rule is not None
+
+    @cached_property
+    def family(self) -> Family:
+        """All cases that there may be, of a design that grows."""
+        if self.rule is None:
+            raise TypeError
+        return Family(self.rule, self.settings, WHOLE)
 
     @property
     def most(self) -> int:
         """Cases that there may be in the end."""
-        return len(self.settings)
+        return self.family.most if self.grows else len(self.settings)
+
+    @property
+    def code(self) -> JobCode:
+        """The numbers of jobs."""
+        cases = self.family.span if self.grows else len(self.settings)
+        return JobCode(cases, self.twins.count if self.twins else 0)
 
     def name(self, case: int) -> str:
-        """Return what a case is called in messages."""
-        return f"case {case}"
+        """Return what a case is called in messages: those beyond have no row yet."""
+        if self.rule is None or case < len(self.settings):
+            return f"case {case}"
+        own = self.settings_of(case)
+        told = [f"{name} = {own[name]:.10g}" for name in self.rule.over]
+        again = self.family.address(case).fidelity
+        return f"case {', '.join([*told, *([self.rule.confirm] if again else [])])}"
+
+    def settings_of(self, case: int) -> Settings:
+        """Return what a case sets."""
+        if case < len(self.settings):
+            return self.settings[case]
+        return self.family.settings(self.family.address(case))
 
     def scene(self, case: int) -> Scene:
         """Return the scene of a case, one of the last as it was."""
@@ -193,11 +224,17 @@ class Design:
         return lru_cache(MOST_KEPT)(self._scene)
 
     def _scene(self, case: int) -> Scene:
-        return self.scenes[case]
+        return apply_settings(self.base, self.settings_of(case))
+
+    @cached_property
+    def _digests(self) -> Digests:
+        return Digests(self.base, self.contents)
 
     def digest(self, case: int) -> str:
         """Return the digest of a case, that of the manifest on any rank at any time."""
-        return self.digests[case]
+        if case < len(self.settings):
+            return self.digests[case]
+        return self._digests.planned(self.settings_of(case))
 
     def check_engine(self, case: int) -> None:
         """Raise where the engine's file of a case is not what was planned.
@@ -232,7 +269,31 @@ class Design:
         """Return the file of a case's engine, "" where it has none."""
         if FILE not in self.settings.names:
             return self.base.engine.file
-        return str(self.settings[case].get(FILE, self.base.engine.file))
+        return str(self.settings_of(case).get(FILE, self.base.engine.file))
+
+    def predicted(self, case: int) -> tuple[float, float]:
+        """Return steps and seconds of a case up to its end; 0 without a model."""
+        try:
+            resolved = self.resolved(case)
+            known = resolved.steps, resolved.cost
+        except WhirlError:  # it will fail as a row
+            return 0.0, 0.0
+        return known
+
+    def mean_seconds(self, rule: Rule) -> tuple[float, float]:
+        """Return the mean predicted seconds of coarse cases, by each fidelity."""
+        refined = replace(self, rule=rule)
+
+        def mean(cases: Iterable[int]) -> float:
+            found = [refined.predicted(case)[1] for case in cases]
+            return sum(found) / len(found)
+
+        first = mean(range(len(self.settings)))
+        if not rule.confirm:
+            return first, first
+        family = refined.family
+        again = [family.number(a._replace(fidelity=1)) for a in family.coarse]
+        return first, mean(again)
 
     def manifest(self) -> Manifest:
         """Return the manifest that the campaign's directory keeps."""
@@ -241,28 +302,42 @@ class Design:
         content[PHYSICS] = PHYSICS_VERSION
         if self.measure:
             content[MEASURE] = self.measure.plan()
-            content[MARK] = self.measure.mark
+            content[FINGERPRINT] = self.measure.fingerprint
         if self.sample:
             content[SAMPLE] = self.sample.plan()
         return Manifest(
-            engine=self.base.engine.name,
-            base=flatten(self.base) | content,
+            engine=title_of(self.base.engine.name, self.base.engine.file),
+            base=self.begun | flatten(self.base) | content,
             swept=list(self.swept),
             digests=self.digests,
             settings=self.settings,
             version=__version__,
             twins=self.twins.as_plan() if self.twins else {},
+            refine=self.rule.plain() if self.rule else {},
         )
 
 
 def _sent(
-    base: Scene,
-    settings: Table,
-    swept: tuple[str, ...],
-    contents: dict[str, str],
-    twins: Twins | None,
+    base: Scene, settings: Table, swept: tuple[str, ...], kept: dict[str, Any]
 ) -> Design:
-    return Design(base, settings, swept, contents=contents, twins=twins)
+    return Design(base, settings, swept, **kept)
+
+
+def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
+    """Return the design of what was given, see `Design.of`."""
+    if isinstance(source, Design):
+        if settings:
+            msg = f"a Design takes no settings: it is made, got {shown(settings)}"
+            raise InputError(msg)
+        return source
+    if isinstance(source, Scene):
+        return Design.one(apply_settings(source, settings))
+    if source is None or isinstance(source, Path | str):
+        return load_design(Path(source) if source is not None else None, settings)
+    if isinstance(source, Mapping):
+        return design_of(plain(source), settings)
+    msg = f"design must be {ALLOWED}, got {shown(source)}"
+    raise InputError(msg)
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
@@ -286,9 +361,9 @@ def design_of(
     folder: Path | str = "",
 ) -> Design:
     """Return the design of a parsed document in `folder`; see `load_design`."""
-    from hpcwhirl.campaign.plan.refine import first_inputs, refined  # made of designs
-
-    first = first_inputs(document, settings or {})
+    table = document.get("refine")
+    refine = None if table is None else Refine.read(table, "[refine]")
+    first = first_inputs(document, refine, settings or {})
     own = {**first, **(settings or {})}
     base = scene_of_document(document, DESIGN_TABLES, folder, own)
     grid, zipped = swept_values(document, "sweep"), swept_values(document, "zip")
@@ -302,15 +377,15 @@ def design_of(
     _check_unset(swept, preset_in(document), "[solver] preset:")
     _check_unset(swept, first, "[refine] first:")
     check_count(len(rows), "got")
-    twins = twins_of(document, base)
+    twins = twins_of(document)
     if twins:
         _check_twins(twins, base, rows)
     check_scenes(base, rows, sample)
-    rules = rules_of(document)
+    rules = Campaign.read(document.get("campaign", {}), "[campaign]")
     design = Design(base, rows, swept, rules, sample=sample, twins=twins)
     _check_distinct(design.columns)
-    if "refine" in document:
-        return refined(design, document["refine"], grid, explicit)
+    if refine:
+        return replace(design, rule=refined(design, refine, grid, explicit))
     return design
 
 
@@ -339,11 +414,6 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
     if clash:
         msg = f"{what} {min(clash)}: the campaign sweeps this input"
         raise InputError(msg)
-
-
-def rules_of(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table [campaign] of a document; `policy` checks what it holds."""
-    return dict(as_table("[campaign]", document.get("campaign", {})))
 
 
 def _check_distinct(columns: Many) -> None:

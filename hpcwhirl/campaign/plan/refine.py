@@ -3,51 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import replace
 from decimal import Decimal
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
-from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.refined import mean_seconds, of_rule
-from hpcwhirl.errors import InputError, as_table, shown
+from hpcwhirl.campaign.plan.twins import Twins
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.refinement.lattice import EXACT
-from hpcwhirl.refinement.rule import SCALES, WORDS, Rule
-from hpcwhirl.scene import apply_settings, preset_inputs, preset_names
-from hpcwhirl.scene.files import check_kept, full_name, is_number, is_whole
+from hpcwhirl.refinement.rule import Rule
+from hpcwhirl.scene import Scene, apply_settings, preset_inputs
+from hpcwhirl.scene.campaign_tables import MOST_LEVELS, Refine
+from hpcwhirl.scene.files import check_kept, full_name, is_number
 from hpcwhirl.scene.quantities import WHOLE
 
-KEYS = (
-    "over", "resolution", "levels", "words", "scale", "speckle", "budget", "first",
-    "confirm",
-)  # fmt: skip
-MOST_LEVELS = 16
-MOST_OVER = 3
-SPECKLE = 2  # levels
 SAME = 1e-9  # relative: a resolution that is reached but for round-off is reached
 CLOSEST = 1e-9  # relative difference of two values of an input
 Listed = Mapping[str, Sequence[Any]]
 
 
 def first_inputs(
-    document: Mapping[str, Any], settings: Mapping[str, Any]
+    document: Mapping[str, Any], refine: Refine | None, settings: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return {dotted name: value} that `first` of a document's [refine] sets.
+    """Return {dotted name: value} that `first` of [refine] sets.
 
     Parameters
     ----------
     document : of the campaign
+    refine : its table
     settings : {input: value}, of options, none of which may be lost unsaid
     """
-    table = document.get("refine", {})
-    name = table.get("first") if isinstance(table, Mapping) else None
-    if name is None:
+    if refine is None or refine.first is None:
         return {}
     if isinstance(document.get("solver"), Mapping) and "preset" in document["solver"]:
         msg = "[refine] first and [solver] preset: the same thing twice, say one"
         raise InputError(msg)
-    inputs = preset_inputs(_preset("first", name))
+    inputs = preset_inputs(refine.first)
     clash = inputs.keys() & map(full_name, settings)
     if clash:
         msg = f"--set or --preset {min(clash)}: [refine] first sets this input"
@@ -56,8 +48,31 @@ def first_inputs(
     return inputs
 
 
-def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> Design:
-    """Return the design that refines a coarse one.
+class Coarse(Protocol):
+    """The design of a coarse level, as far as its refinement depends on it."""
+
+    @property
+    def base(self) -> Scene:
+        """What all cases share but for what is swept."""
+
+    @property
+    def settings(self) -> Sized:
+        """What each case sets."""
+
+    @property
+    def swept(self) -> Sequence[str]:
+        """Dotted names of the swept inputs."""
+
+    @property
+    def twins(self) -> Twins | None:
+        """Of the table [twins], None for none."""
+
+    def mean_seconds(self, rule: Rule) -> tuple[float, float]:
+        """Return the mean predicted seconds of its cases, by each fidelity."""
+
+
+def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) -> Rule:
+    """Return the rule that refines a coarse design.
 
     Parameters
     ----------
@@ -71,64 +86,50 @@ def refined(design: Design, table: Any, grid: Listed, listed: Sequence[Any]) -> 
     InputError
         naming the key, what it got and what is allowed
     """
-    as_table("[refine]", table, KEYS)
     if listed:
         msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
         raise InputError(msg)
-    over = _over(table, grid)
+    over = table.over
+    for name in over:
+        _check_side(name, grid)
     _check_twins(design, table, {name: grid[name] for name in over})
-    scales = _scales(table, over, grid)
-    depths = _depths(table, over, grid, scales)
-    confirm = _preset("confirm", table["confirm"]) if "confirm" in table else ""
-    inputs = preset_inputs(confirm) if confirm else {}
+    scales = tuple(table.scale.get(name, "linear") for name in over)
+    for name, scale in zip(over, scales, strict=True):
+        if scale == "log" and min(grid[name]) <= 0:
+            msg = f"[refine] scale of {name}: log needs values > 0, got "
+            raise InputError(msg + shown(min(grid[name])))
+    depths = _depths(table, grid, scales)
+    inputs = preset_inputs(table.confirm) if table.confirm else {}
     clash = set(inputs) & set(design.swept)
     if clash:
         msg = f"[refine] confirm {min(clash)}: the campaign sweeps this input"
         raise InputError(msg)
     if inputs and apply_settings(design.base, inputs) == design.base:
-        msg = f"[refine] confirm = {shown(confirm)} is what the first cases have: "
+        msg = (
+            f"[refine] confirm = {shown(table.confirm)} is what the first cases have: "
+        )
         raise InputError(msg + 'say first = "draft", for example')
     rule = Rule(
-        over, depths, scales, _word(table, "words", WORDS, WORDS[0]), _speckle(table),
-        confirm, inputs,
-    )  # fmt: skip
-    budget = _budget(table.get("budget"), design, rule)
-    return of_rule(design, replace(rule, budget=budget))
+        over, depths, scales, table.words, table.speckle, table.confirm or "", inputs
+    )
+    budget = _budget(table.budget, design, rule)
+    return replace(rule, budget=budget)
 
 
-def _check_twins(design: Design, table: Mapping[str, Any], over: Listed) -> None:
+def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
     """Refuse twins beside a budget, and those that refining may lead to their case.
 
     over : {refined input: its values}
     """
     if design.twins is None:
         return
-    if "budget" in table:
+    if table.budget:
         msg = "[twins] and [refine] budget: it counts no twins, whose number follows "
         raise InputError(msg + "from words: say one of both")
     for name in over.keys() & design.twins.spread.keys():
         if min(over[name]) < 0 < max(over[name]):
             msg = f"[twins] spread {name}: refining may lead to 0, and a relative "
             raise InputError(msg + "change of 0 is none: spread another input")
-
-
-def _over(table: Mapping[str, Any], grid: Listed) -> tuple[str, ...]:
-    given = table.get("over")
-    names = [given] if isinstance(given, str) else given
-    allowed = f"one to {MOST_OVER} numeric inputs of [sweep]"
-    if not isinstance(names, list) or not 0 < len(names) <= MOST_OVER:
-        msg = f"[refine] over must be {allowed}, got {shown(given)}"
-        raise InputError(msg)
-    if not all(isinstance(name, str) for name in names):
-        msg = f"[refine] over must be {allowed}, got {shown(given)}"
-        raise InputError(msg)
-    over = tuple(full_name(name) for name in names)
-    for name in over:
-        _check_side(name, grid)
-    if len(set(over)) < len(over):
-        msg = f"[refine] over names an input twice: {', '.join(over)}"
-        raise InputError(msg)
-    return over
 
 
 def _check_side(name: str, grid: Listed) -> None:
@@ -143,54 +144,16 @@ def _check_side(name: str, grid: Listed) -> None:
         raise InputError(msg + f"wanted, got {shown(list(values))}")
 
 
-def _each(table: Mapping[str, Any], key: str, over: Sequence[str]) -> dict[str, Any]:
-    """Return {input: value} of a key that has one value, or one for each input."""
-    given = table.get(key)
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        return dict.fromkeys(over, given)
-    out = {}
-    for name, value in given.items():
-        full = full_name(name)
-        if full not in over:
-            msg = f"[refine] {key} {full}: not among over = {', '.join(over)}"
-            raise InputError(msg)
-        out[full] = value
-    return out
-
-
-def _scales(
-    table: Mapping[str, Any], over: Sequence[str], grid: Listed
-) -> tuple[str, ...]:
-    given = _each(table, "scale", over)
-    for name, word in given.items():
-        if word not in SCALES:
-            msg = f"[refine] scale of {name} must be one of {', '.join(SCALES)}, "
-            raise InputError(msg + f"got {shown(word)}")
-        if word == "log" and min(grid[name]) <= 0:
-            msg = f"[refine] scale of {name}: log needs values > 0, got "
-            raise InputError(msg + shown(min(grid[name])))
-        if word == "log" and name in WHOLE:
-            msg = f"[refine] scale of {name}: an input of whole numbers is linear"
-            raise InputError(msg)
-    return tuple(given.get(name, "linear") for name in over)
-
-
 def _depths(
-    table: Mapping[str, Any], over: Sequence[str], grid: Listed, scales: Sequence[str]
+    table: Refine, grid: Listed, scales: Sequence[str]
 ) -> tuple[tuple[int, ...], ...]:
-    levels, resolution = (_each(table, k, over) for k in ("levels", "resolution"))
     out = []
-    for name, scale in zip(over, scales, strict=True):
-        if (name in levels) == (name in resolution):
-            msg = f"[refine] wants either levels or resolution of {name}"
-            raise InputError(msg)
+    for name, scale in zip(table.over, scales, strict=True):
         values = sorted({Decimal(str(v)) for v in grid[name]})
-        if name in levels:
-            depths = [_level(name, levels[name])] * (len(values) - 1)
+        if name in table.levels:
+            depths = [table.levels[name]] * (len(values) - 1)
         else:
-            finest = _resolution(name, resolution[name])
+            finest = Decimal(str(table.resolution[name]))
             depths = [
                 _bisections(name, *pair, finest, scale) for pair in pairwise(values)
             ]
@@ -200,20 +163,6 @@ def _depths(
         msg = "[refine] refines nothing: its resolution is that of [sweep]"
         raise InputError(msg)
     return tuple(out)
-
-
-def _level(name: str, given: Any) -> int:
-    if not is_whole(given) or not 0 <= given <= MOST_LEVELS:
-        msg = f"[refine] levels of {name} must be a whole number from 0 to "
-        raise InputError(msg + f"{MOST_LEVELS}, got {shown(given)}")
-    return int(given)
-
-
-def _resolution(name: str, given: Any) -> Decimal:
-    if not is_number(given) or not 0 < given < math.inf:
-        msg = f"[refine] resolution of {name} must be a number > 0, got {shown(given)}"
-        raise InputError(msg)
-    return Decimal(str(given))
 
 
 def _bisections(
@@ -246,29 +195,9 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
             raise InputError(msg + "values that are the same but for round-off")
 
 
-def _word(
-    table: Mapping[str, Any], key: str, known: Sequence[str], default: str
-) -> str:
-    word = table.get(key, default)
-    if word not in known:
-        msg = f"[refine] {key} must be one of {', '.join(known)}, got {shown(word)}"
-        raise InputError(msg)
-    return str(word)
-
-
-def _preset(key: str, name: Any) -> str:
-    return _word({key: name}, key, preset_names(), "")
-
-
-def _speckle(table: Mapping[str, Any]) -> int:
-    given = table.get("speckle", SPECKLE)
-    if not is_whole(given) or not 0 <= given <= MOST_LEVELS:
-        msg = "[refine] speckle must be a whole number of levels, 0 for never, got "
-        raise InputError(msg + shown(given))
-    return int(given)
-
-
-def _budget(given: Any, design: Design, rule: Rule) -> tuple[float, ...]:
+def _budget(
+    given: Mapping[str, float] | None, design: Coarse, rule: Rule
+) -> tuple[float, ...]:
     """Return (total, of a case of each fidelity); empty for no limit.
 
     Parameters
@@ -276,22 +205,15 @@ def _budget(given: Any, design: Design, rule: Rule) -> tuple[float, ...]:
     given : {cases = N} or {core_hours = H}
     design, rule : of the campaign
     """
-    if given is None:
+    if not given:
         return ()
-    kinds = ("cases", "core_hours")
-    if not isinstance(given, Mapping) or len(given) != 1 or not {*given} <= {*kinds}:
-        msg = "[refine] budget must be {cases = N} or {core_hours = H}, got "
-        raise InputError(msg + shown(given))
     ((kind, amount),) = given.items()
-    if not is_number(amount) or not 0 < amount < math.inf:
-        msg = f"[refine] budget: {kind} must be a number > 0, got {shown(amount)}"
-        raise InputError(msg)
     each = (1.0, 1.0)
     if kind == "core_hours":
-        seconds = mean_seconds(of_rule(design, rule))
+        seconds = design.mean_seconds(rule)
         each = (seconds[0] / 3600.0, seconds[1] / 3600.0)
     need = len(design.settings) * each[0]
     if amount < need:
         msg = f"[refine] budget: the coarse level alone takes {kind} = {need:.4g}, got "
-        raise InputError(msg + shown(amount))
-    return float(amount), *each
+        raise InputError(msg + f"{amount:g}")
+    return amount, *each

@@ -13,62 +13,29 @@ another version of SciPy would draw.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.plan.distributions import KEY, drawn, law_of
-from hpcwhirl.campaign.plan.swept import MOST_CASES
-from hpcwhirl.errors import InputError, as_table, shown, unknown
+from hpcwhirl.errors import InputError, as_table
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.files import (
-    by_full_name,
-    is_whole,
-    takes_list,
-    undotted,
-)
-from hpcwhirl.scene.many import Many
-from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.table import Axis, Table, is_begun_by, listed
-from hpcwhirl.store.directory.blades import MISTUNING
-from hpcwhirl.store.directory.manifest import NAME, SAMPLE, read_manifest
-from hpcwhirl.store.results.sampled import SALTELLI, TUNED, drawn_axis
-
-if TYPE_CHECKING:
-    from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.scene.batch_validation import Many
+from hpcwhirl.scene.campaign_tables import LATIN, SALTELLI, SampleTable
+from hpcwhirl.scene.files import MISTUNING, takes_list
+from hpcwhirl.scene.laws import drawn
+from hpcwhirl.scene.swept import MOST_CASES
+from hpcwhirl.scene.table import Axis, Table, listed
+from hpcwhirl.store.directory.manifest import SAMPLE
+from hpcwhirl.store.results.sampled import TUNED
 
 Floats = NDArray[np.float64]
-TABLE = "sample"
 BLADES = "engine.rotor.blades"
-LATIN = "latin_hypercube"
-METHODS = ("random", "sobol", "halton", LATIN, SALTELLI)
-IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
-OWN_KEYS = ("method", "count", "seed", "tuned")
-LARGEST_SEED = 2**53  # that any JSON keeps
 
 
-@dataclass(frozen=True)
-class Sample:
-    """How inputs are drawn.
-
-    Attributes
-    ----------
-    method : of `METHODS`
-    seed : of the method; the same draws for the same seed
-    count : draws at each point; of `saltelli`, pairs of draws
-    laws : {full dotted input: law of `distributions.law_of`}, in the order of the file
-    tuned : whether each point has the tuned engine, too, before its draws
-    """
-
-    method: str
-    seed: int
-    count: int
-    laws: dict[str, dict[str, Any]]
-    tuned: bool = False
+class Sample(SampleTable):
+    """The draws that the table [sample] asks for."""
 
     @property
     def each(self) -> int:
@@ -78,7 +45,8 @@ class Sample:
 
     def plan(self) -> dict[str, Any]:
         """Return what a directory keeps of it: what draws depend on."""
-        found = {"method": self.method, "seed": self.seed, "inputs": self.laws}
+        laws = {name: law.model_dump() for name, law in self.laws.items()}
+        found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
         return found | ({TUNED: True} if self.tuned else {})
 
@@ -127,70 +95,14 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
     InputError
         naming the key, what it got and what is allowed
     """
-    if TABLE not in document:
+    if SAMPLE not in document:
         return None
-    content = as_table("[sample]", document[TABLE])
+    table = as_table("[sample]", document[SAMPLE])
     for other in ("cases", "refine"):
         if other in document:
             msg = f"[sample] goes with [sweep] and [zip], not with [{other}]"
             raise InputError(msg)
-    method = content.get("method", "sobol")
-    if method not in METHODS:
-        raise unknown("method of [sample]", str(method), METHODS)
-    seed = _whole("seed", content.get("seed", 0), 0, LARGEST_SEED)
-    count = _whole("count", content.get("count"), 1, MOST_CASES)
-    if method in IN_TWOS and count & (count - 1):
-        below = 1 << (count.bit_length() - 1)
-        msg = f"[sample] count must be a power of 2 with method {method}, such as "
-        raise InputError(msg + f"{below} or {2 * below}, got {count}")
-    inputs = {n: value for n, value in content.items() if n not in OWN_KEYS}
-    laws = _laws(inputs)
-    if method == SALTELLI and len(laws) < 2:
-        msg = f"[sample] method {SALTELLI} must have two inputs at least, got "
-        raise InputError(msg + ", ".join(laws))
-    return Sample(method, seed, count, laws, _tuned(content, method, laws))
-
-
-def _tuned(content: Mapping[str, Any], method: str, laws: Mapping[str, Any]) -> bool:
-    """Return whether a tuned engine is asked for beside draws of mistuning alone."""
-    tuned = content.get(TUNED, False)
-    if not isinstance(tuned, bool):
-        msg = f"[sample] {TUNED} must be true or false, got {shown(tuned)}"
-        raise InputError(msg)
-    if tuned and (list(laws) != [MISTUNING] or method == SALTELLI):
-        msg = f"[sample] {TUNED} goes with draws of mistuning alone, not with "
-        others = [n for n in laws if n != MISTUNING] or [f"method {method}"]
-        raise InputError(msg + ", ".join(others))
-    return tuned
-
-
-def _whole(key: str, value: Any, least: int, most: int) -> int:
-    if not is_whole(value) or not least <= value <= most:
-        allowed = f"a whole number from {least} to {most}"
-        msg = f"[sample] {key} must be {allowed}, got {shown(value)}"
-        raise InputError(msg)
-    return int(value)
-
-
-def _laws(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return {full dotted input: its checked law}."""
-    found: dict[str, dict[str, Any]] = {}
-    pairs = ((name, (name, given)) for name, given in undotted(inputs, _is_law))
-    for full, (name, given) in by_full_name(pairs, "[sample]").items():
-        kind = next(field.annotation for leaf, field in LEAVES if leaf == full)
-        if kind is not float and not takes_list(full):
-            msg = f"[sample] {name} must be an input of any number between: sweep it"
-            raise InputError(msg)
-        found[full] = law_of(name, given)
-    if not found:
-        msg = "[sample] must have an input and its distribution, such as "
-        msg += f'gap = {{ {KEY} = "uniform", low = 1e-4, high = 2e-4 }}'
-        raise InputError(msg)
-    return found
-
-
-def _is_law(table: Mapping[str, Any]) -> bool:
-    return KEY in table or not all(isinstance(v, Mapping) for v in table.values())
+    return Sample.of(table)
 
 
 def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
@@ -241,30 +153,3 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         draw = many.first_wrong() % sample.each
         msg = f"[sample] draw {draw} is no input: {failed}; uniform "
         raise InputError(msg + "or truncated_normal keep between bounds") from None
-
-
-def as_begun(design: Design, folder: Path) -> Design:
-    """Return the design with the draws of its directory, where that has some.
-
-    Raises
-    ------
-    InputError
-        where more draws are asked for and SciPy would go on otherwise than it began
-    """
-    sample = design.sample
-    if sample is None or not (folder / NAME).exists():
-        return design
-    old = read_manifest(folder)
-    if old.base.get(SAMPLE) != sample.plan():
-        return design  # refused by name when the directory is prepared
-    kept, own = drawn_axis(old), drawn_axis(design.manifest())
-    if is_begun_by(kept, own) or is_begun_by(own, kept):
-        return design
-    if len(kept) < len(own):
-        msg = (
-            f"{folder} has other draws than this version of SciPy makes: it cannot be "
-        )
-        raise InputError(msg + f"continued beyond {len(kept)} draws a point")
-    rows = design.settings.along_last(kept.until(len(own)))
-    check_scenes(design.base, rows, sample)
-    return replace(design, settings=rows)

@@ -1,1 +1,1 @@
-"""What will break on this machine, and how to mend it: `hpcwhirl doctor`."""
+"""Check of a machine for `hpcwhirl doctor`: what will break there, and the remedy."""

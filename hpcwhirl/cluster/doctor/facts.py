@@ -1,4 +1,4 @@
-"""What a rank can tell of its machine, MPI, libraries and directory."""
+"""Facts that each rank collects: its machine, MPI, libraries and caches."""
 
 from __future__ import annotations
 
@@ -35,28 +35,35 @@ PROBE = (
     "import json; from hpcwhirl.cluster.doctor.facts import mpi_facts; "
     "print(json.dumps(mpi_facts()))"
 )
-LIMIT = 60  # s, of a probe
+LIMIT = 60  # s, longest time that a probing process may take
 
 
 def mpi_facts() -> Facts:
-    """Start MPI here and return what it says of itself."""
-    told = library()
-    hdf5_facts()  # after MPI, as a campaign does: an alien libmpi shows beside it
-    return {"mpi": told, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
+    """Initialize MPI here; return its version text and the libmpi files loaded."""
+    name = library()
+    hdf5_facts()  # loads h5py after MPI, as a campaign does: it may add another libmpi
+    return {"mpi": name, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
 def ranks_of(launched: int) -> tuple[Communicator, Facts]:
-    """Return all ranks under a launcher that fits, else one; and what MPI says."""
+    """Return the communicator to use and the facts of MPI, see `mpi_facts`.
+
+    It is MPI's world if the launcher fits mpi4py's library, else this process alone.
+
+    Parameters
+    ----------
+    launched : number of ranks started, as the launcher says
+    """
     if alien := alien_library():
-        told = {"mpi": alien, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
-        return ALONE, told
+        facts = {"mpi": alien, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
+        return ALONE, facts
     if launched == 1:
         return ALONE, probed_mpi()
     return world(), mpi_facts()
 
 
 def probed_mpi() -> Facts:
-    """Return `mpi_facts` of a process of its own, since MPI may abort it."""
+    """Return `mpi_facts` from a child process, since MPI may abort the process."""
     none: Facts = {"mpi": "", "mpi_libraries": []}
     try:
         done = subprocess.run(
@@ -66,15 +73,15 @@ def probed_mpi() -> Facts:
     except subprocess.TimeoutExpired:
         return none | {"mpi_error": f"no answer in {LIMIT} s"}
     try:
-        found: Facts = json.loads(done.stdout.splitlines()[-1])
+        facts: Facts = json.loads(done.stdout.splitlines()[-1])
     except (IndexError, ValueError):
-        told = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        return none | {"mpi_error": told[-1]}
-    return found
+        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        return none | {"mpi_error": lines[-1]}
+    return facts
 
 
 def launcher_facts() -> Facts:
-    """Return the mpirun on the path and what it says it is."""
+    """Return the path of the mpirun on PATH and its version text; empty: none."""
     path = shutil.which("mpirun") or shutil.which("mpiexec")
     if path is None:
         return {"mpirun": "", "mpirun_version": ""}
@@ -85,19 +92,19 @@ def launcher_facts() -> Facts:
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as failed:
         return {"mpirun": path, "mpirun_version": f"does not start: {failed}"}
-    told = (done.stdout + done.stderr).split("\n\n")[0].splitlines()[:2]
-    return {"mpirun": path, "mpirun_version": " ".join(" ".join(told).split())}
+    lines = (done.stdout + done.stderr).split("\n\n")[0].splitlines()[:2]
+    return {"mpirun": path, "mpirun_version": " ".join(" ".join(lines).split())}
 
 
 def vector_bits(flags: str) -> int:
-    """Return the vector width of a core from its flags in /proc/cpuinfo; 0: unknown."""
+    """Return a core's vector width in bits from its /proc/cpuinfo flags; 0: unknown."""
     words = set(flags.split())
     widths = {"avx512f": 512, "avx2": 256, "avx": 256, "sse2": 128, "asimd": 128}
     return max((bits for flag, bits in widths.items() if flag in words), default=0)
 
 
 def machine_facts() -> Facts:
-    """Return host, cores, vector width, threads asked for, and versions."""
+    """Return host, usable cores, CPU, vector width, thread variables and versions."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -131,7 +138,7 @@ def _version(name: str) -> str:
 
 
 def rank_facts() -> Facts:
-    """Return all that one rank can tell without asking the others."""
+    """Return the facts that a rank collects without communication with others."""
     return {
         "launched": launched_ranks(),
         **machine_facts(),

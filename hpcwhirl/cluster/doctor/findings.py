@@ -1,4 +1,4 @@
-"""From the facts of all ranks to findings, each with its remedy. Pure functions."""
+"""Turn the facts of all ranks into findings with remedies, by pure functions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hpcwhirl.launch import family
 
 Facts = dict[str, Any]
 FINE, SLOW, BREAKS = "fine", "slow", "breaks"
-LEAST_FREE = 100e6  # bytes
-LITTLE_FREE = 5e9
+LEAST_FREE = 100e6  # bytes of free space, fewer of which break a campaign
+LITTLE_FREE = 5e9  # bytes of free space, fewer of which deserve a warning
 SITE = (
     "build mpi4py with the site's compiler in an environment without an MPI wheel: "
     "pip install --no-binary mpi4py mpi4py; or name the library: MPI4PY_LIBMPI=PATH"
@@ -25,14 +25,14 @@ HDF5 = (
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at.
+    """Result of one check.
 
     Attributes
     ----------
-    what : looked at
+    what : name of the thing checked
     level : `FINE`, `SLOW` (works, but wastes time) or `BREAKS`
-    got : what was found
-    remedy : what to do; empty where it is fine
+    got : the state in which it is, for the user
+    remedy : what to do; empty if it is fine
     """
 
     what: str
@@ -42,12 +42,12 @@ class Finding:
 
 
 def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
-    """Return the findings.
+    """Return the results of all checks.
 
     Parameters
     ----------
-    ranks : the facts of each rank, rank 0's first
-    size : of COMM_WORLD
+    ranks : facts of each rank, rank 0 first
+    size : number of ranks in MPI's world
     """
     made: list[Iterator[Finding]] = [
         mpi(ranks[0]), launcher(ranks[0], size), same(ranks), hdf5(ranks[0]),
@@ -57,7 +57,7 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Look at MPI's library and at the mpirun on the path."""
+    """Check that MPI starts, and that the mpirun on PATH is of the same MPI."""
     if not facts["mpi"]:
         level = BREAKS if facts["launched"] > 1 else SLOW
         remedy = "for more than one process: pip install 'hpcwhirl[mpich]', or " + SITE
@@ -68,17 +68,17 @@ def mpi(facts: Facts) -> Iterator[Finding]:
     if not facts["mpirun"]:
         yield Finding("mpirun", SLOW, "none on the path", "load the MPI's module")
         return
-    own, other = family(facts["mpi"]), family(facts["mpirun_version"])
+    ours, other = family(facts["mpi"]), family(facts["mpirun_version"])
     got = f"{facts['mpirun']}: {facts['mpirun_version']}"
-    if own and other and own != other:
-        told = f"{got}, but mpi4py has {own}: its ranks would not see each other"
-        yield Finding("mpirun", BREAKS, told, SITE)
+    if ours and other and ours != other:
+        text = f"{got}, but mpi4py has {ours}: its ranks would not see each other"
+        yield Finding("mpirun", BREAKS, text, SITE)
     else:
         yield Finding("mpirun", FINE, got)
 
 
 def launcher(facts: Facts, size: int) -> Iterator[Finding]:
-    """Compare what the launcher started with what MPI sees."""
+    """Check that MPI sees as many ranks as the launcher started."""
     launched = facts["launched"]
     if launched == size:
         yield Finding("ranks", FINE, f"{size}, as started")
@@ -89,7 +89,7 @@ def launcher(facts: Facts, size: int) -> Iterator[Finding]:
 
 
 def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at versions, which must be the same everywhere."""
+    """Check that all ranks have the same versions of Python and packages."""
     kinds = Counter(str(facts["versions"]) for facts in ranks)
     shown = " ".join(f"{n} {v}" for n, v in ranks[0]["versions"].items())
     if len(kinds) == 1:
@@ -102,38 +102,38 @@ def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def hdf5(facts: Facts) -> Iterator[Finding]:
-    """Look at parallel HDF5, and whether it belongs to mpi4py's MPI."""
+    """Check whether HDF5 is parallel, and if so, built for mpi4py's MPI."""
     got = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']}"
     if not facts["mpi_io"]:
-        told = f"{got}, serial: rank 0 gathers, with equal results"
-        yield Finding("HDF5", FINE, told, "optional: " + HDF5)
+        text = f"{got}, serial: rank 0 gathers, with equal results"
+        yield Finding("HDF5", FINE, text, "optional: " + HDF5)
     elif len(facts["mpi_libraries"]) > 1:
-        told = f"{got}, parallel, for another MPI than mpi4py's: "
-        yield Finding("HDF5", BREAKS, told + ", ".join(facts["mpi_libraries"]), HDF5)
+        text = f"{got}, parallel, for another MPI than mpi4py's: "
+        yield Finding("HDF5", BREAKS, text + ", ".join(facts["mpi_libraries"]), HDF5)
     else:
         yield Finding("HDF5", FINE, f"{got}, parallel: all ranks gather")
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at the cores that the ranks of each host may use, and their vectors."""
+    """Check that each host has a core for each of its ranks; tell the vector width."""
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)
-    for host, own in hosts.items():
-        open_to = {core for facts in own for core in facts["cores"]}
-        bits = own[0]["vector_bits"] or "unknown"
+    for host, here in hosts.items():
+        usable = {core for facts in here for core in facts["cores"]}
+        bits = here[0]["vector_bits"] or "unknown"
         got = (
-            f"{host}: {len(own)} ranks on {len(open_to)} cores, vectors of {bits} bits"
+            f"{host}: {len(here)} ranks on {len(usable)} cores, vectors of {bits} bits"
         )
         remedy = ""
-        if len(own) > len(open_to):
+        if len(here) > len(usable):
             remedy = "start no more ranks than cores; mpirun may have bound them to "
             remedy += "one core: --bind-to core (Open MPI), srun --cpus-per-task=1"
         yield Finding("cores", SLOW if remedy else FINE, got, remedy)
 
 
 def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at thread variables: each rank needs one thread."""
+    """Check that no environment variable asks for more than one thread per rank."""
     many = {
         f"{name}={value} on {facts['host']}"
         for facts in ranks
@@ -148,7 +148,7 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at numba's cache: writable everywhere, and filled."""
+    """Check that all ranks can write numba's cache; tell how many functions it has."""
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
         got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
@@ -157,12 +157,12 @@ def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
         return
     count = min(facts["cache_kernels"] for facts in ranks)
     got = f"{ranks[0]['cache']}, {count} compiled functions"
-    told = "" if count else ": the first start compiles for some 10 s"
-    yield Finding("numba cache", FINE, got + told)
+    note = "" if count else ": the first start compiles for some 10 s"
+    yield Finding("numba cache", FINE, got + note)
 
 
 def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at the directory: written, seen and locked by all, and room in it."""
+    """Check the campaign directory: writable, shared, exclusive files, locks, space."""
     first = ranks[0]
     place = f"{first['folder']} ({first['filesystem'] or 'unknown file system'})"
     bad = next((facts for facts in ranks if not facts["writable"]), None)
@@ -187,11 +187,11 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Look at file locks, which HDF5 takes unless it is told not to."""
-    told = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
+    """Check that file locks hold, which HDF5 takes unless the environment forbids."""
+    states = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
     off = ranks[0]["locking"].upper() in {"FALSE", "0", "BEST_EFFORT"}
     variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"
-    wrong = sorted({word for word in told if word != "held"})
+    wrong = sorted({state for state in states if state != "held"})
     if not wrong:
         yield Finding("file locks", FINE, f"kept by all ranks, {variable}")
     elif off:
@@ -202,7 +202,7 @@ def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def room(facts: Facts) -> Iterator[Finding]:
-    """Look at the free space of the directory."""
+    """Check the free space of the directory's file system."""
     free = facts["free"]
     if free is None:
         return

@@ -1,4 +1,4 @@
-"""What a campaign needs of its directory, tried on all ranks at once."""
+"""Probe of a campaign's directory from all ranks: sharing, locks, exclusive files."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Facts = dict[str, Any]
 
 
 def filesystem(path: Path, mounts: str) -> str:
-    """Return the type of the file system of a path.
+    """Return the type of a path's file system, such as ``nfs4``; empty if unknown.
 
     Parameters
     ----------
-    path : absolute
-    mounts : the text of /proc/mounts
+    path : absolute path
+    mounts : content of /proc/mounts
     """
     best, kind = "", ""
     for line in mounts.splitlines():
@@ -35,16 +35,20 @@ def filesystem(path: Path, mounts: str) -> str:
 
 
 def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
-    """Return what this rank finds in the directory; every rank must call.
+    """Probe a directory from this rank; collective over `comm`.
 
-    The probe files have names of their own and are removed again.
+    The probe files have unique names and are removed again.
 
     Returns
     -------
-    writable, seen, locks, exclusive, free, filesystem : `seen`: a file of rank 0 is
-        there on this rank; `locks`: ``held`` where a lock is kept against this rank,
-        ``not held``, or why there are none; `exclusive`: whether this rank made the
-        file that only one may make
+    dict with the keys
+        writable : whether this rank may write there
+        seen : whether this rank sees a file that rank 0 has made
+        locks : ``held`` if rank 0's lock keeps this rank out, ``not held``, or the
+            system's error
+        exclusive : whether this rank created the file that only one rank can create
+        free : free space, bytes; None: unknown
+        filesystem : type of the file system; empty: unknown
     """
     name = comm.bcast(f".hpcwhirl-doctor-{uuid.uuid4().hex}", root=0)
     held, facts = None, _usage(folder)
@@ -81,7 +85,7 @@ def _usage(folder: Path) -> Facts:
 
 
 def _held(path: Path) -> tuple[Any, str]:
-    """Make a file and lock it as HDF5 does; return it and ``held``, or why not."""
+    """Create a file and lock it as HDF5 does; return it and ``held`` or the error."""
     try:
         file = path.open("w", encoding="utf-8")
     except OSError as failed:
@@ -93,10 +97,16 @@ def _held(path: Path) -> tuple[Any, str]:
     return file, "held"
 
 
-def _tried(path: Path, known: str) -> str:
-    """Try to take the lock that rank 0 holds."""
-    if known and known != "held":
-        return known
+def _tried(path: Path, state: str) -> str:
+    """Try to take the lock that rank 0 holds; return ``held`` if that is refused.
+
+    Parameters
+    ----------
+    path : the locked file
+    state : of rank 0, its result of `_held`, returned if it could not lock; else ""
+    """
+    if state and state != "held":
+        return state
     try:
         with path.open("r+", encoding="utf-8") as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

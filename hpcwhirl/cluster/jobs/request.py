@@ -1,4 +1,4 @@
-"""What a job script is asked to be, checked: nothing may break out of its place."""
+"""Options of a job script, checked so that no value can inject shell or directives."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.launch import MOST_SHARDS, parse_shard
 
-LAUNCHERS = {
+LAUNCHERS = {  # scheduler: launchers that it allows, the default first
     "slurm": ("mpirun", "mpiexec", "srun"),
     "pbs": ("mpirun", "mpiexec"),
     "lsf": ("mpirun", "mpiexec"),
@@ -20,32 +20,33 @@ WORD = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
 PLACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,:@/+=-]{0,199}")
 TIME = re.compile(r"(?:(\d{1,3})-)?(\d{1,3}):([0-5]\d):([0-5]\d)")
 WORDS = {"name": WORD, "partition": PLACE, "account": PLACE, "mpi": WORD, "pe": WORD}
-MOST_TASKS = 10_000_000
-LONGEST = 365 * 86400  # s
+MOST_TASKS = 10_000_000  # ranks of a job, at most
+LONGEST = 365 * 86400  # s, time limit of a job, at most
 
 
 @dataclass(frozen=True)
 class Request:
-    """A campaign as a job.
+    """Options of the job that runs a campaign.
 
     Attributes
     ----------
-    scheduler : one of `LAUNCHERS`
+    scheduler : a key of `LAUNCHERS`
     file, out : campaign file and directory, as `hpcwhirl campaign` takes them
-    ntasks : ranks of the job, of each element of an array
+    ntasks : number of ranks of the job; of an array, of each element
     time : time limit, ``[D-]HH:MM:SS``
-    nodes : to spread the ranks over; 0: as the scheduler likes
-    name : of the job
+    nodes : number of nodes to spread the ranks over; 0: the scheduler's choice
+    name : name of the job
     partition, account : queue and project; empty: the site's default
-    array : elements of an array job, a shard each; 0: no array
-    shard : ``I/N``, one shard as a job of its own
-    launcher : what starts the ranks; empty: the first of `LAUNCHERS`
-    mpi : for ``srun --mpi``; pe : parallel environment of Grid Engine
+    array : number of elements of an array job, one shard each; 0: no array
+    shard : ``I/N``, the single shard that this job computes; empty: all
+    launcher : program that starts the ranks; empty: the first of `LAUNCHERS`
+    mpi : value of ``srun --mpi``
+    pe : parallel environment of Grid Engine
     venv : virtual environment to activate
     modules : environment modules to load, in this order
-    requeues : how often it may be started again while there is more to do
-    warning : s before the time limit at which the campaign is told to stop
-    script : where the script will lie; empty: unknown
+    requeues : how often the job may be started again while there is more to do
+    warning : time before the limit at which the campaign is signalled to stop, s
+    script : path at which the script will lie; empty: unknown
     """
 
     scheduler: str
@@ -69,12 +70,12 @@ class Request:
     script: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what could not be written down safely, or not be meant.
+        """Check all options.
 
         Raises
         ------
         InputError
-            what, got, allowed
+            for values that are unsafe in a script, out of range, or contradictory
         """
         if self.scheduler not in LAUNCHERS:
             raise unknown("scheduler", self.scheduler, LAUNCHERS)
@@ -107,7 +108,7 @@ class Request:
             raise InputError(msg)
 
     def _check_together(self) -> None:
-        """Refuse options that do not go with one another or with the scheduler."""
+        """Refuse options that contradict each other or that the scheduler lacks."""
         allowed = LAUNCHERS[self.scheduler]
         if self.launcher and self.launcher not in allowed:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
@@ -132,17 +133,17 @@ class Request:
 
     @property
     def starts_with(self) -> str:
-        """The launcher."""
+        """Name of the program that starts the ranks."""
         return self.launcher or LAUNCHERS[self.scheduler][0]
 
     @property
     def seconds(self) -> int:
         """Time limit, s."""
-        found = TIME.fullmatch(self.time)
-        if found is None:
+        match = TIME.fullmatch(self.time)
+        if match is None:
             msg = f"--time must be [D-]HH:MM:SS, got {self.time!r}"
             raise InputError(msg)
-        days, hours, minutes, seconds = (int(part or 0) for part in found.groups())
+        days, hours, minutes, seconds = (int(part or 0) for part in match.groups())
         total = ((24 * days + hours) * 60 + minutes) * 60 + seconds
         if not 60 <= total <= LONGEST:
             msg = f"--time must be >= 00:01:00 and <= 365-00:00:00, got {self.time}"
@@ -151,11 +152,11 @@ class Request:
 
     @property
     def per_node(self) -> int:
-        """Ranks of a node, the last one's may be fewer; 0 where nodes are not given."""
+        """Ranks per node, on the last node perhaps fewer; 0 if `nodes` is 0."""
         return -(-self.ntasks // self.nodes) if self.nodes else 0
 
     def command(self) -> str:
-        """Return the command that prints this script again."""
+        """Return the `hpcwhirl job` command line that prints this script again."""
         words = ["hpcwhirl", "job", self.scheduler, self.file]
         for field in fields(self):
             value = getattr(self, field.name)

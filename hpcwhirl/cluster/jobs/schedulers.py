@@ -1,11 +1,11 @@
-"""What the schedulers differ in: directives, array index, and how a job comes again.
+"""Differences between schedulers: directives, array index, signals, requeueing.
 
 Sources: man pages sbatch, srun and scontrol of Slurm 22.05; qsub(1B) and qrerun(1B) of
 OpenPBS; IBM's reference of bsub (-wa, -wt, -Q); sge_submit(1) and queue_conf(5) of Son
 of Grid Engine 8.1.9; flux-batch(1), and flux-core's issues 5105 and 6729 on signals.
-Run for real, by `scripts/test_cluster.sh`: Slurm 22.05 and Son of Grid Engine 8.1.9, as
-Debian 12 has them, on one node. Scripts for PBS, LSF and Flux were run with stand-ins
-for their tools alone (`tests/test_jobs.py`), never by those schedulers.
+`scripts/test_cluster.sh` runs the scripts under Slurm 22.05 and Son of Grid Engine
+8.1.9, as in Debian 12, on one node. Scripts for PBS, LSF and Flux have run only with
+stand-ins for those schedulers' commands (`tests/cluster/test_jobs.py`).
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ Lines = list[str]
 
 @dataclass(frozen=True)
 class Scheduler:
-    """How one scheduler is spoken to.
+    """Interface of one scheduler, for `job_script`.
 
     Attributes
     ----------
-    sentinel : what a directive's line begins with
-    submit : the command that takes the script, before its path
-    index : shell expression of an array element's number, from 1
-    directives : of a request, without the sentinel
-    launch : of a request, shell words that start the ranks
-    again : of a request, shell lines that bring the job back; they may exit
-    stop : shell command that tells the running ranks to stop
-    traps : signals that come before the limit, and those that end the job for good
+    sentinel : beginning of a directive's line
+    submit : command that submits a script, to be followed by its path
+    index : shell expression for the number of an array element, from 1
+    directives : function from a request to its directives, without `sentinel`
+    launch : function from a request to the shell words that start the ranks
+    again : function from a request to shell lines that requeue the job; they may exit
+    stop : shell command that asks the running ranks to stop
+    traps : signals sent before the time limit, and signals that cancel the job
     opening : shell lines before all others
     """
 
@@ -48,7 +48,7 @@ class Scheduler:
 
 
 def clock(seconds: int) -> str:
-    """Return a duration as H:MM:SS, hours without bound."""
+    """Format a duration in s as HH:MM:SS; hours may exceed 24."""
     minutes, rest = divmod(seconds, 60)
     return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest:02d}"
 
@@ -83,20 +83,20 @@ def _slurm(request: Request) -> Lines:
 def _slurm_launch(request: Request) -> str:
     if request.starts_with != "srun":
         return _mpirun(request)
-    # All ranks end with 75 within moments of each other: the first must not have the
-    # others killed; but after a crash, what is left does not wait for ever.
+    # Ranks that stop exit with 75 one after the other: srun must not kill the others at
+    # the first exit. But if a rank crashes, the others are killed after 60 s.
     options = "--kill-on-bad-exit=0 --wait=60"
     return f'srun{f" --mpi={request.mpi}" if request.mpi else ""} {options} -n "$ranks"'
 
 
 def _slurm_again(request: Request) -> Lines:
-    # the first element's job number is the number of the whole array
-    own = '"$SLURM_JOB_ID"'
+    # of an array, SLURM_JOB_ID of one element is the number of the whole array
+    job = '"$SLURM_JOB_ID"'
     if request.array:
-        own = '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"'
+        job = '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"'
     return [
         'if [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_requeues" ]; then',
-        f"  scontrol requeue {own}",
+        f"  scontrol requeue {job}",
         "else",
         "  used_up",
         "fi",
@@ -124,8 +124,9 @@ def _pbs(request: Request) -> Lines:
 
 
 def _timed(request: Request) -> str:
-    # No warning to rely on. PBS: TERM comes with the limit, and KILL seconds later.
-    # Grid Engine: a job that has come again is killed at s_rt as if it were h_rt.
+    # `timeout` sends the warning, since the scheduler's is not reliable: PBS sends TERM
+    # only at the limit, and KILL seconds later; Grid Engine kills a requeued job at
+    # s_rt as if that were h_rt.
     limit = request.seconds - request.warning
     return f"timeout --foreground --preserve-status -s USR1 {limit} {_mpirun(request)}"
 
@@ -133,13 +134,14 @@ def _timed(request: Request) -> str:
 def _pbs_again(request: Request) -> Lines:
     if not request.script:
         return ["used_up"]
-    own = '"HPCWHIRL_REQUEUES=$((used + 1))'
+    variables = '"HPCWHIRL_REQUEUES=$((used + 1))'
     return [
         "used=${HPCWHIRL_REQUEUES:-0}",
         'if [ "$used" -lt "$most_requeues" ]; then',
         "  # qrerun is for operators: a new job goes on, an array's element by itself",
         f"  sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
-        f"    qsub -v {own}" + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
+        f"    qsub -v {variables}"
+        + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
         "else",
         "  used_up",
         "fi",
@@ -181,7 +183,13 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return how a job comes again by its exit code, counted in a file of its own."""
+    """Return the function `again` for schedulers that requeue a job by its exit code.
+
+    Parameters
+    ----------
+    job : shell text that identifies the job; its requeues are counted in a file
+    code : exit code by which the scheduler requeues
+    """
 
     def again(request: Request) -> Lines:
         del request
@@ -246,7 +254,7 @@ SCHEDULERS = {
     "flux": Scheduler(
         "# flux: ", "flux batch", "",
         _flux, lambda _: 'flux run -n "$ranks"', _flux_again,
-        # Flux itself hands USR1 on to the ranks; flux run would end of it.
+        # Flux itself forwards USR1 to the ranks; sent to flux run, it would end it
         stop='[ "$again" = yes ] || flux cancel --all', traps=("USR1", "TERM INT HUP"),
     ),
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""The job script: directives, environment, the campaign, and what follows on 75."""
+"""Text of a job script: directives, environment, campaign, requeueing on exit 75."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ ENVIRONMENT = """\
 set -u
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 mkdir -p "$out"
-# compiled once, kept for the next run; one rank a node fills it, all may write there
+# compiled kernels, kept for the next run; all ranks must be able to write there
 export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 """
 WAIT = """\
   running=$!
-  [ "$told" = no ] || stop  # told just now
-  while :; do  # a signal that is caught ends the wait, not what is waited for
+  [ "$told" = no ] || stop  # a signal came between the start and running=$!
+  while :; do  # a trapped signal ends `wait` although the ranks still run: wait again
     caught=no code=0
     wait "$running" || code=$?
     [ "$caught" = yes ] || break
   done
 """
 EARLY = """\
-# Told to stop before Python could hear it, ranks die of that: nothing is lost.
+# Ranks die of a signal that comes before Python handles it: nothing is lost, requeue.
 if [ "$told" = yes ]; then
   case $code in 0 | 1 | 2 | 70) ;; *) code=75 ;; esac
 fi
@@ -39,7 +39,7 @@ used_up() {
 
 
 def job_script(request: Request) -> str:
-    """Return the script of a request, whole, with a newline at its end."""
+    """Return the whole job script of a request."""
     scheduler = SCHEDULERS[request.scheduler]
     parts = [
         _head(request, scheduler),
@@ -94,18 +94,18 @@ def _work(request: Request, scheduler: Scheduler) -> str:
 
 
 def _traps(scheduler: Scheduler) -> str:
-    """Return what listens, from the first line on, to those who end the job."""
+    """Return the shell traps for signals that stop the job, set first of all."""
     warned, ended = scheduler.traps
     return _text([
-        f"# {warned}: the time is nearly over; stop, keep all, come again.",
-        f"# {ended}: someone ended the job; stop, keep all, leave it at that.",
+        f"# {warned}: the time limit is near; stop the campaign, then requeue the job.",
+        f"# {ended}: the job was cancelled; stop the campaign, do not requeue.",
         "running='' again=yes told=no",
         "# shellcheck disable=SC2317,SC2329  # the traps call it",
         "stop() {",
         "  caught=yes told=yes",
         '  [ -n "$running" ] || return 0',
         f"  {scheduler.stop} || true",
-        "  # once more: a process that is just being made may lose a signal",
+        "  # send it twice: a process that is just starting may lose a signal",
         f"  {{ sleep 3; {scheduler.stop}; }} >/dev/null 2>&1 &",
         "}",
         f"trap stop {warned}",
@@ -115,7 +115,7 @@ def _traps(scheduler: Scheduler) -> str:
 
 def _start(request: Request, scheduler: Scheduler) -> str:
     return _text([
-        "code=75  # as of what was told to stop before it began",
+        "code=75  # as if stopped, if a signal came before the campaign began",
         'if [ "$told" = no ]; then',
         "  # USR2, which some schedulers send to all, must not kill the ranks",
         f"  (trap '' USR2; exec {scheduler.launch(request)} \"${{work[@]}}\") &",

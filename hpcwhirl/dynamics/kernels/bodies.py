@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.contact import (
-    AMPLITUDE,
     COMPLEMENTARITY,
     ELEMENTS,
+    NEXT_LOOK,
     PULSE,
     RIGID,
     RUNNING,
@@ -19,11 +19,14 @@ from hpcwhirl.dynamics.kernels.contact import (
     book_contacts,
     complementarity,
     contact_space,
+    note_slip,
     place_on_elements,
     place_on_waves,
     pulse_of,
     read_ring,
     rigid_radial,
+    slips_now,
+    watch,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.opening import note_miss
@@ -37,6 +40,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
     predict,
     read,
     read_tips,
+    slide,
 )
 
 FLUSH_EVERY = 256  # steps; see `flush`
@@ -79,11 +83,14 @@ def read_gaps(u, radial, wall, ring, index, shape, turned, time, gaps):
 
 
 @njit(cache=True)
-def farthest(u, blades):
-    """Return the largest radial displacement of a tip, m."""
+def farthest(tips):
+    """Return the largest displacement of a tip, of both components, m.
+
+    tips : (N + 1, 2), m, the centre last
+    """
     most = 0.0
-    for j in range(blades):
-        most = max(most, abs(u[j]))
+    for j in range(len(tips) - 1):
+        most = max(most, math.hypot(tips[j, 0], tips[j, 1]))
     return most
 
 
@@ -125,12 +132,14 @@ def march_bodies(
     ----------
     steps : to take
     strides : steps between samples of the traces, and between rows of the evidence
-    limit : tip displacement that ends the run, at any step, m
+    limit : tip displacement that ends the run, of both components, see
+        `contact.watch`, m
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
-    wall, loading : `named.Wall`, `named.Load`
-    rotor, casing : of one kind, `named.ModalBody` or `named.DenseBody`
-    contact, state, tracks : `named.Contact`, `named.BodiesState`, `named.Tracks`
+    wall, loading : `kernel_types.Wall`, `kernel_types.Load`
+    rotor, casing : of one kind, `kernel_types.ModalBody` or `kernel_types.DenseBody`
+    contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
+        `kernel_types.Tracks`
     """
     w_rotor, compliance, ring = contact
     (
@@ -141,6 +150,7 @@ def march_bodies(
     b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
     u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
     gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
+    slid = np.zeros(blades)
     width = 4 if ring.kind == ELEMENTS else coordinates
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
@@ -159,8 +169,9 @@ def march_bodies(
         place_blades(ring, turned, index, shape)
         lowest = read_gaps(u, w, wall, ring, index, shape, turned, following, gaps)
         counter[STEP] += 1
-        if farthest(u, blades) > limit:
-            counter[STOP] = AMPLITUDE
+        if counter[STEP] >= counter[NEXT_LOOK]:
+            read_tips(rotor, b.following, u, tips)
+            watch(farthest(tips), limit, counter)
         if lowest < 0.0:
             space.have[:] = 0  # W changes as the blades pass
             active = complementarity(
@@ -177,6 +188,12 @@ def march_bodies(
                 space.right, space.where, active, older, touched, counter, ledger,
                 impulse, step,
             )  # fmt: skip
+            if slips_now(counter):
+                slid[:] = 0.0
+                slide(rotor, b, lam, own, inward, slid)
+                slide(casing, c, lam, index, shape, slid)
+                for j in range(blades):
+                    note_slip(slid[j], step, ledger)
         else:
             opened[:] = gaps
         if push != 0.0:

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare_kernel
-from hpcwhirl.dynamics.kernels.named import ConstantSpace, ContactSpace
-from hpcwhirl.dynamics.kernels.pivoting import pivot
+from hpcwhirl.dynamics.kernels.contact import contact_space
+from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace
+from hpcwhirl.dynamics.kernels.lemke import solve_singular
+from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
@@ -31,19 +33,21 @@ from hpcwhirl.dynamics.kernels.vectors import (
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_KEPT = 8  # numbers of blades
+REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
 
 
 @part
 def invert(a, stride, size):
     """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
 
-    Gauss-Jordan in order: sound where all pivots are positive, as a P-matrix's are.
+    Gauss-Jordan in order: sound where all pivots are positive, as a P-matrix's are, and
+    more than round-off.
     """
-    sound = True
+    sound, least = True, REGULAR * a[0]
     for c in range(size):
-        pivot = a[c * stride + c]
-        sound = sound and pivot > 0.0
-        inverse = 1.0 / pivot
+        own = a[c * stride + c]
+        sound = sound and own > 0.0 and own >= least
+        inverse = 1.0 / own
         a[c * stride + c] = 1.0
         for s in range(size):
             a[c * stride + s] *= inverse
@@ -95,10 +99,8 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
         np.zeros(padded), np.zeros(padded * padded),
         w[folded(blades, wide)].T.ravel(),
     ])  # fmt: skip
-    fallback = ContactSpace(
-        np.zeros(0), w.T.copy(), np.ones(blades, np.int64), np.zeros((blades, blades)),
-        np.zeros(blades), np.zeros(blades, np.int64), np.zeros(blades + 1, np.int64),
-    )  # fmt: skip
+    fallback = contact_space.py_func(blades, 0)
+    fallback.w[:], fallback.have[:] = w.T, 1
     work = [np.zeros(blades) for _ in range(3)]
     return ConstantSpace(
         push, known, inverse, rows, fallback.where, fallback, *work,
@@ -203,6 +205,20 @@ def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
     if size < 0:
         size = solve_any(gaps, row, blades, wide, space)
     return size
+
+
+@inlined
+def pivot(gaps, lam, opened, space):
+    """Solve as `contact.complementarity`, W being known already, each row of it."""
+    largest = begin(gaps, lam, space.active)
+    for attempt in range(3 * len(gaps) + 200):
+        size = gather(space.active, space.where)
+        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
+        if wrong == 0:
+            return size
+        if wrong < 0:
+            break
+    return solve_singular(gaps, lam, opened, space)
 
 
 @rare_kernel

@@ -4,11 +4,16 @@ Numba makes of every function one that Python can call, another for C, and machi
 of its own, optimised with all that it calls: at each level of the calls once more. A
 part has none of that: it is typed and lowered once, and optimised where it is linked.
 What numba itself inlines it copies and types anew at each place; LLVM inlines here.
+
+This leans on the inside of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions by
+`numba.njit` alone: the same bits, slower to compile and to run, for another processor,
+another release of numba, or a debugger.
 """
 
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -21,6 +26,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
 numba_njit: Any = njit  # its hints leave out the options that name entries
+PLAIN = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0") not in {"", "0"}
 ENTRY = "_ZN7cpython"  # the mangled name of what Python calls begins so
 
 
@@ -152,6 +158,8 @@ def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
 
     twin : how for compiled ones, `part` if not given
     """
+    if PLAIN:
+        return numba_njit(cache=True, error_model="numpy")(function)
     made = numba_njit(
         cache=True, forceinline=False, pipeline_class=KernelCompiler, **COMMON
     )(function)
@@ -164,6 +172,8 @@ def part(
     function: Any, *, inline: bool = False, compiler: type[Compiler] = PartCompiler
 ) -> Any:
     """Compile a function for other compiled functions alone: it makes no arrays."""
+    if PLAIN:
+        return numba_njit(error_model="numpy")(function)
     made = numba_njit(
         no_cpython_wrapper=True, forceinline=inline, pipeline_class=compiler, **COMMON
     )(function)

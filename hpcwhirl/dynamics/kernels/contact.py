@@ -18,13 +18,15 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
-from hpcwhirl.dynamics.kernels.named import ContactSpace
+from hpcwhirl.dynamics.kernels.kernel_types import ContactSpace
+from hpcwhirl.dynamics.kernels.lemke import solve_singular
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6  # m, the bound of all displacements; see `opening`
-ENTRIES = 7
+SLIP = 7  # m/s, the fastest tip along the casing, of all contacts; see `note_slip`
+ENTRIES = 8
 # energy, damping, pulse, impact, friction, rotation at the last sample, J
 CLOSED = 6
 # counter slots
@@ -33,10 +35,14 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # step of the certificate, steps jumped over, jumps
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence
-COUNTERS = 13
+NEXT_LOOK = 13  # step of it, see `watch`
+COUNTERS = 14
 # columns of the evidence: centre, energies, cumulative works; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7
+LOOK_EVERY = 32  # steps between two looks at how far tips are from where they belong
+SLIP_EVERY = 8  # steps with contact, of which one is looked at for its slip
+NEAR = 0.5  # share of the limit beyond which every step is looked at
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 # casings
@@ -164,7 +170,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     Return the number of active blades, the first of `where` in `space`, or -1 where
     no solution was found. Block principal pivoting from the penetrating set; after
     3 N exchanges, one index at a time from the last (Murty), which ends for any
-    P-matrix.
+    P-matrix. Where bodies have fewer modes than blades touch, `lemke`.
 
     Parameters
     ----------
@@ -173,7 +179,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     lam, opened : (N,), out: multipliers, N, and corrected gaps, m
     space : of `contact_space`; its transposed W is used as it is where `have` says so
     """
-    response, w, have, _, _, active, where = space
+    response, w, have, _, _, active, where, _, _, _ = space
     largest = begin(gaps, lam, active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(active, where)
@@ -182,9 +188,15 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
                 delassus_row(where[s], w_rotor, compliance, index, shape, response, w)
                 have[where[s]] = 1
         wrong = improve(gaps, size, lam, opened, attempt, largest, space)
-        if wrong <= 0:
-            return size if wrong == 0 else -1
-    return -1
+        if wrong == 0:
+            return size
+        if wrong < 0:
+            break
+    for j in range(len(gaps)):
+        if have[j] == 0:
+            delassus_row(j, w_rotor, compliance, index, shape, response, w)
+            have[j] = 1
+    return solve_singular(gaps, lam, opened, space)
 
 
 @njit(cache=True)
@@ -194,8 +206,11 @@ def contact_space(blades, coordinates):
         np.zeros(coordinates),
         np.zeros((blades, blades)),
         np.zeros(blades, np.int64),
-        np.zeros((blades, blades)),
+        np.zeros((blades, blades + 1)),
         np.zeros(blades),
+        np.zeros(blades, np.int64),
+        np.zeros(blades + 1, np.int64),
+        np.zeros(blades, np.int64),
         np.zeros(blades, np.int64),
         np.zeros(blades + 1, np.int64),
     )
@@ -223,6 +238,41 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
     ledger[IMPULSE] += total
     counter[LAST] = counter[STEP]
     counter[TOUCHED] += 1
+
+
+@inlined
+def watch(far, limit, counter):
+    """End the run where a tip is beyond the limit; say when to look again.
+
+    A run ends at the first such step, unless a displacement doubles in `LOOK_EVERY`
+    steps or the step is jumped over.
+
+    far : largest displacement of a tip, of both components, or a bound of all of them
+        below `NEAR` of the limit, m
+    """
+    if far > limit:
+        counter[STOP] = AMPLITUDE
+    soon = far > NEAR * limit
+    counter[NEXT_LOOK] = counter[STEP] + (1 if soon else LOOK_EVERY)
+
+
+@inlined
+def slips_now(counter):
+    """Return whether the last step has contact that is looked at for its slip."""
+    return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
+
+
+@part
+def note_slip(both, step, ledger):
+    """Keep the largest |v' - u_c'|, m/s, of tips in contact: motion alone, no Omega R.
+
+    Friction drags against the rotation as long as that is below |Omega| R. The
+    velocities are those that friction works on, of both sides of a step.
+
+    both : dt (v- + v+) of a blade's casing less that of its tip, along the rotation, m
+    """
+    speed = abs(both) / (2.0 * step)
+    ledger[SLIP] = max(ledger[SLIP], speed)
 
 
 @rare

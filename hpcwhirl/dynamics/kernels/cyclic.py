@@ -32,10 +32,11 @@ from hpcwhirl.dynamics.kernels.circulant import (
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
-    AMPLITUDE,
     COMPLEMENTARITY,
     IMPACT,
     LAST,
+    NEAR,
+    NEXT_LOOK,
     NEXT_TRY,
     PULSE,
     ROTATION,
@@ -44,10 +45,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     STOP,
     book_contacts,
     carried_by_wall,
+    note_slip,
     pulse_of,
+    slips_now,
+    watch,
 )
-from hpcwhirl.dynamics.kernels.flight import LESS, fly, total_of
-from hpcwhirl.dynamics.kernels.named import (
+from hpcwhirl.dynamics.kernels.flight import fly, total_of
+from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicSpace,
     CyclicState,
@@ -61,12 +65,13 @@ from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     pulse_work,
     push_pulse,
+    slip_of,
     to_gaps,
     write_wall,
 )
 from hpcwhirl.dynamics.kernels.samples import (
+    along_of,
     aside_space,
-    farthest,
     keep_between,
     put_aside,
     sample_cyclic,
@@ -158,9 +163,11 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     blades = len(state.impulse)
     k, wide = widths(blades)
     spectra = [np.zeros(2 * k)] * 5
-    one, two, three, four, five, rates = all_aligned([*spectra, np.zeros(2 * wide)])
+    one, two, three, four, five, rates, slip_b, slip_c = all_aligned(
+        [*spectra, np.zeros(2 * wide), np.zeros(4 * k), np.zeros(2 * k)]
+    )
     return CyclicSpace(
-        one, two, three, rates, (four, five), np.zeros(blades),
+        one, two, three, rates, (slip_b, slip_c), (four, five), np.zeros(blades),
         sample_space(state, blades, 2 * k),
         circulant_space(blades, wide, arrays.contact.column, state.known),
         aside_space(state),
@@ -185,29 +192,61 @@ def angle_of(wall, speed, time):
 @inlined
 def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
             sizes):  # fmt: skip
-    """Set a row of the gaps, at `time`, from the passes' spectra.
-
-    Return the lowest, and a bound of the tips' displacements, see `bound_of`.
-    """
-    tips = broadcast(0.0)
+    """Set a row of the gaps, at `time`, from the passes' spectra; return the lowest."""
     for c in range(0, 2 * sizes.k, FOUR):
-        part = load(out_b, c)
-        tips = tips + higher_of(part, broadcast(0.0) - part)
-        store(spectrum, c, part + load(out_c, c))
+        store(spectrum, c, load(out_b, c) + load(out_c, c))
     if sizes.ring_rows == 0 and wall.amplitude != 0.0:
         write_wall(wall, time, speed, slot, sign, spectrum)
-    lowest = to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
-    return lowest, total_of(tips)
+    return to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
 
 
 @inlined
-def bound_of(out_b, sizes):
-    """Return a bound of every tip's displacement: the 1-norm of its spectrum, m."""
-    tips = broadcast(0.0)
-    for c in range(0, 2 * sizes.k, FOUR):
-        part = load(out_b, c)
-        tips = tips + higher_of(part, broadcast(0.0) - part)
-    return total_of(tips)
+def one_norm(spectrum, width):
+    """Return a bound of what a spectrum is at any blade."""
+    total = broadcast(0.0)
+    for c in range(0, width, FOUR):
+        part = load(spectrum, c)
+        total = total + higher_of(part, broadcast(0.0) - part)
+    return total_of(total)
+
+
+@rare
+def farthest(limit, q, c_b, out_b, wave, sizes, work):
+    """Return the largest displacement of a tip, of both components, m.
+
+    Where a bound of all of them is below `NEAR` of the limit, that.
+
+    q, out_b : as predicted, and the radial spectrum of that; work : (2 k,) and two of
+        (2 wide,)
+    """
+    _, rows, _, k, wide = sizes
+    spectrum, outward, along = work
+    along_of(q, c_b, rows, k, spectrum)
+    bound = math.hypot(one_norm(out_b, 2 * k), one_norm(spectrum, 2 * k))
+    if not bound > NEAR * limit:
+        return bound
+    to_gaps(out_b, wave, 0.0, k, wide, outward, 0)
+    to_gaps(spectrum, wave, 0.0, k, wide, along, 0)
+    most = 0.0
+    for i in range(2 * wide):
+        most = max(most, math.hypot(outward[i], along[i]))
+    return most
+
+
+@rare
+def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
+    """Note the slip of each blade in contact in the step that has been ended.
+
+    slips : of rotor and ring, see `slip_of`; known : see `circulant`; work : (2 k,)
+    """
+    slip_of(slips[0], slips[1], k, work)
+    for s in range(known[len(last)]):
+        j = known[s]
+        if last[j] == counter[LAST]:
+            total = broadcast(0.0)
+            for c in range(0, 2 * k, FOUR):
+                total = fma(load(turns, j * 2 * k + c), load(work, c), total)
+            note_slip(total_of(total), step, ledger)
 
 
 @inlined
@@ -277,7 +316,8 @@ def march_differences(
     force, pulse, lobe = loading
     (c_b, _), (c_c, slot, sign), (_, turns, wave, _) = rotor, casing, contact
     s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    out_b, out_c, spectrum, _, _, before, sample, solver, _ = space
+    out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
+    looking = spectrum, rates, sample.again
     push, known, inverse, opening, where, _, _, _, _ = solver
     sizes = sizes_of(state)
     blades, rows, ring_rows, k, wide = sizes
@@ -285,8 +325,14 @@ def march_differences(
     recall(blades, wide, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
-        differences.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
-        differences.pass_ring(s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c)
+        differences.pass_rotor(
+            s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b, slips[0]
+        )
+        differences.pass_ring(
+            s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+        )
+        if slips_now(counter):
+            note_slips(slips, turns, known, last, step, k, spectrum, counter, ledger)
         thrust = pulse_of(counter[STEP] * step, force, pulse)
         counter[STEP] += 1
         time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
@@ -295,7 +341,7 @@ def march_differences(
                 s_c, c_c, ring_size, thrust, lobe, sign, angle_of(wall, speed, time),
                 counter, out_c, k,
             )  # fmt: skip
-        lowest, far = predict(
+        lowest = predict(
             out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
             sizes,
         )  # fmt: skip
@@ -321,10 +367,11 @@ def march_differences(
         if counter[STEP] % FLUSH_EVERY == 0:
             flush(s_b)
             flush(s_c)
-        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
-            counter[STOP] = AMPLITUDE
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0
+        if counter[STEP] >= counter[NEXT_LOOK]:
+            far = farthest(limit, s_b, c_b, out_b, wave, sizes, looking)
+            watch(far, limit, counter)
         if keep or judge:
             sample_differences(
                 step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
@@ -341,8 +388,8 @@ def march_flow(
     force, pulse, lobe = loading
     (c_b, _), (c_c, slot, sign), (_, turns, wave, flight) = rotor, casing, contact
     s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    out_b, out_c, spectrum, rates, _, before, sample, solver, _ = space
-    outs = out_b, out_c, spectrum, rates
+    out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
+    outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
     between = strides.traces % strides.evidence != 0  # traces end no jump
     push, known, inverse, opening, where, _, _, _, _ = solver
     sizes = sizes_of(state)
@@ -351,7 +398,7 @@ def march_flow(
     recall(blades, wide, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
-        jumped, far = False, 0.0
+        jumped = False
         if counter[STEP] >= counter[NEXT_TRY] and counter[LAST] != counter[STEP]:
             begun = counter[STEP]
             if between:
@@ -365,11 +412,17 @@ def march_flow(
                     begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns, wave,
                     flight, state, space, tracks, sizes,
                 )  # fmt: skip
-        if jumped:
-            far = bound_of(out_b, sizes)
-        else:
-            flow.pass_rotor(s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b)
-            flow.pass_ring(s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c)
+        if not jumped:
+            flow.pass_rotor(
+                s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b, slips[0]
+            )
+            flow.pass_ring(
+                s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+            )
+            if slips_now(counter):
+                note_slips(
+                    slips, turns, known, last, step, k, spectrum, counter, ledger
+                )
             thrust = pulse_of(counter[STEP] * step, force, pulse)
             counter[STEP] += 1
             time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
@@ -378,7 +431,7 @@ def march_flow(
                     s_c, c_c, ring_size, thrust, lobe, sign,
                     angle_of(wall, speed, time), counter, out_c, k,
                 )  # fmt: skip
-            lowest, far = predict(
+            lowest = predict(
                 out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
                 sizes,
             )  # fmt: skip
@@ -408,10 +461,11 @@ def march_flow(
             if counter[STEP] % FLUSH_EVERY == 0:
                 flush(s_b)
                 flush(s_c)
-        if far > LESS * limit and farthest(out_b, turns, blades, 2 * k) > limit:
-            counter[STOP] = AMPLITUDE
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0
+        if counter[STEP] >= counter[NEXT_LOOK]:
+            far = farthest(limit, s_b, c_b, out_b, wave, sizes, looking)
+            watch(far, limit, counter)
         if keep or judge:
             sample_flow(
                 step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,

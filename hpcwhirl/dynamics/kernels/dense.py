@@ -7,7 +7,7 @@ from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
-from hpcwhirl.dynamics.kernels.named import DenseBody
+from hpcwhirl.dynamics.kernels.kernel_types import DenseBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 
@@ -73,6 +73,17 @@ def collect(body, motion, lam, index, shape):
                 drag[tangential[index[j, a]]] += lam[j] * shape[j, a]
 
 
+@does(verbs.slide, DenseBody)
+def slide(body, motion, lam, index, shape, out):
+    """Of the coordinates."""
+    along, d, ahead = body.tangential, motion.d, motion.ahead
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            for a in range(index.shape[1]):
+                m = along[index[j, a]]
+                out[j] += shape[j, a] * (ahead[m] + d[m])
+
+
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
     """By the inverse."""
@@ -91,18 +102,24 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """By D; what the step led to is not needed any more and is work space."""
+    """By D and S; what the step led to is not needed any more and is work space."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]
     work[:] = 0.0
     apply_dense(body.damping, d, 1.0, work)
-    loss = 0.0
+    loss, given = 0.0, 0.0
     for i in range(len(q)):
         loss += d[i] * work[i]
+    if len(body.push) > 0:
+        work[:] = 0.0
+        apply_dense(body.push, q, 1.0, work)
+        for i in range(len(q)):
+            given += d[i] * work[i]
+    for i in range(len(q)):
         d[i] = ahead[i]
         q[i] += ahead[i]
-    lost[0] += loss / (4.0 * step)
+    lost[0] += loss / (4.0 * step) + 0.5 * given
 
 
 @does(verbs.energy, DenseBody)

@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     book_ring,
     book_rotor,
     item,
+    keep_slip,
     load_both,
     places,
     push_ring,
@@ -64,7 +65,8 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 
 
 @inlined
-def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums):
+def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
+                  slip):  # fmt: skip
     """Do `pass_rotor`, with or without contact."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
@@ -86,11 +88,13 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums):
         store(sums, 2 * width + col, loss)
         if touched:
             book_rotor(sums, width, col, push, works)
+            keep_slip(slip, width, col, works)
         store(out, col, spectrum)
 
 
 @inlined
-def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums):
+def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums,
+                 slip):  # fmt: skip
     """Do `pass_ring`, with or without contact."""
     size = rows * k
     for col in range(0, k, FOUR):
@@ -114,11 +118,12 @@ def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums):
         store(sums, 2 * k + col, loss)
         if touched:
             book_ring(sums, k, col, push, works)
+            keep_slip(slip, k, col, works)
         store_both(out, k, col, (real, imag))
 
 
 @inlined
-def pass_rotor(s, c, lam, rows, width, counter, out, sums):
+def pass_rotor(s, c, lam, rows, width, counter, out, sums, slip):
     """End a step of the rotor and predict the next.
 
     Parameters
@@ -130,26 +135,27 @@ def pass_rotor(s, c, lam, rows, width, counter, out, sums):
     out : (width,), out: sum over rows of gamma q
     sums : (3 width,): works of normal forces and of drag (twice, over mu), and the
         damping loss, by column
+    slip : (2 width,), out after a step with contact: what drag works on, see `slip_of`
     """
     now, then = places(counter, rows * width)
     if counter[LAST] == counter[STEP]:
-        rotor_columns(s, c, lam, rows, width, now, then, True, out, sums)
+        rotor_columns(s, c, lam, rows, width, now, then, True, out, sums, slip)
     else:
-        rotor_columns(s, c, lam, rows, width, now, then, False, out, sums)
+        rotor_columns(s, c, lam, rows, width, now, then, False, out, sums, slip)
 
 
 @inlined
-def pass_ring(s, c, lam, rows, k, counter, out, sums):
+def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
     """End a step of the ring and predict the next; as `pass_rotor`.
 
     s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
-    2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,)
+    2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,); slip : (2 k,)
     """
     now, then = places(counter, 2 * rows * k)
     if counter[LAST] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, True, out, sums)
+        ring_columns(s, c, lam, rows, k, now, then, True, out, sums, slip)
     else:
-        ring_columns(s, c, lam, rows, k, now, then, False, out, sums)
+        ring_columns(s, c, lam, rows, k, now, then, False, out, sums, slip)
 
 
 @inlined

@@ -31,6 +31,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     book_ring,
     book_rotor,
     item,
+    keep_slip,
     load_both,
     places,
     push_ring,
@@ -114,7 +115,8 @@ def book_passing(sums, k, col, push, passing):
 
 
 @inlined
-def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums):
+def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
+                  slip):  # fmt: skip
     """Do `pass_rotor`, with or without a step that waits, or contact."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
@@ -137,11 +139,13 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums):
         store(sums, 2 * width + col, loss)
         if touched:
             book_rotor(sums, width, col, push, works)
+            keep_slip(slip, width, col, works)
         store(out, col, spectrum)
 
 
 @inlined
-def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums):
+def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums,
+                 slip):  # fmt: skip
     """Do `pass_ring`, with or without a step that waits, or contact."""
     size = rows * k
     for col in range(0, k, FOUR):
@@ -167,31 +171,32 @@ def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums):
         if touched:
             book_ring(sums, k, col, push, works)
             book_passing(sums, k, col, push, passing)
+            keep_slip(slip, k, col, works)
         store_both(out, k, col, (real, imag))
 
 
 @inlined
-def pass_rotor(s, c, lam, rows, width, counter, out, sums):
+def pass_rotor(s, c, lam, rows, width, counter, out, sums, slip):
     """End a step of the rotor, if one waits, and predict; as in `differences`."""
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
-        rotor_columns(s, c, lam, rows, width, now, then, False, False, out, sums)
+        rotor_columns(s, c, lam, rows, width, now, then, False, False, out, sums, slip)
     elif counter[LAST] == counter[STEP]:
-        rotor_columns(s, c, lam, rows, width, now, then, True, True, out, sums)
+        rotor_columns(s, c, lam, rows, width, now, then, True, True, out, sums, slip)
     else:
-        rotor_columns(s, c, lam, rows, width, now, then, True, False, out, sums)
+        rotor_columns(s, c, lam, rows, width, now, then, True, False, out, sums, slip)
 
 
 @inlined
-def pass_ring(s, c, lam, rows, k, counter, out, sums):
+def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
     """End a step of the ring, if one waits, and predict; as in `differences`."""
     now, then = places(counter, 2 * rows * k)
     if counter[ENDED] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, False, False, out, sums)
+        ring_columns(s, c, lam, rows, k, now, then, False, False, out, sums, slip)
     elif counter[LAST] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, True, True, out, sums)
+        ring_columns(s, c, lam, rows, k, now, then, True, True, out, sums, slip)
     else:
-        ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums)
+        ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums, slip)
 
 
 @kernel

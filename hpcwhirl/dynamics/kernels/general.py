@@ -15,6 +15,8 @@ which reads its modal forces where a slot has the spectrum.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
@@ -25,18 +27,22 @@ from hpcwhirl.dynamics.kernels.circulant import (
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare
 from hpcwhirl.dynamics.kernels.contact import (
-    AMPLITUDE,
     COMPLEMENTARITY,
     FRICTION,
     IMPACT,
     LAST,
+    NEAR,
+    NEXT_LOOK,
     PULSE,
     ROTATION,
     RUNNING,
     STEP,
     STOP,
     book_contacts,
+    note_slip,
     pulse_of,
+    slips_now,
+    watch,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.cyclic import (
@@ -55,7 +61,13 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_ring,
     settle_rotor,
 )
-from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace, Wanted
+from hpcwhirl.dynamics.kernels.flight import total_of
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicState,
+    GeneralSpace,
+    Wanted,
+)
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -161,6 +173,61 @@ def sum_modes(rows, blade, q):
     return total
 
 
+@inlined
+def tip_of(rows, blade, q, modes):
+    """Return row `blade` of rows (N, modes) flat, times the first of q."""
+    at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
+    for m in range(0, modes, EIGHT):
+        even = fma(load(rows, at + m), load(q, m), even)
+        odd = fma(load(rows, at + m + FOUR), load(q, m + FOUR), odd)
+    return total_of(even + odd)
+
+
+@rare
+def farthest(limit, q, rotor, out):
+    """Return the largest displacement of a tip, of both components, m.
+
+    Where a bound of all of them is below `NEAR` of the limit, that.
+
+    q, out : as predicted, and the tips' radial places, folded, of that
+    """
+    most, reach, modes = broadcast(0.0), broadcast(0.0), len(rotor.reach)
+    for v in range(0, len(out), FOUR):
+        tip = load(out, v)
+        most = higher_of(most, higher_of(tip, broadcast(0.0) - tip))
+    for m in range(0, modes, FOUR):
+        size = higher_of(load(q, m), broadcast(0.0) - load(q, m))
+        reach = fma(load(rotor.reach, m), size, reach)
+    bound = math.hypot(total_of(most), total_of(reach))
+    if not bound > NEAR * limit:
+        return bound
+    far = 0.0
+    for j in range(len(rotor.radial) // modes):
+        outward = tip_of(rotor.radial, j, q, modes)
+        far = max(far, math.hypot(outward, tip_of(rotor.tangential, j, q, modes)))
+    return far
+
+
+@rare
+def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
+               ledger):  # fmt: skip
+    """Note the slip of each blade in contact in the step that has been ended.
+
+    slip_b : (2 m,), what the modal forces of friction do work on in its second half;
+    slip_c : (2 k,), see `passes.slip_of`
+    """
+    modes, width = len(slip_b) // 2, len(slip_c)
+    own = slip_b[modes:]
+    for s in range(known[len(last)]):
+        j = known[s]
+        if last[j] == counter[LAST]:
+            ring = broadcast(0.0)
+            for c in range(0, width, FOUR):
+                ring = fma(load(turns, j * width + c), load(slip_c, c), ring)
+            tip = tip_of(tangential, j, own, modes)
+            note_slip(tip + total_of(ring), step, ledger)
+
+
 @rare
 def write_tips(rotor, q, whole, tips):
     """Set tips (N + 1, 2): x_o, y_o, and if `whole` each blade's; rotating frame."""
@@ -182,7 +249,7 @@ def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, jud
     with `row` of those that were solved. space.wall : of a rigid casing, or 0
     """
     counter, ledger = state.counter, state.ledger
-    _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole = space
+    _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole = space
     settle_general(rotor.items, c_c, state, (t_b, t_c, end_b, end_c))
     m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
     energies = energies_of(t_b, rotor.items, t_c, c_c, counter[STEP] & 1, step)
@@ -213,11 +280,15 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(state.rotor) // ROTOR_STATE, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
-    sizes = [modes, width, blades, *map(len, bodies), width, 2 * wide, 2 * wide]
-    spare, spectrum, before, *sample = all_aligned([*map(np.zeros, sizes)])
+    own = [modes, width, 2 * modes, width, blades]
+    sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide]
+    (spare, spectrum, slip_b, slip_c, before, *sample) = all_aligned(
+        [*map(np.zeros, sizes)]
+    )
     solver = constant_space(blades, wide, arrays.contact.w, state.known)
     tips, ledger = np.zeros((blades + 1, 2)), np.zeros_like(state.ledger)
-    return GeneralSpace._make([spare, spectrum, before, solver, *sample, tips, ledger])
+    step = spare, spectrum, slip_b, slip_c, before
+    return GeneralSpace._make([*step, solver, *sample, tips, ledger])
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
@@ -232,6 +303,7 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
         ("read", rotor.read, 2 * wide * modes),
         ("radial", rotor.radial, blades * modes),
         ("tangential", rotor.tangential, blades * modes),
+        ("reach", rotor.reach, modes),
         ("w", arrays.contact.w, blades * blades),
     ]  # fmt: skip
 
@@ -241,16 +313,17 @@ def march_general(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks, space,
 ):  # fmt: skip
-    """March `steps` steps; see `bodies.march_bodies` and `named`.
+    """March `steps` steps; see `bodies.march_bodies` and `kernel_types`.
 
     space : of `general_space`
     """
     force, pulse, lobe = loading
-    c_b, gamma, radial, tangential, _ = rotor
+    c_b, gamma, radial, tangential, _, _ = rotor
     c_c, slot, sign = casing
     _, turns, wave = contact
     s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    spare, spectrum, before, solver, _, _, _, _, spectrum_of_wall, out, _, _, _ = space
+    spare, spectrum, slip_b, slip_c, before, solver = space[:6]
+    spectrum_of_wall, out = space.wall, space.out
     push, known, inverse, opening, where, _, _, _, _ = solver
     blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
     size, ring_size = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
@@ -259,8 +332,12 @@ def march_general(
     recall(blades, wide, solver)
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
-        pass_rotor(s_b, c_b, lam_b, 1, size, counter, spare, sums_b)
-        pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c)
+        pass_rotor(s_b, c_b, lam_b, 1, size, counter, spare, sums_b, slip_b)
+        pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c, slip_c)
+        if slips_now(counter):
+            note_slips(
+                slip_b, slip_c, tangential, turns, known, last, step, counter, ledger
+            )
         thrust = pulse_of(counter[STEP] * step, force, pulse)
         counter[STEP] += 1
         time, angle = counter[STEP] * step, 0.0
@@ -274,9 +351,7 @@ def march_general(
         row = counter[STEP] % 3 * 2 * wide
         to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
         read_tips(s_b, gamma, out)
-        lowest, far = close_gaps(out, gaps, row)
-        if far > limit:
-            counter[STOP] = AMPLITUDE
+        lowest, _ = close_gaps(out, gaps, row)
         if lowest < 0.0:
             active = solved(
                 gaps, row, lowest, blades, wide, push, known, inverse, opening,
@@ -301,6 +376,8 @@ def march_general(
             flush(s_c)
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0
+        if counter[STEP] >= counter[NEXT_LOOK]:
+            watch(farthest(limit, s_b, rotor, out), limit, counter)
         if keep or judge:
             for c in range(2 * k):
                 spectrum_of_wall[c] = 0.0

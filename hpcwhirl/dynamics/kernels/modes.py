@@ -6,7 +6,7 @@ from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
-from hpcwhirl.dynamics.kernels.named import ModalBody
+from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 
@@ -91,6 +91,19 @@ def collect(body, motion, lam, index, shape):
     """Through the rows of modes."""
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
+
+
+@does(verbs.slide, ModalBody)
+def slide(body, motion, lam, index, shape, out):
+    """Sum the modes."""
+    d, ahead = motion.d, motion.ahead
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            for a in range(index.shape[1]):
+                row, total = body.tangential[index[j, a]], 0.0
+                for m in range(len(d)):
+                    total += row[m] * (ahead[m] + d[m])
+                out[j] += shape[j, a] * total
 
 
 @does(verbs.meet, ModalBody)

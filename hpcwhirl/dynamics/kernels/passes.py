@@ -146,6 +146,27 @@ def book_rotor(sums, width, col, push, works):
 
 
 @inlined
+def keep_slip(slip, size, col, works):
+    """Keep the last two of works, of drag, of a column: slip (2 size,)."""
+    store(slip, col, works[-2])
+    store(slip, size + col, works[-1])
+
+
+@part
+def slip_of(slip_b, slip_c, k, spectrum):
+    """Set spectrum (2 k,): casing less tips along the rotation, dt (v- + v+), m.
+
+    slip_b : (4 k,), what Lambda and (im, -re) of it make work in the rotor; slip_c :
+    (2 k,), what re and im of it do in the ring
+    """
+    for c in range(0, k, FOUR):
+        real = load(slip_b, c) - load(slip_b, 3 * k + c)
+        imag = load(slip_b, k + c) + load(slip_b, 2 * k + c)
+        store(spectrum, c, real + load(slip_c, c))
+        store(spectrum, k + c, imag + load(slip_c, k + c))
+
+
+@inlined
 def book_ring(sums, k, col, push, works):
     """Enter the works of a column; as `book_rotor`."""
     normal_re, normal_im, drag_re, drag_im = works

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
 
+SINGULAR = 1e-12  # of the first pivot: what is less is round-off
+
 
 @part
 def solve_dense(matrix, right, size):
     """Solve in place by Gauss with partial pivoting; return whether it could."""
+    least = 0.0
     for c in range(size):
         p = c
         for r in range(c + 1, size):
@@ -17,7 +20,9 @@ def solve_dense(matrix, right, size):
             for s in range(c, size):
                 matrix[c, s], matrix[p, s] = matrix[p, s], matrix[c, s]
             right[c], right[p] = right[p], right[c]
-        if matrix[c, c] == 0.0:
+        if c == 0:
+            least = SINGULAR * abs(matrix[0, 0])
+        if not abs(matrix[c, c]) > least:
             return False
         inverse = 1.0 / matrix[c, c]
         matrix[c, c] = inverse
@@ -109,7 +114,7 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
 
     What violates complementarity is exchanged, and where nothing does, `lam` set.
     """
-    _, w, _, small, right, active, where = space
+    _, w, _, small, right, active, where, _, _, _ = space
     if not solve_active(gaps, w, where, size, opened, small, right):
         return -1
     whole = attempt < 3 * len(gaps)
@@ -118,15 +123,3 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
         for s in range(size):
             lam[where[s]] = right[s]
     return wrong
-
-
-@inlined
-def pivot(gaps, lam, opened, space):
-    """Solve as `complementarity`, W being known already, each row of it."""
-    largest = begin(gaps, lam, space.active)
-    for attempt in range(3 * len(gaps) + 200):
-        size = gather(space.active, space.where)
-        wrong = improve(gaps, size, lam, opened, attempt, largest, space)
-        if wrong <= 0:
-            return size if wrong == 0 else -1
-    return -1

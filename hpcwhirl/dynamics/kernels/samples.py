@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.flight import leap
 from hpcwhirl.dynamics.kernels.flow import column_sums, end_step, energies_of
-from hpcwhirl.dynamics.kernels.named import CyclicState, SampleSpace
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, SampleSpace
 from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -36,8 +36,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
     broadcast,
     element,
     fma,
+    fnma,
     load,
     root,
+    store,
 )
 
 ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")
@@ -74,13 +76,19 @@ def read_tips(q, c, hub, turns, width, work, tips):
             tips[j, direction] = at_blade(work, turns, j, width)
 
 
-@part
-def farthest(spectrum, turns, blades, width):
-    """Return the largest radial displacement of a tip, m, from the rotor's spectrum."""
-    most = 0.0
-    for j in range(blades):
-        most = max(most, abs(at_blade(spectrum, turns, j, width)))
-    return most
+@inlined
+def along_of(q, c, rows, k, out):
+    """Set out (2 k,): the spectrum of the tips' tangential places, counted negative."""
+    for col in range(0, k, FOUR):
+        real, imag = broadcast(0.0), broadcast(0.0)
+        for f in range(rows):
+            m = 2 * k * f + col
+            sr, si = load(c, m * ITEMS + SR * FOUR), load(c, m * ITEMS + SI * FOUR)
+            re, im = load(q, m), load(q, m + k)
+            real = fnma(si, im, fma(sr, re, real))
+            imag = fma(si, re, fma(sr, im, imag))
+        store(out, col, real)
+        store(out, k + col, imag)
 
 
 @inlined

@@ -75,6 +75,11 @@ def collect(body, motion, lam, index, shape):
     raise NotImplementedError
 
 
+def slide(body, motion, lam, index, shape, out):
+    """Add d' + d along the rotation of what each blade with lam > 0 reads, (N,), m."""
+    raise NotImplementedError
+
+
 def meet(body, motion, mu, ledger):
     """Correct `ahead` by the forces of contact and enter their work."""
     raise NotImplementedError

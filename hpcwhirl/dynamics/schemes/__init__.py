@@ -2,7 +2,7 @@
 
 A scheme is a row of `scene.schemes` and a file here of its name with `build(model,
 scene, beat)`, `beat` the steps between rows of evidence. A state is all that a resume
-needs, see `kernels.named`.
+needs, see `kernels.kernel_types`.
 """
 
 from __future__ import annotations

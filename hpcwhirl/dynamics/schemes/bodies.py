@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
-from hpcwhirl.dynamics.kernels.named import Arrays, BodiesState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState, CoupledBody
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
@@ -20,7 +20,8 @@ from hpcwhirl.scene import Scene
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     """Return a state at rest of two bodies."""
-    rotor, casing = len(arrays.rotor.keep), len(arrays.casing.keep)
+    own, casing = arrays.rotor, len(arrays.casing.keep)
+    rotor = int(own.starts[-1]) if isinstance(own, CoupledBody) else len(own.keep)
     gaps = np.full(model.blades, scene.gap)
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),

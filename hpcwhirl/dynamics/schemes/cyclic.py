@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
-from hpcwhirl.dynamics.kernels.named import CyclicSpace, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicSpace, CyclicState
 from hpcwhirl.dynamics.schemes.integrator import (
     Ended,
     Floats,
@@ -84,6 +84,8 @@ def is_cyclic(model: Model) -> bool:
 
     With one or two blades k = 1 is a simple harmonic that has both of the centre's
     coordinates, which the kernel has no place for; one of many sectors has no centre.
+    What rotation adds couples modes that it marches one by one.
     """
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    plain = plain or model.rotor.spin is not None
     return not plain and (model.blades > 2 or model.folds > 1)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any, cast
 
 import numpy as np
 
+import hpcwhirl.dynamics.kernels.coupled
 import hpcwhirl.dynamics.kernels.modes  # noqa: F401 - what modes do
 from hpcwhirl.dynamics.kernels import differences, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -15,7 +17,7 @@ from hpcwhirl.dynamics.kernels.general import (
     march_general,
     settle_general,
 )
-from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, GeneralSpace
 from hpcwhirl.dynamics.operators import modal_arrays
 from hpcwhirl.dynamics.schemes.bodies import two_bodies
 from hpcwhirl.dynamics.schemes.integrator import (
@@ -30,13 +32,23 @@ from hpcwhirl.dynamics.schemes.integrator import (
 )
 from hpcwhirl.dynamics.slots import ring_displacements
 from hpcwhirl.dynamics.tips import general_arrays
+from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return what marches a scene: in the static frame where the ring is elements."""
+    """Return what marches a scene.
+
+    In the static frame where the ring is elements, or rotation couples the modes.
+    """
+    if model.rotor.spin is not None:
+        place = np.argsort(by_diameter(model.rotor)[0])
+        return replace(
+            two_bodies(model, scene, modal_arrays(model, scene)),
+            displacements=lambda s, _: unfold(model, s.q_b[place], s.q_c),
+        )
     if isinstance(model.ring, RingOperator):
         return two_bodies(model, scene, modal_arrays(model, scene))
     return _turning(model, scene, general_arrays(model, scene))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.named import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import ring_amplitudes
@@ -40,14 +40,14 @@ class Integrator:
 
     Attributes
     ----------
-    kernel : march `steps` steps; see `bodies.march_bodies` for its arguments
+    kernel : march `steps` steps; see `kernels.bodies.march_bodies` for its arguments
     arrays : of the kernel
-    state : at rest, a `named.BodiesState` or `CyclicState`
+    state : at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     balance : state -> what the ledger needs beside its own entries
     displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
         the model's matrices, m
     casing_width : coordinates of the casing that the kernel copies at a sample
-    casing_waves : (copies (n, width), steps between them) -> `History.casing`
+    casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
     ended : of kernels in the frame that turns: state -> copies of bodies and sums, the
         step that waits ended and booked
     """

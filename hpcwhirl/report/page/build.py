@@ -16,16 +16,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError
-from hpcwhirl.regular import open_regular
-from hpcwhirl.report.page.data import Told, told_of
-from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.reading.excerpt import Excerpt
+from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.report.page.data import PageData, page_data
+from hpcwhirl.safe_open import open_regular
+from hpcwhirl.store.atomic import sweep_idle, write_whole
+from hpcwhirl.store.reading.results_file import Results
 
 NAME = "report.html"
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
-SCRIPTS = ("expression", "data", "words", "axes", "map", "charts", "case", "table",
-           "main")  # fmt: skip
+SCRIPTS = ("expression", "data", "words", "axes", "story", "refined", "map", "charts",
+           "case", "table", "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # within which that line stands
 
@@ -38,12 +38,16 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
     folder : directory of the campaign
     out : the file; `report.html` in the directory if None
     """
-    excerpt = Excerpt(folder)
-    if not len(excerpt):
-        msg = f"{excerpt.path} has no cases: nothing to show"
+    if folder.is_file():
+        msg = f"{folder} is a file: the directory of a campaign is wanted"
+        raise MissingFileError(msg)
+    results = Results(folder)
+    if not len(results):
+        msg = f"{results.path} has no cases: nothing to show"
         raise InputError(msg)
     path = out or folder / NAME
-    write_whole(path, page_of(told_of(excerpt)).encode())
+    sweep_idle(path.parent, path.name)  # of a process that was killed
+    write_whole(path, page_of(page_data(results)).encode(), held=True)
     return path
 
 
@@ -54,22 +58,23 @@ def is_stale(folder: Path, path: Path | None = None) -> bool:
             found = DIGEST.search(file.read(HEAD_BYTES))
     except OSError:
         return False
-    return not found or found[1].decode() != Excerpt(folder).digest()
+    with Results(folder) as results:
+        return not found or found[1].decode() != results.digest()
 
 
-def page_of(told: Told) -> str:
+def page_of(content: PageData) -> str:
     """Return the page."""
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
     parts = {
         "policy": _policy(scripts),
-        "digest": told.facts["digest"],
-        "title": html.escape(f"{told.facts['engine']}: hpcwhirl campaign"),
+        "digest": content.facts["digest"],
+        "title": html.escape(f"{content.facts['engine']}: hpcwhirl campaign"),
         "style": _asset("assets/page.css"),
-        "facts": _json(told.facts),
-        "columns": base64.b64encode(told.columns).decode(),
-        "traces": "".join(base64.b64encode(r).decode() for r in told.records),
+        "facts": _json(content.facts),
+        "columns": base64.b64encode(content.columns).decode(),
+        "traces": "".join(base64.b64encode(r).decode() for r in content.records),
         "scripts": "".join(f"<script>{text}</script>\n" for text in scripts),
     }
     frame = _asset("assets/page.html")

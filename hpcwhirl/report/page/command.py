@@ -14,6 +14,7 @@ from hpcwhirl.scene.files import SETS, flatten
 
 PROGRAM = "hpcwhirl run"  # of the scene that `run` takes where none is named
 START = "table2"
+TRACES = "output.traces"
 
 
 @cache
@@ -40,6 +41,8 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
     start = _start()
     names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
     told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
+    if TRACES not in swept and told.get(TRACES) == "summary":
+        del told[TRACES]  # who integrates one case again wants to see it
     for cause, effects in SETS.items():
         if told.get(cause):
             for name in effects:

@@ -1,4 +1,4 @@
-"""What the page of a campaign is told: facts as JSON, columns and traces as bytes."""
+"""The data in the page of a campaign: facts as JSON, columns and traces as bytes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.labels import axis_of
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.reading.excerpt import Excerpt
+from hpcwhirl.store.reading.credibility import find_credibility
+from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.shares import SHARE
+from hpcwhirl.store.results.cells import read_refined
 
 FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
@@ -32,7 +36,7 @@ DERIVED = {  # {name: (condition's language, unit, meaning)}
 
 
 @dataclass(frozen=True)
-class Told:
+class PageData:
     """The three parts of a page.
 
     Attributes
@@ -47,36 +51,55 @@ class Told:
     records: list[bytes]
 
 
-def told_of(excerpt: Excerpt) -> Told:
-    """Return what the page of a campaign is told."""
-    sizes, records, slots = _records(excerpt)
-    plan = excerpt.plan
-    table, data = _columns(excerpt, slots)
+def page_data(results: Results) -> PageData:
+    """Return the data in the page of a campaign."""
+    sizes, records, slots = _records(results)
+    plan = results.plan
+    table, data = _columns(results, slots)
     facts = {
         "engine": plan.engine,
-        "cases": len(excerpt),
-        "facts": {n: excerpt.facts[n] for n in FACTS if n in excerpt.facts},
-        "digest": excerpt.digest(),
-        "inputs": _inputs(excerpt),
+        "cases": len(results),
+        "facts": {n: results.attrs[n] for n in FACTS if n in results.attrs},
+        "digest": results.digest(),
+        "inputs": _inputs(results),
         "labels": {name: axis_of(name) for name in CHARTED},
-        "swept": [_swept(excerpt, name) for name in plan.swept],
+        "swept": [_swept(results, name) for name in plan.swept],
         "columns": table,
         "derived": {n: dict(zip(("is", "unit", "meaning"), d, strict=True))
                     for n, d in DERIVED.items()},
-        "messages": {i: m for i, m in enumerate(excerpt.columns["message"]) if m},
+        "messages": {i: m for i, m in enumerate(results["message"]) if m},
         "rules": rules.as_data(),
-        "thresholds": _thresholds(excerpt),
+        "thresholds": _thresholds(results),
+        "twins": str(find_credibility(results) or ""),
         "looks": {n: asdict(look) for n, look in SHOWN.items()},
         "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
+        "refined": _refined(results),
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
-        **_commands(excerpt),
+        **_commands(results),
     }  # fmt: skip
-    return Told(facts, data, records)
+    return PageData(facts, data, records)
 
 
-def _inputs(excerpt: Excerpt) -> list[dict[str, Any]]:
+def _refined(results: Results) -> dict[str, Any] | None:
+    """Return the cells and boundaries of a refined campaign."""
+    found = read_refined(results.path)
+    if found is None:
+        return None
+    return {
+        "over": found.over,
+        "scale": found.scale,
+        "corner": found.cells.corner.tolist(),
+        "speckle": (found.cells.state == STATES.index("speckle")).tolist(),
+        "panelOf": found.panel_of.tolist(),
+        "at": {name: values.tolist() for name, values in found.at.items()},
+        "points": found.panel.tolist(),
+        "lines": found.lines.tolist(),
+    }
+
+
+def _inputs(results: Results) -> list[dict[str, Any]]:
     """Return every input that all cases share, with its meaning."""
-    base, swept = excerpt.plan.base, excerpt.plan.swept
+    base, swept = results.plan.base, results.plan.swept
     return [
         {"name": name, "value": base[name], "meaning": meaning}
         for name, meaning in input_names().items()
@@ -84,9 +107,9 @@ def _inputs(excerpt: Excerpt) -> list[dict[str, Any]]:
     ]
 
 
-def _given(excerpt: Excerpt, name: str) -> list[Any]:
+def _given(results: Results, name: str) -> list[Any]:
     """Return a swept input's value in every case."""
-    plan = excerpt.plan
+    plan = results.plan
     return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
 
 
@@ -98,9 +121,9 @@ def _levels(values: list[Any]) -> dict[str, Any]:
     return levels
 
 
-def _swept(excerpt: Excerpt, name: str) -> dict[str, Any]:
+def _swept(results: Results, name: str) -> dict[str, Any]:
     """Return a swept input: its levels as values and as words of a command."""
-    levels = list(_levels(_given(excerpt, name)).values())
+    levels = list(_levels(_given(results, name)).values())
     return {
         "name": name,
         "variable": variable_name(name),
@@ -110,27 +133,27 @@ def _swept(excerpt: Excerpt, name: str) -> dict[str, Any]:
     }
 
 
-def _commands(excerpt: Excerpt) -> dict[str, Any]:
+def _commands(results: Results) -> dict[str, Any]:
     """Return how the page composes a case's command, and which it must be told."""
-    plan, swept = excerpt.plan, frozenset(excerpt.plan.swept)
+    plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
     )
     tail = "".join(f" {setting(n, v)}" for n, v in shared.items())
     told = {}
-    for case in range(len(excerpt)):
-        given = excerpt.settings(case)
+    for case in range(len(results)):
+        given = results.settings(case)
         if given_inputs(given, swept).keys() != swept | shared.keys():
             told[case] = command_of(given, swept)
     return {"program": PROGRAM, "tail": tail, "commands": told}
 
 
-def _thresholds(excerpt: Excerpt) -> list[dict[str, Any]]:
+def _thresholds(results: Results) -> list[dict[str, Any]]:
     """Return each threshold as stored beside the words, and as it is by default."""
     return [
         {
             "name": field.name,
-            "value": excerpt.facts.get(f"threshold_{field.name}", field.default),
+            "value": results.attrs.get(f"threshold_{field.name}", field.default),
             "default": field.default,
             "meaning": field.metadata["meaning"],
         }
@@ -139,25 +162,26 @@ def _thresholds(excerpt: Excerpt) -> list[dict[str, Any]]:
 
 
 def _columns(
-    excerpt: Excerpt, slots: NDArray[np.int32]
+    results: Results, slots: NDArray[np.int32]
 ) -> tuple[list[dict[str, Any]], bytes]:
     """Return (descriptions, bytes): evidence in 8 bytes, other numbers in 4."""
     evidence = set(rules.evidence_names())
     columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
-    for name, variable in (ROW | STATUS | PERFORMANCE).items():
+    shares = {n: quantity for n, quantity in SHARE.items() if n in results}
+    for name, variable in (ROW | STATUS | PERFORMANCE | shares).items():
         if name in LEFT_OUT:
             continue
         told: dict[str, Any] = {"name": name}
         told |= {"unit": variable.unit, "meaning": variable.meaning}
-        column = excerpt.columns[name]
+        column = results[name]
         if column.dtype.kind == "U":
             words, codes = np.unique(column, return_inverse=True)
             told["words"] = words.tolist()
             columns.append((told, codes.astype("<i4")))
         else:
             columns.append((told, column.astype("<f8" if name in evidence else "<f4")))
-    for name in excerpt.plan.swept:
-        values = _given(excerpt, name)
+    for name in results.plan.swept:
+        values = _given(results, name)
         place = {key: i for i, key in enumerate(_levels(values))}
         codes = np.array([place[json.dumps(value)] for value in values], "<i4")
         columns.append(({"name": f"level of {name}"}, codes))
@@ -180,22 +204,21 @@ def _packed(
     return table, b"".join(parts)
 
 
-def _records(excerpt: Excerpt) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
+def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     """Return (sizes, records, (cases,) number of each case's record, -1 for none).
 
     Beyond `MOST_RECORDS` every n-th of the cases with traces has one.
     """
-    columns = excerpt.columns
-    slots = np.full(len(excerpt), -1, "<i4")
-    whole = np.flatnonzero(columns["status"] == "ok")
-    whole = whole if set(NEEDED) <= set(excerpt.kept) else whole[:0]
+    slots = np.full(len(results), -1, "<i4")
+    whole = np.flatnonzero(results["status"] == "ok")
+    whole = whole if set(NEEDED) <= set(results.kept) else whole[:0]
     chosen = whole[:: max(-(-len(whole) // MOST_RECORDS), 1)]
     sizes = sizes_for(len(chosen))
     records: list[bytes] = []
-    for case, traces in excerpt.traces(chosen.tolist(), NEEDED):
+    for case, traces in results.each_traces(chosen.tolist(), NEEDED):
         if not np.isfinite(traces["centre"]).any():  # it kept none, others did
             continue
-        numbers = (columns[n][case] for n in ("speed", "window", "line_frequency"))
+        numbers = (results[n][case] for n in ("speed", "window", "line_frequency"))
         speed, window, line = (float(n) for n in numbers)
         slots[case] = len(records)
         records.append(record_of(traces, speed, window, line, sizes))

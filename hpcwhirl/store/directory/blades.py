@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.scene.files import MISTUNING
 from hpcwhirl.scene.quantities import BLADES, TUNED
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.table import listed
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from hpcwhirl.store.directory.journal import Record
 
 DETAIL = "output.traces"
-MISTUNING = "engine.rotor.mistuning"
 MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared
 LOOKED_AT = {"blades", "full"}
 

@@ -19,19 +19,18 @@ from hpcwhirl.errors import (
     shown,
 )
 from hpcwhirl.refinement.rule import check_change
-from hpcwhirl.regular import open_regular, read_regular
+from hpcwhirl.safe_open import open_regular, read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
 from hpcwhirl.scene.table import Table, is_table, listed
-from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.atomic import Check, anyone, write_whole
 
 NAME = "campaign.json"
-FORMAT = 5  # since plans are axes and lines of journals packed
-OLDER = 4  # every case listed, lines of JSON: read, too
+FORMAT = 6  # since journals are records of fixed size
 CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
 MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
-MARK = "measure's code"  # among the inputs: the mark of the function that gives them
+FINGERPRINT = "measure's code"  # among the inputs: of the function that gives them
 SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
 PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
 BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
@@ -85,11 +84,21 @@ class Manifest:
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
     """Return {dotted input: value} of a plan's `base`, without what stands beside."""
-    return {n: v for n, v in base.items() if n not in (CONTENT, PHYSICS, MARK, *BEYOND)}
+    return {
+        n: v
+        for n, v in base.items()
+        if n not in (CONTENT, PHYSICS, FINGERPRINT, *BEYOND)
+    }
 
 
-def write_manifest(folder: Path, plan: Manifest) -> None:
-    """Store the plan of a campaign directory, sealed."""
+def write_manifest(folder: Path, plan: Manifest, check: Check = anyone) -> None:
+    """Store the plan of a campaign directory, sealed.
+
+    Parameters
+    ----------
+    folder, plan : the directory and its plan
+    check : raises where the directory is no longer this process's, see `publish`
+    """
     data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
     if not plan.refine:
         del data["refine"]
@@ -102,7 +111,7 @@ def write_manifest(folder: Path, plan: Manifest) -> None:
         data |= {"digests": list(plan.digests), "settings": list(plan.settings)}
     text = json.dumps(data, indent=1)
     body = (text.removesuffix("\n}") + cases if cases else text).encode()
-    write_whole(folder / NAME, SEALED % _sha256(body) + body[2:])
+    write_whole(folder / NAME, SEALED % _sha256(body) + body[2:], check)
 
 
 def _sha256(body: bytes) -> bytes:
@@ -143,11 +152,9 @@ def _parsed(path: Path, text: bytes) -> Manifest:
     except (ValueError, RecursionError):
         msg = f"{path} is damaged: not valid JSON"
         raise StoreError(msg) from None
-    if not isinstance(data, dict) or data.get("format") not in (OLDER, FORMAT):
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
         found = data.get("format") if isinstance(data, dict) else None
-        msg = (
-            f"{path} has format {found!r:.40}, this program reads {OLDER} and {FORMAT}"
-        )
+        msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}"
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
@@ -252,7 +259,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
         raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
     own_kinds = [name for name in BEYOND if name in old.base]
     for name in dict.fromkeys([*new.base, *own_kinds]):
-        if name == MARK:  # who calls knows whether another function may go on
+        if name == FINGERPRINT:  # who calls knows whether another function may go on
             continue
         was, now = old.base.get(name), _values(new, name, old.swept)
         begun_before = name == PHYSICS and was is None
@@ -261,14 +268,22 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
             got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
             raise InputError(msg + f"got {got}: {own}")
     check_change(old.refine, new.refine, f"{folder}")
-    spreads = [plan.twins.get("spread") for plan in (old, new)]
-    if None not in spreads and spreads[0] != spreads[1]:
-        msg = f"{folder} was begun with [twins] spread = {shown(spreads[0])}, "
-        raise InputError(f"{msg}got {shown(spreads[1])}: {own}")
+    _check_twins(old.twins, new.twins, f"{folder} was begun with", own)
     file = _changed_file(old, new)
     if file:
         msg = f"{folder} was begun with another content of {file}: {own}"
         raise InputError(msg)
+
+
+def _check_twins(
+    old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
+) -> None:
+    """Raise InputError where twins of before are perturbed otherwise than new ones."""
+    for name, default in (("spread", {}), ("seed", 0)):
+        was, now = (twins.get(name, default) for twins in (old, new))
+        if old and new and was != now:
+            msg = f"{begun} [twins] {name} = {shown(was)}, got {shown(now)}: {own}"
+            raise InputError(msg)
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:

@@ -30,8 +30,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, unwritable
-from hpcwhirl.store.atomic import NEW
+from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.store.atomic import NEW, make_folders, telling
 from hpcwhirl.store.directory.process import begun, is_alive, machine
 
 FOLDER = "owners"
@@ -119,17 +119,16 @@ class Claim:
         MissingFileError
             where the directory cannot be written
         """
-        try:
+        with telling(f"in {self.folder}"):
             handle = self._make()
-        except OSError as failed:
-            msg = f"cannot write in {self.folder}: {failed.strerror}"
-            raise unwritable(msg, failed) from None
-        try:
-            with suppress(OSError):  # on a full disk it stands without its words
+            # on a full disk it stands without its words, whenever that is told
+            with suppress(OSError):
                 os.write(handle, _words())
-            return os.fstat(handle).st_mtime_ns
-        finally:
-            os.close(handle)
+            try:
+                return os.fstat(handle).st_mtime_ns
+            finally:
+                with suppress(OSError):
+                    os.close(handle)
 
     def _make(self) -> int:
         place = self.path.parent
@@ -145,7 +144,7 @@ class Claim:
     def _make_folders(self, place: Path) -> None:
         """Make `owners`, and for a campaign its directory, too."""
         if self.kind != RESULTS and not self.folder.exists():
-            self.folder.mkdir(parents=True, exist_ok=True)
+            make_folders(self.folder)
             self._made = [self.folder]
         place.mkdir(exist_ok=True)
 
@@ -165,6 +164,22 @@ class Claim:
     def held(self) -> bool:
         """Whether the claim still stands."""
         return self.path.exists()
+
+    def check(self) -> None:
+        """Refuse to publish anything once another process has taken over.
+
+        A process that was stopped longer than `STALE`, or whose machine was, goes on in
+        the belief that the directory is its own. What is left of the window is the time
+        between two system calls.
+
+        Raises
+        ------
+        StoreError
+            where the claim stands no more
+        """
+        if not self.held:
+            msg = f"nothing is written in {self.folder}: another process has taken over"
+            raise StoreError(msg + " meanwhile")
 
     def release(self) -> None:
         """End the claim."""
@@ -291,18 +306,18 @@ def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[C
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims in the way; dead ones are removed."""
+    """Return the living claims in the way; dead ones are removed, in the way or not."""
     found = []
     for other in owners(own.folder):
-        kind = other.path.name.partition(".")[0]
-        if other.path.name == own.path.name or not in_the_way(own.kind, kind):
+        if other.path.name == own.path.name:
             continue
-        if not asking.is_dead(other, now):
-            found.append(other)
+        counts = in_the_way(own.kind, other.path.name.partition(".")[0])
+        if not (asking if counts else Asking()).is_dead(other, now):
+            found += [other] * counts
             continue
         with suppress(OSError):
             other.path.unlink()
-        if not other.here:
+        if counts and not other.here:
             asking.say(f"taken over from {other}, which gives no sign of life")
     return found
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
+from hpcwhirl.planner.kinds import Grid, Refined
+from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.refinement.tree import CONFIRM
 from hpcwhirl.scene import preset_of
-from hpcwhirl.scene.quantities import REFINED, WHOLE, variable_name
+from hpcwhirl.scene.quantities import REFINED, variable_name
 from hpcwhirl.scene.quantity import Quantity
-from hpcwhirl.store.directory.journal import Record, scan
+from hpcwhirl.store.directory.completions import digest_of, family_of, planner_of
 from hpcwhirl.store.directory.manifest import Manifest, digests_of, read_manifest
-from hpcwhirl.store.directory.neighbours import at_boundary
-from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.schema import dtype
 
 PLACE = "place_"  # before the name of an input: the variable of a case's place along it
@@ -36,16 +36,13 @@ class RefinedPlan(Manifest):
     addresses : of each case
     family : of all cases that there may be
     growth : what is wanted, and the cells that tell why; None where rows tell it
+    twinned : addresses of the cases that have twins; none where rows tell it
     """
 
     addresses: list[Address] = field(default_factory=list)
     family: Family | None = None
     growth: Growth | None = None
-
-
-def family_of(plan: Manifest) -> Family:
-    """Return the cases that there may be in a refined campaign."""
-    return Family(rule_of(plan.refine), plan.settings, WHOLE)
+    twinned: frozenset[Address] = frozenset()
 
 
 def full_plan(folder: Path) -> Manifest:
@@ -57,57 +54,39 @@ def full_plan(folder: Path) -> Manifest:
         where it is no campaign directory, or its plan is damaged
     """
     plan = read_manifest(folder)
-    if not plan.refine:
+    return grown_plan(plan, planner_of(folder, plan)) if plan.refine else plan
+
+
+def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
+    """Return a plan with all cases that are wanted so far, in the order of rows."""
+    kind = planner.kind
+    if not isinstance(kind, Refined):
         return plan
-    rule = rule_of(plan.refine)
-
-    def word(record: Record) -> str | None:
-        return rule.word_of(record.get("row"))
-
-    return grown_plan(plan, scan(folder, word))
-
-
-def grown_plan(plan: Manifest, words: Mapping[str, str | None]) -> RefinedPlan:
-    """Return a plan with all cases that words ask for.
-
-    Parameters
-    ----------
-    plan : with the coarse cases
-    words : {digest: word of a case that has ended, None without one}
-    """
-    family, digest = family_of(plan), _digests(plan)
-    growth = family.growth(str(plan.twins.get("of", "")))
-    growth.feed(lambda address: words[digest(address)], list(growth.wanted))
-    return _extended(plan, family, growth.ordered(), digest, growth)
-
-
-def _digests(plan: Manifest) -> Callable[[Address], str]:
-    """Return the digests of cases by their addresses, each worked out once."""
-    family, find = family_of(plan), digests_of(plan)
-    known = dict(zip(family.coarse, plan.digests, strict=True))
-
-    def digest(address: Address) -> str:
-        if address not in known:
-            known[address] = find.planned(family.settings(address))
-        return known[address]
-
-    return digest
+    whole = _extended(plan, kind.family, kind.growth.ordered(), kind.digest)
+    with_twins = np.flatnonzero(planner.twinned).tolist()
+    twinned = {kind.family.address(planner.number(row)) for row in with_twins}
+    return replace(whole, growth=kind.growth, twinned=frozenset(twinned))
 
 
 def _extended(
     plan: Manifest,
     family: Family,
-    more: Iterable[Address],
-    digest: Callable[[Address], str],
-    growth: Growth | None = None,
+    more: Sequence[Address],
+    digest: Callable[[int], str],
 ) -> RefinedPlan:
-    more = list(more)
     whole = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
-    whole["digests"] = [*plan.digests, *map(digest, more)]
+    names = (digest(family.number(address)) for address in more)
+    whole["digests"] = [*plan.digests, *names]
     whole["settings"] = [*plan.settings, *map(family.settings, more)]
-    return RefinedPlan(
-        **whole, addresses=[*family.coarse, *more], family=family, growth=growth
-    )
+    return RefinedPlan(**whole, addresses=[*family.coarse, *more], family=family)
+
+
+def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
+    """Return the planner's row of each case of a plan that it has grown, (cases,)."""
+    if not isinstance(plan, RefinedPlan) or plan.family is None:
+        return np.arange(len(planner))
+    numbers = map(plan.family.number, plan.addresses)
+    return np.array([planner.row(case) for case in numbers], dtype=np.int64)
 
 
 def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
@@ -115,13 +94,10 @@ def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
 
     words : the regime of each case, "" for none
     """
-    found = np.ones(len(plan.digests), dtype=bool)
-    if isinstance(plan, RefinedPlan) and plan.growth is not None:
-        twinned = set(plan.growth.twinned)
-        return np.array([address in twinned for address in plan.addresses], dtype=bool)
-    if plan.twins.get("of") == "boundary":
-        found = at_boundary(plan.settings, plan.swept, words)
-    return found
+    if isinstance(plan, RefinedPlan):
+        return np.array([a in plan.twinned for a in plan.addresses], dtype=bool)
+    kind = Grid(plan.settings, plan.swept, plan.digests, plan.twins)
+    return kind.twinned(words)
 
 
 def dropped_of(plan: Manifest) -> int:
@@ -130,8 +106,12 @@ def dropped_of(plan: Manifest) -> int:
     return growth.dropped if growth else 0
 
 
-def plan_of_results(path: Path) -> Manifest:
+def plan_of_results(path: Path, file: h5py.File) -> Manifest:
     """Return the plan of a results file with the cases of its rows, in their order.
+
+    Parameters
+    ----------
+    path, file : the results file, and itself, open
 
     Raises
     ------
@@ -143,11 +123,10 @@ def plan_of_results(path: Path) -> Manifest:
         return plan
     family, coarse = family_of(plan), len(plan.digests)
     places = [PLACE + variable_name(name) for name in family.rule.over]
-    with reading(path), h5py.File(path, "r") as file:
-        if any(name not in file for name in ("fidelity", "panel", *places)):
-            return plan  # of before it was refined: other rows than the plan's
-        fidelity, panel = (file[n][coarse:] for n in ("fidelity", "panel"))
-        at = np.stack([file[name][coarse:] for name in places], axis=-1)
+    if any(name not in file for name in ("fidelity", "panel", *places)):
+        return plan  # of before it was refined: other rows than the plan's
+    fidelity, panel = (file[n][coarse:] for n in ("fidelity", "panel"))
+    at = np.stack([file[name][coarse:] for name in places], axis=-1)
     more = []
     for fid, number, row in zip(fidelity, panel, at, strict=True):
         sides = zip(family.lattice.sides, row.tolist(), strict=True)
@@ -157,7 +136,7 @@ def plan_of_results(path: Path) -> Manifest:
             raise StoreError(msg)
         level = family.lattice.level(point)
         more.append(Address(int(fid), level, int(number), point))
-    return _extended(plan, family, more, _digests(plan))
+    return _extended(plan, family, more, digest_of(plan, family))
 
 
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import MissingFileError
-from hpcwhirl.regular import read_regular
+from hpcwhirl.safe_open import read_regular
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.directory.listing import listed
 
@@ -26,7 +26,7 @@ def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") ->
 
 
 def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
-    """Return {run, rank, host, cases, busy, span, units} of each rank of each run.
+    """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
     In the order of the runs; busy, span in s. A run that was killed left no file, and
     a file that is not whole is left out: results do not depend on either.

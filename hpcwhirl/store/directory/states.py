@@ -1,6 +1,6 @@
 """States of cases on their way: a checksummed file each, replaced whole.
 
-The first line is sealed as a line of a journal: what the state belongs to, and name,
+The first line is sealed, see `lines`: what the state belongs to, and name,
 type and shape of every array. The arrays' bytes follow, little-endian, in that order.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError
-from hpcwhirl.regular import open_regular
+from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.directory.lines import Record, opened, sealed
 from hpcwhirl.store.directory.listing import listed

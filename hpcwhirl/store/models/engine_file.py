@@ -51,7 +51,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, MissingFileError, nearest, one_line
-from hpcwhirl.regular import check_regular
+from hpcwhirl.safe_open import check_regular
 from hpcwhirl.scene.files import check_bytes
 
 if TYPE_CHECKING:

@@ -10,9 +10,13 @@ Sizes and types are looked at before anything is read.
 
 from __future__ import annotations
 
+import math
+import os
+import resource
 import zipfile
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +25,15 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.regular import check_regular, open_regular
+from hpcwhirl.safe_open import check_regular, open_regular
 from hpcwhirl.store.models.engine_file import Given, check_chunks, check_link, readable
 
 Array = NDArray[Any]
 MOST_BYTES = 1 << 34  # of a file
 MOST_UNKNOWNS = 10_000_000
 MOST_ENTRIES = 300_000_000  # 3.6 GB of them, and places in 32 bits
+MEMORY = 3  # times its arrays that a matrix takes while it is made symmetric
+MARKET_BYTES = 16  # of an entry of a text, in memory: row, column, number
 SHORTEST = 2  # bytes of an entry as text: a digit and what parts it from the next
 SYMMETRIC = 1e-9  # relative to the largest entry
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
@@ -39,6 +45,7 @@ UNREADABLE = (
     ValueError,
     ArithmeticError,
     EOFError,
+    MemoryError,
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -94,12 +101,13 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
         raise source.wrong(name, "be symmetric", symmetry)
     _check_square(source, name, (rows, columns))
     _check_entries(source, name, entries, size // SHORTEST)
+    _check_memory(source, name, MARKET_BYTES * entries)
     return sparse.csr_array(mmread(source.file), dtype=np.float64)
 
 
 def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
     del size
-    names = [*PARTS, "shape", "format"]
+    names, bytes_told = [*PARTS, "shape", "format"], 0
     with open_regular(source.file) as file, zipfile.ZipFile(file) as archive:
         for part in names:
             if f"{part}.npy" not in archive.namelist():
@@ -108,6 +116,8 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
             kinds = PARTS.get(part, "iu" if part == "shape" else "SU")
             shape, kind = _header(archive, part)
             _check_part(source, f"{name}/{part}", shape, kind, kinds)
+            bytes_told += math.prod(shape) * kind.itemsize
+        _check_memory(source, name, bytes_told)
         file.seek(0)
         with np.load(file, allow_pickle=False) as held:
             arrays = {part: held[part] for part in names}
@@ -153,6 +163,8 @@ def _hdf5(source: _Source, name: str, size: int) -> sparse.csr_array:
             raise source.wrong(name, "be a group", "an array")
         for part in PARTS:
             _check_dataset(source, group, name, part)
+        sizes = (group[part].size * group[part].dtype.itemsize for part in PARTS)
+        _check_memory(source, name, sum(sizes))
         arrays = {part: group[part][()] for part in PARTS}
     return _compressed(source, name, arrays)
 
@@ -200,6 +212,30 @@ def _check_entries(
         raise source.wrong(name, f"have at most {MOST_ENTRIES} entries", count)
     if count > most:
         raise source.refusal(f"is cut short: {count} entries do not go into it")
+
+
+def _check_memory(source: _Source, name: str, size: int) -> None:
+    """Refuse arrays, by the bytes that their headers tell, beyond what is free."""
+    most = _free_memory() / MEMORY
+    if size > most:
+        allowed = (
+            f"have arrays of at most {most / 1e9:.2g} GB, 1/{MEMORY} of the memory"
+        )
+        raise source.wrong(name, f"{allowed} that is free", f"{size / 1e9:.2g} GB")
+
+
+def _free_memory() -> float:
+    """Return the bytes that this process may still take."""
+    page = resource.getpagesize()
+    free = float(os.sysconf("SC_AVPHYS_PAGES") * page)
+    with suppress(OSError):  # of Linux, which counts what it may give up, too
+        told = Path("/proc/meminfo").read_text().split()
+        free = 1024.0 * int(told[told.index("MemAvailable:") + 1])
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * page
+        most = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if most != resource.RLIM_INFINITY:
+            free = min(free, float(most - taken))
+    return free
 
 
 def _compressed(

@@ -2,89 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
-from hpcwhirl.errors import MissingFileError, StoreError, shown
+from hpcwhirl.errors import StoreError
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.hdf5 import DAMAGE, reading
-from hpcwhirl.store.reading.shares import GROUP as TWINS
-from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.results_file import attribute, results_of
 
 if TYPE_CHECKING:
     import xarray
 
 # of groups: what stands before their variables' names
 GROUPS = {"performance": "", "cells": "cell_", "boundaries": "boundary_"}
-
-
-def check_file(path: Path) -> None:
-    """Raise one clear line unless `path` is a whole results file of this format."""
-    if path.parent.is_file():
-        msg = f"{path.parent} is a file: the directory of a campaign is wanted"
-        raise MissingFileError(msg)
-    if not path.is_file():
-        msg = f"no results file {path}: run or gather the campaign first"
-        raise MissingFileError(msg)
-    try:
-        with h5py.File(path, "r") as file:
-            found = file.attrs.get("format")
-    except DAMAGE as failed:
-        msg = f"{path} is not a whole HDF5 file: {failed}"
-        raise StoreError(msg) from None
-    if not np.array_equal(found, FORMAT):
-        msg = f"{path} has format {shown(found)}, this program reads {FORMAT}"
-        raise StoreError(msg)
-
-
-def results_of(place: Path) -> Path:
-    """Return the results file of a directory, or the file itself."""
-    return place if place.is_file() else place / "results.h5"
-
-
-def words_in(file: h5py.Group, name: str) -> np.ndarray[Any, np.dtype[np.str_]]:
-    """Return the words of a variable by the file's own `flag_meanings`, (cases,).
-
-    Raises
-    ------
-    StoreError
-        where a value stands for no word
-    """
-    codes, meanings = file[name][:], file[name].attrs["flag_meanings"]
-    known = np.array(np.bytes_(meanings).decode().split())
-    if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
-        msg = f"{name} is damaged: it has a value that stands for no word"
-        raise StoreError(msg)
-    return np.asarray(known[codes])
-
-
-def count_statuses(path: Path) -> dict[str, int]:
-    """Return {status: cases}, `missing` among them, of a results file."""
-    check_file(path)
-    with reading(path), h5py.File(path, "r") as file:
-        found = Counter(words_in(file, "status").tolist())
-        return {name: found[name] for name in ENUMS["status"] if found[name]}
-
-
-def has_contact(path: Path) -> bool:
-    """Return whether blades touched in any case of a results file, or none ended."""
-    with reading(path), h5py.File(path, "r") as file:
-        ended = words_in(file, "status") == "ok"
-        return bool((file["contacts"][:][ended] > 0).any() or not ended.any())
-
-
-def count_failed_twins(path: Path) -> int:
-    """Return how many cases that gave a result have a twin that gave none."""
-    with reading(path), h5py.File(path, "r") as file:
-        if TWINS not in file:
-            return 0
-        bad = np.isin(words_in(file[TWINS], "status"), ("failed", "timeout", "crashed"))
-        return int((bad.any(axis=1) & (words_in(file, "status") == "ok")).sum())
 
 
 def open_results(path: Path | str) -> xarray.Dataset:
@@ -106,28 +38,24 @@ def open_results(path: Path | str) -> xarray.Dataset:
     MissingFileError, StoreError
         where there is no such file, or it is damaged
     """
-    place = Path(path)
-    place = place / "results.h5" if place.is_dir() else place
-    check_file(place)
-    with reading(place), ExitStack() as stack:
-        with h5py.File(place, "r") as file:
-            more = {n: front for n, front in GROUPS.items() if n in file}
-        root = stack.enter_context(_group(place, None))
-        merged = root
-        for name, front in more.items():
-            own = stack.enter_context(_group(place, name))
-            # its dimension `case` has its values in the root alone
-            own = own.drop_vars("case", errors="ignore")
-            merged = merged.merge(own.rename({n: f"{front}{n}" for n in own.data_vars}))
-        data = _decoded(merged.assign_attrs(root.attrs))
-        data.set_close(stack.pop_all().close)
+    from hpcwhirl.store.reading.xarray_store import groups_of
+
+    place = results_of(Path(path))
+    with reading(place):
+        found = groups_of(place, list(GROUPS))
+        root = merged = found.pop("")
+        try:
+            for name, own in found.items():
+                # its dimension `case` has its values in the root alone
+                more = own.drop_vars("case", errors="ignore")
+                front = {n: f"{GROUPS[name]}{n}" for n in more.data_vars}
+                merged = merged.merge(more.rename(front))
+            data = _decoded(merged.assign_attrs(root.attrs))
+        except BaseException:
+            root.close()
+            raise
+    data.set_close(root.close)
     return data
-
-
-def _group(place: Path, name: str | None) -> xarray.Dataset:
-    import xarray
-
-    return xarray.open_dataset(place, engine="h5netcdf", group=name, decode_cf=False)
 
 
 def _decoded(data: xarray.Dataset) -> xarray.Dataset:
@@ -138,6 +66,8 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
         if variable.dtype.kind == "S":  # xarray decodes it when it is asked for
             data[name].attrs["_Encoding"] = "utf-8"
     data = xarray.decode_cf(data, mask_and_scale=False, decode_times=False)
+    for attributes in (data.attrs, *(v.attrs for v in data.variables.values())):
+        attributes.update({n: attribute(value) for n, value in attributes.items()})
     for name in ENUMS.keys() & data.variables.keys():
         data[name] = _named(data[name])
     return data
@@ -153,8 +83,9 @@ def _named(variable: xarray.DataArray) -> xarray.DataArray:
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
     """Return the words of a variable such as `regime`, (cases,) of str.
 
-    Where xarray has masked a case (`Dataset.where`), the word is empty. Also takes the
-    integers of a file that something else has opened, by their `flag_meanings`.
+    Where xarray has masked a case (`xarray.Dataset.where`), the word is empty. Also
+    takes the integers of a file that something else has opened, by their
+    `flag_meanings`.
     """
     values = variable.to_numpy()
     if values.dtype.kind == "O":  # text, and NaN where xarray has masked it

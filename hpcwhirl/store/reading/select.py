@@ -11,17 +11,21 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene import input_names
-from hpcwhirl.scene.quantities import variable_name
+from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.units import in_si, measure, told_of
 
 if TYPE_CHECKING:
     import xarray
 
+    from hpcwhirl.store.reading.results_file import Results
+
 SAME = 1e-9  # relative difference of numbers that are one value
-MOST_TOLD = 8  # values in a message
+MOST_SHOWN = 8  # values in a message
+UNITS = {variable_name(name): quantity.unit for name, quantity in INPUTS.items()}
 Mask = NDArray[np.bool_]
 
 
-def swept_of(data: xarray.Dataset) -> list[str]:
+def swept_of(data: xarray.Dataset | Results) -> list[str]:
     """Return the variables of the swept inputs, in the order of the file."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
@@ -48,7 +52,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     return found[0]
 
 
-def told(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value as one writes it in a setting: the fewest digits that tell it."""
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
@@ -75,7 +79,8 @@ def where(
             msg = f"{option} must be NAME=VALUE, got '{text}'"
             raise InputError(msg)
         variable = variable_of(name.strip(), columns, f"input of {option}")
-        found = _equal(columns[variable], raw.strip(), f"{option} {variable}")
+        what, unit = f"{option} {variable}", UNITS.get(variable, "1")
+        found = _equal(columns[variable], raw.strip(), what, unit)
         admitted[variable] = admitted.get(variable, np.False_) | found
     if not admitted:
         return None
@@ -86,18 +91,20 @@ def where(
     return np.asarray(both)
 
 
-def _equal(values: NDArray[Any], raw: str, what: str) -> Mask:
+def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
     if values.dtype.kind in "OUS":
         raw = _numbered(values, raw)
         found = np.array([_same_text(str(value), raw) for value in values])
         if not found.any():
             raise unknown(f"value of {what}", raw, {str(v) for v in values})
         return found
-    parts = [_number(part, what) for part in raw.split(",")]
+    parts = [_number(part, what, unit) for part in raw.split(",")]
     each = [np.isclose(values, part, rtol=SAME, atol=0.0) for part in parts]
     for part, one in zip(parts, each, strict=True):
         if not one.any():
-            msg = f"{what} = {told(part)}: no case has it, {_nearest(values, part)}"
+            msg = (
+                f"{what} = {value_text(part)}: no case has it, {_nearest(values, part)}"
+            )
             raise InputError(msg)
     return np.asarray(np.logical_or.reduce(each))
 
@@ -109,7 +116,14 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
     return str(known.get(raw, raw))
 
 
-def _number(text: str, what: str) -> float:
+def number_of(text: str, variable: str, option: str) -> float:
+    """Return the number that an option gives an input, in SI."""
+    return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
+
+
+def _number(text: str, what: str, unit: str) -> float:
+    if measure(text):
+        return float(told_of(what, lambda: in_si(text, unit)))
     try:
         return float(text)
     except ValueError:
@@ -129,7 +143,7 @@ def _same_text(value: str, raw: str) -> bool:
 def _nearest(values: NDArray[Any], wanted: float) -> str:
     """Return all values of an input if few, else the nearest to the one wanted."""
     known = np.unique(values[np.isfinite(values)])
-    if len(known) <= MOST_TOLD:
-        return "known: " + ", ".join(map(told, known))
+    if len(known) <= MOST_SHOWN:
+        return "known: " + ", ".join(map(value_text, known))
     near = np.sort(known[np.argsort(abs(known - wanted))[:2]])
-    return "nearest: " + ", ".join(map(told, near))
+    return "nearest: " + ", ".join(map(value_text, near))

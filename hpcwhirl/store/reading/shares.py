@@ -1,4 +1,4 @@
-"""What a case's twins say of its word: the share of each word, with its interval."""
+"""The words that cases go by, and what their twins say of them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.quantity import Quantity
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import ENUMS, NO_REGIME, REGIMES
 
 CONFIDENCE = 0.95
 TWIN = "twin"  # dimension, and with an s the group of the twins' own rows
 GROUP = f"{TWIN}s"
 COUNT = "twin_count"
+MAJORITY = "word_majority"
 SURE = "word_share_sure"  # root attribute
 WITHOUT = ("failed", "missing")  # words of what gave no result
 ENDS = ("", "_low", "_high")
@@ -33,8 +34,22 @@ SHARE: dict[str, Quantity] = {
     COUNT: Quantity("1", "twins that gave a result", kind="i8"),
     **_quantities("word_share", "share of twins with the word of the case"),
 }
+SHARE[MAJORITY] = Quantity(
+    "1", "word of most among the case and its twins; its own where as many", kind="enum"
+)
 for _word in REGIMES:
     SHARE |= _quantities(f"share_{_word}", f"share of twins that are {_word}")
+
+
+def words_of(status: Words, outcome: Words, regime: Words) -> Words:
+    """Return the word of `SHOWN` that each case goes by, (cases,).
+
+    `scene.words.word_of` does it for one.
+    """
+    named = np.where(regime == "none", "unstable", regime)
+    named = np.where(np.isin(outcome, NO_REGIME), outcome, named)
+    without = np.where(status == "missing", "missing", "failed")
+    return np.asarray(np.where(status == "ok", named, without))
 
 
 @lru_cache(maxsize=65536)
@@ -71,4 +86,20 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
         pairs = zip(counts.tolist(), of.tolist(), strict=True)
         found = np.array([interval(*pair) for pair in pairs]).reshape(-1, 3)
         out |= {name + end: found[:, i] for i, end in enumerate(ENDS)}
-    return out
+    return out | {MAJORITY: _majority(own, twins, total)}
+
+
+def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]:
+    """Return the word that most of a case and its twins have, as it is stored.
+
+    Where others are as many as those of the case's own word, that counts; where it is
+    not among the most frequent, the first of them in the order of `ENUMS`.
+    """
+    known = ENUMS[MAJORITY]
+    votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])
+    votes[:, 0] = 0
+    first = votes.argmax(axis=1)
+    mine = np.array([known.index(w) if w in known else 0 for w in own.tolist()])
+    rows = np.arange(len(own))
+    found = np.where(votes[rows, mine] == votes[rows, first], mine, first)
+    return np.where((total > 0) & (mine > 0), found, 0).astype(np.int8)

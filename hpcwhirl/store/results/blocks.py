@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.inputs import end_time
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.rules import end_time
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.blades import amplification
-from hpcwhirl.store.directory.journal import Record, read_traces
-from hpcwhirl.store.directory.lines import USUAL
+from hpcwhirl.store.directory.journal import read_traces
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.many import columns
-from hpcwhirl.store.reading.shares import GROUP, TWIN_ROW, shares
-from hpcwhirl.store.reading.shown import words_of
-from hpcwhirl.store.results.contents import Contents, packed_of, records_of
+from hpcwhirl.store.directory.reader import Rows
+from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.reading.shares import GROUP, TWIN_ROW, shares, words_of
+from hpcwhirl.store.results.contents import Contents, parts_of
 from hpcwhirl.store.results.layout import stored, swept_extra
-from hpcwhirl.store.results.measured import measured_of, measured_row
+from hpcwhirl.store.results.measured import VALUES, WHY_NOT, measured_of
 from hpcwhirl.store.schema import dtype, encode, missing
 
 MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
 MOST_CASES = 1024
 Array = NDArray[Any]
 Block = dict[str, Array]  # by the path of the variable in the file
-NOTHING: frozenset[type] = frozenset()
-PLAIN = {"f8": frozenset({float, int}), "i8": frozenset({int})}
-ABSENT = object()  # from a row
+Parts = list[tuple[Array, Rows]]  # of some cases: which of them, their records
+MISSING = {"status": "missing", "message": "not computed yet"}  # without a record
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
@@ -62,58 +60,28 @@ def read_block(contents: Contents, cases: range) -> Block:
     StoreError, MissingFileError
         where a record or a trace is damaged
     """
-    if not contents.is_plain:
-        out = _by_rows(contents, cases, records_of(contents, cases))
-    else:
-        at, numbers, records = packed_of(contents, cases)
-        rest = np.setdiff1d(np.arange(len(cases)), at, assume_unique=True)
-        out = _by_rows(contents, [cases[i] for i in rest.tolist()], records)
-        if len(at):
-            out = _together(len(cases), (rest, out), (at, _by_numbers(numbers)))
-        out |= _traces(contents, cases, records)
+    plan, parts = contents.plan, list(parts_of(contents, cases))
+    out = _table(ROW | STATUS, parts, len(cases), "row.")
+    _fill(plan, cases, parts, out)
+    for name, column in _table(PERFORMANCE, parts, len(cases), "performance.").items():
+        out[f"performance/{name}"] = column
+    out |= _table(measured_of(plan), parts, len(cases), f"{VALUES}.")
+    out |= _blades(contents, cases, parts) | _twins(contents, cases, out)
     for name, column in contents.columns.items():
         out[name] = column[cases.start : cases.stop]
-    return out | _swept(contents.plan, cases)
+    return out | _traces(contents, len(cases), parts) | _swept(plan, cases)
 
 
-def _by_rows(
-    contents: Contents, cases: Sequence[int], records: dict[int, Record]
-) -> Block:
-    """Return the columns of cases from their records; of a range, all there are."""
-    plan = contents.plan
-    rows = [row_of(plan, case, records.get(case)) for case in cases]
-    out = _table(ROW, rows) | _table(STATUS, [_status(records.get(c)) for c in cases])
-    spent = [records[case]["performance"] if case in records else {} for case in cases]
-    for name, column in _table(PERFORMANCE, spent).items():
-        out[f"performance/{name}"] = column
-    if contents.is_plain or not isinstance(cases, range):
-        return out
-    out |= _blades(contents, rows, records, cases)
-    own = [measured_row(records.get(case)) for case in cases]
-    out |= _table(measured_of(plan), own)
-    return out | _twins(contents, cases, out) | _traces(contents, cases, records)
-
-
-def _by_numbers(numbers: Array) -> Block:
-    """Return the columns of cases whose lines are packed."""
-    out = columns(ROW, numbers, "row")
-    for name, column in columns(PERFORMANCE, numbers, "performance").items():
-        out[f"performance/{name}"] = column
-    usual = [encode(n, q, str(USUAL[n])) for n, q in STATUS.items()]
-    for (name, quantity), value in zip(STATUS.items(), usual, strict=True):
-        out[name] = np.full(len(numbers), value, dtype=dtype(quantity))
-    return out
-
-
-def _together(
-    count: int, one: tuple[Array, Block], other: tuple[Array, Block]
-) -> Block:
-    """Return columns of so many cases, of which either knows some."""
-    out: Block = {}
-    for name, column in other[1].items():
-        out[name] = np.empty(count, dtype=column.dtype)
-        out[name][one[0]], out[name][other[0]] = one[1][name], column
-    return out
+def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
+    """Tell of cases without a record that they are missing; without a row, inputs."""
+    none = np.ones((2, len(cases)), dtype=bool)
+    for at, rows in parts:
+        none[0, at], none[1, at] = False, ~rows.has_any("row")
+    for name, text in MISSING.items():
+        out[name][none[0]] = encode(name, STATUS[name], text)
+    for place in np.flatnonzero(none[1]).tolist():
+        for name, value in inputs_of(plan, cases[place]).items():
+            out[name][place] = encode(name, ROW[name], value)
 
 
 def _swept(plan: Manifest, cases: range) -> Block:
@@ -128,14 +96,17 @@ def _swept(plan: Manifest, cases: range) -> Block:
 
 def _twins(contents: Contents, cases: range, own: Block) -> Block:
     """Return the rows of twins, {`twins/NAME`: (cases, twins)}, and their shares."""
-    count = contents.twins.shape[1]
-    if not count:
+    if not contents.twins:
         return {}
     parts = []
-    for twin in range(1, count + 1):
-        found = records_of(contents, cases, twin)
-        rows = [_twin_row(found.get(case)) for case in cases]
-        parts.append(_table(TWIN_ROW, rows))
+    for twin in range(1, 1 + contents.twins):
+        found = list(parts_of(contents, cases, twin))
+        part = _table(TWIN_ROW, found, len(cases), "row.")
+        there = np.zeros(len(cases), dtype=bool)
+        for at, _ in found:
+            there[at] = True
+        part["status"][~there] = encode("status", STATUS["status"], MISSING["status"])
+        parts.append(part)
     out = {
         f"{GROUP}/{n}": np.stack([part[n] for part in parts], axis=1) for n in TWIN_ROW
     }
@@ -146,41 +117,35 @@ def _twins(contents: Contents, cases: range, own: Block) -> Block:
     return out | shares(mine, theirs)
 
 
-def _twin_row(record: Record | None) -> dict[str, Any]:
-    """Return the row of a twin and its status; what is not to be is missing."""
-    known = record or {"status": "missing"}
-    return dict(known.get("row") or {}) | {"status": known["status"]}
-
-
 def _words(codes: Array, name: str) -> Array:
     return np.array(ENUMS[name])[codes]
 
 
-def _blades(
-    contents: Contents,
-    rows: list[dict[str, Any]],
-    records: dict[int, Record],
-    cases: range,
-) -> Block:
+def _blades(contents: Contents, cases: range, parts: Parts) -> Block:
     """Return the variables of blades, if the plan has any."""
-    table, tuned_of = contents.blades, contents.tuned
-    if "amplification" in table:
-        first = {tuned_of[case]: None for case in cases if case in tuned_of}
-        tuned = {t: records_of(contents, range(t, t + 1)).get(t) for t in first}
-        for case, row in zip(cases, rows, strict=True):
-            beside = tuned.get(tuned_of.get(case, -1))
-            row.update(amplification(records.get(case), beside))
-    return _table(table, rows)
+    out = _table(contents.blades, parts, len(cases), "row.")
+    if "amplification" in out:
+        tuned = {
+            i: contents.tuned[c] for i, c in enumerate(cases) if c in contents.tuned
+        }
+        beside = [*dict.fromkeys(tuned.values())]
+        theirs = _records(parts_of(contents, beside))
+        own = _records(parts)
+        for place, case in tuned.items():
+            other = theirs.get(beside.index(case))
+            for name, value in amplification(own.get(place), other).items():
+                out[name][place] = value
+    return out
 
 
-def _status(record: Record | None) -> dict[str, Any]:
-    return record or {"status": "missing", "message": "not computed yet"}
+def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
+    """Return {place among the cases: record}."""
+    return {place: rows.record(number) for at, rows in parts
+            for number, place in enumerate(at.tolist())}  # fmt: skip
 
 
-def row_of(plan: Manifest, case: int, record: Record | None) -> dict[str, Any]:
-    """Return the row of a case; without a result, what is known: its inputs."""
-    if record and record.get("row"):
-        return dict(record["row"])
+def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
+    """Return what of a row is known of a case without a result: its inputs."""
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]
@@ -189,39 +154,51 @@ def row_of(plan: Manifest, case: int, record: Record | None) -> dict[str, Any]:
     return {name: short[name] for name in ROW if name in short}
 
 
-def _table(table: dict[str, Quantity], rows: list[dict[str, Any]]) -> Block:
-    """Return the columns of a table from rows, of which some may lack some names."""
-    return {name: _column(name, variable, rows) for name, variable in table.items()}
+def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
+    """Return the columns of a table of so many cases, as they are stored.
 
-
-def _column(name: str, variable: Quantity, rows: list[dict[str, Any]]) -> Array:
-    """Return a column; numbers of the type it has are put there all at once.
-
-    Whatever else stands in a row goes through `encode`, which may refuse it.
+    of : before the names of its fields, but for those of a record itself
     """
-    kind = dtype(variable)
-    try:
-        values = [row[name] for row in rows]
-        types = set(map(type, values))
-    except KeyError:
-        values, types = [row.get(name, ABSENT) for row in rows], {object}
-    if types <= PLAIN.get(variable.kind, NOTHING):
-        return np.array(values, dtype=kind)
-    if types == {str}:
-        of = {value: encode(name, variable, value) for value in set(values)}
-        return np.array([of[value] for value in values], dtype=kind)
-    empty = missing(variable)
-    each = (empty if v is ABSENT else encode(name, variable, v) for v in values)
-    return np.array(list(each), dtype=kind)
+    out: Block = {}
+    for name, quantity in table.items():
+        out[name] = np.full(count, missing(quantity), dtype=dtype(quantity))
+        key = name if name in STATUS or name == WHY_NOT else f"{of}{name}"
+        for at, rows in parts:
+            out[name][at] = _column(rows, key, name, quantity)
+    return out
 
 
-def _traces(contents: Contents, cases: range, records: dict[int, Record]) -> Block:
+def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
+    """Return the values of a field as they are stored, (records,).
+
+    Raises
+    ------
+    InputError
+        where one is a word that this version does not know
+    """
+    out = np.full(len(rows), missing(quantity), dtype=dtype(quantity))
+    has, words = rows.has(key), rows.header.layout.words.get(key)
+    if has.any():
+        values = rows.slots[key][has]
+        if words is not None:
+            known = np.zeros(len(words), dtype=out.dtype)
+            for code in np.unique(values):
+                known[code] = encode(name, quantity, str(words[code]))
+            values = known[values]
+        out[has] = values
+    for record, value in rows.others.get(key, {}).items():
+        out[record] = encode(name, quantity, value)
+    return out
+
+
+def _traces(contents: Contents, count: int, parts: Parts) -> Block:
     shapes = contents.trace_shapes()
-    out = {name: np.full((len(cases), *s), np.nan) for name, s in shapes.items()}
-    for case, record in records.items():
-        if record.get("traces"):
-            for name, values in read_traces(contents.folder, record["traces"]).items():
+    out = {name: np.full((count, *s), np.nan) for name, s in shapes.items()}
+    for at, rows in parts:
+        for number in np.flatnonzero(rows.has_any("traces")).tolist():
+            block = rows.record(number)["traces"]
+            for name, values in read_traces(contents.folder, block).items():
                 if name in out:
-                    into = out[name][case - cases.start]
+                    into = out[name][at[number]]
                     into[tuple(map(slice, values.shape))] = values
     return out

@@ -5,10 +5,11 @@
   `level`, `state` (even: words alike; mixed; speckle) and whether its corners are
   `confirmed`. Attributes: what is refined (`over`), on which `scale`, by which `words`,
   and how many cases a budget has left out (`dropped`).
-- `boundaries`: points where words change, see `refinement.boundary.Boundaries`, by the
-  names of the refined inputs; `line_begin` and `line_end` are the points that lines
-  join, where two inputs are refined. Attributes tell by which words, `classify` writes
-  them anew.
+- `boundaries`: points near which words change, by the names of the refined inputs: the
+  middles of edges, somewhere within which, `low` ... `high` of the input `along` which
+  they lie, words change, see `refinement.boundary.Boundaries`; `line_begin` and
+  `line_end` are the points that lines join, where two inputs are refined. Attributes
+  tell by which words, `classify` writes them anew.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import (
-    EVIDENCE,
     STATES,
     Boundaries,
     Cases,
@@ -36,14 +36,13 @@ from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.refinement.tree import CONFIRM, Node, Tree
 from hpcwhirl.scene.quantities import AXES, INPUTS, variable_name
 from hpcwhirl.scene.quantity import Quantity
-from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.scene.words import ENUMS, NO_REGIME
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import RefinedPlan, dropped_of
-from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.reading.reader import words_in
+from hpcwhirl.store.hdf5 import reading, utf8
+from hpcwhirl.store.reading.results_file import words_in
 
 CELLS, BOUNDARIES = "cells", "boundaries"
-THRESHOLD = "threshold_"
 TOLD = {
     "corner": Quantity("1", "case at a corner, -1: none", kind="i8"),
     "panel": Quantity("1", "number of the panel", kind="i8"),
@@ -51,10 +50,8 @@ TOLD = {
     "state": Quantity("1", "whether words at its corners differ", kind="enum"),
     "confirmed": Quantity("1", "1 if all corners are confirmed", kind="i8"),
     "along": Quantity("1", "refined input along which the edge lies, -1: none"),
-    "low": Quantity("1", "of that input where the edge begins, in its unit"),
-    "high": Quantity("1", "where it ends"),
-    "error": Quantity("1", "standard error of evidence, or half the edge"),
-    "placed": Quantity("1", "1 if evidence places the point, 0: middle of the edge"),
+    "low": Quantity("1", "of that input, in its unit: from here ..."),
+    "high": Quantity("1", "... to here: within lies a change of word"),
     "before": Quantity("1", "case at the begin of the edge, -1: none"),
     "behind": Quantity("1", "case at its end, -1: none"),
     "line_begin": Quantity("1", "point from which a line leads"),
@@ -140,7 +137,6 @@ def define_cells(
     file: h5py.File,
     plan: Manifest,
     rows: Mapping[str, NDArray[Any]],
-    limits: Mapping[str, Any],
 ) -> None:
     """Write both groups, small and known before any case is read again.
 
@@ -148,8 +144,7 @@ def define_cells(
     ----------
     file : opened for writing, by one process or by all
     plan : of the campaign; where it is not refined, nothing is written
-    rows : {variable: (cases,)}, words and evidence
-    limits : root attributes, thresholds among them
+    rows : {variable: (cases,)}, words, refined inputs and fidelity
     """
     cells = cells_of(plan)
     if cells is None:
@@ -158,22 +153,21 @@ def define_cells(
     for name in ("corner", "panel", "level", "state", "confirmed"):
         _put(group, name, getattr(cells, name), CELLS)
     group["state"].attrs["flag_values"] = np.arange(len(STATES), dtype="i1")
-    group["state"].attrs["flag_meanings"] = np.bytes_(" ".join(STATES))
+    group["state"].attrs["flag_meanings"] = utf8(" ".join(STATES))
     rule = rule_of(plan.refine)
-    group.attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
-    group["corner"].attrs["over"] = np.bytes_(" ".join(map(variable_name, rule.over)))
-    group.attrs["over_dotted"] = np.bytes_(" ".join(rule.over))
-    group.attrs["scale"] = np.bytes_(" ".join(rule.scale))
-    group.attrs["words"] = np.bytes_(rule.words)
+    group.attrs["over"] = utf8(" ".join(map(variable_name, rule.over)))
+    group["corner"].attrs["over"] = utf8(" ".join(map(variable_name, rule.over)))
+    group.attrs["over_dotted"] = utf8(" ".join(rule.over))
+    group.attrs["scale"] = utf8(" ".join(rule.scale))
+    group.attrs["words"] = utf8(rule.words)
     group.attrs["dropped"] = np.int64(dropped_of(plan))
-    _define_boundaries(file, cells, rows, limits)
+    _define_boundaries(file, cells, rows)
 
 
 def _define_boundaries(
     file: h5py.File,
     cells: Cells,
     rows: Mapping[str, NDArray[Any]],
-    limits: Mapping[str, Any],
 ) -> None:
     told = {n: _text(file[CELLS].attrs[n]) for n in ("over", "scale", "words")}
     over = told["over"].split()
@@ -181,13 +175,11 @@ def _define_boundaries(
         np.array([rows[name] for name in over], dtype=float),
         told["scale"].split(),
         _words(rows, told["words"]),
-        {name: np.asarray(rows[name], dtype=float) for name in EVIDENCE},
-        {n.removeprefix(THRESHOLD): v for n, v in limits.items()
-         if n.startswith(THRESHOLD)},
-    )  # fmt: skip
+        np.asarray(rows["fidelity"]),
+    )
     found = boundaries_of(cells, cases)
     group = file.create_group(BOUNDARIES)
-    group.attrs["words"] = np.bytes_(told["words"])
+    group.attrs["words"] = utf8(told["words"])
     dotted = _text(file[CELLS].attrs["over_dotted"]).split()
     _put_points(group, found, over, dotted)
 
@@ -198,9 +190,9 @@ def _put_points(
     at = np.array(found.at, dtype=float).reshape(-1, len(over))
     for number, name in enumerate(over):
         _put(group, name, at[:, number], BOUNDARIES, INPUTS[dotted[number]])
-    for name in ("low", "high", "error"):
+    for name in ("low", "high"):
         _put(group, name, np.array(getattr(found, name), dtype=float), BOUNDARIES)
-    for name in ("along", "placed", "before", "behind", "panel"):
+    for name in ("along", "before", "behind", "panel"):
         _put(group, name, np.array(getattr(found, name), dtype=np.int64), BOUNDARIES)
     lines = np.array(found.lines, dtype=np.int64).reshape(-1, 2)
     for number, name in enumerate(("line_begin", "line_end")):
@@ -230,8 +222,8 @@ def _put(
 
 def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
     """Write the unit and the meaning of a variable."""
-    data.attrs["units"] = np.bytes_(quantity.unit)
-    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+    data.attrs["units"] = utf8(quantity.unit)
+    data.attrs["long_name"] = utf8(quantity.meaning)
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
@@ -239,17 +231,16 @@ def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
     regime, whirl = (np.asarray(rows[n], dtype=str) for n in ("regime", "whirl"))
     both = np.char.add(np.char.add(regime, " "), whirl)
     found = {"regime": regime, "whirl": whirl, "both": both}[by]
-    lost = (rows["status"] != "ok") | (rows["outcome"] == "unstable")
+    lost = (rows["status"] != "ok") | np.isin(rows["outcome"], NO_REGIME)
     return np.asarray(np.where(lost, "", found))
 
 
-def write_boundaries(file: h5py.File, limits: Mapping[str, float]) -> None:
+def write_boundaries(file: h5py.File) -> None:
     """Find the boundaries of other words, and whether cells are mixed by them.
 
     Parameters
     ----------
     file : of results, opened for writing; where it is not refined, nothing is done
-    limits : thresholds by the names of attributes
     """
     if CELLS not in file:
         return
@@ -258,7 +249,7 @@ def write_boundaries(file: h5py.File, limits: Mapping[str, float]) -> None:
     names = [n for n in ("status", "outcome", "regime", "whirl") if n in ENUMS]
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
     over = _text(group.attrs["over"]).split()
-    rows |= {name: file[name][:] for name in (*EVIDENCE, *over)}
+    rows |= {name: file[name][:] for name in (*over, "fidelity")}
     word = _words(rows, _text(group.attrs["words"]))
     known = np.where(own["corner"] < 0, "", word[own["corner"]])
     differ = [len(set(each.tolist()) - {""}) > 1 for each in known]
@@ -266,7 +257,7 @@ def write_boundaries(file: h5py.File, limits: Mapping[str, float]) -> None:
     own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
     group["state"][:] = own["state"]
     del file[BOUNDARIES]
-    _define_boundaries(file, Cells(**own), rows, limits)
+    _define_boundaries(file, Cells(**own), rows)
 
 
 def read_refined(path: Path) -> Refined | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -11,25 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.refinement.boundary import EVIDENCE
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.directory.blades import blade_quantities, tuned_cases
-from hpcwhirl.store.directory.journal import Record, lines_at, read_at
-from hpcwhirl.store.directory.lines import OWN, USUAL
+from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.many import CASE, Chunk, Known, chunks, read
+from hpcwhirl.store.directory.reader import Rows, rows_at, rows_of, samples_of
+from hpcwhirl.store.directory.record import Header
 from hpcwhirl.store.directory.refined import columns_of, full_plan, with_twins
-from hpcwhirl.store.directory.rows import place_of, regime_of
 from hpcwhirl.store.directory.runs import Share, read_runs
-from hpcwhirl.store.reading.shown import words_of
-from hpcwhirl.store.results.current import source_of
-from hpcwhirl.store.results.measured import bytes_measured, measured_of
+from hpcwhirl.store.reading.shares import words_of
+from hpcwhirl.store.results.freshness import source_of
+from hpcwhirl.store.results.measured import bytes_measured
 from hpcwhirl.store.schema import dtype
 
-FIELDS = ("row.sample_interval", "row.outcome", "row.regime")
+NAMED = ("status", "row.outcome", "row.regime")  # by which a case has its word
 
 
 @dataclass
@@ -39,24 +37,23 @@ class Contents:
     Attributes
     ----------
     folder, plan : the campaign
-    journals : their names
-    place : (cases, 2), number of the journal, -1 for none, and byte of the record
-    twins : (cases, twins, 2), the same of the twins of each case
+    journals : each with its header
+    place : (cases, 1 + twins, 2), of each case and its twins: number of the journal,
+        -1 for none, and byte of the record
     samples : (cases,), of its traces
     sizes : {axis: most that any case has of it}, of what traces have beside samples
     kept : names of the traces that any case has, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
     shares : what each rank of each run did
     columns : {variable: (cases,)}, of the cases of a refined campaign
-    found : {variable: (cases,)}, words and evidence of the same
+    found : {variable: (cases,)}, words and refined inputs of the same
     source : what this was read from, see `current`
     """
 
     folder: Path
     plan: Manifest
-    journals: list[str] = field(default_factory=list)
+    journals: list[tuple[Path, Header]] = field(default_factory=list)
     place: NDArray[np.int64] = field(init=False)
-    twins: NDArray[np.int64] = field(init=False)
     samples: NDArray[np.int64] = field(init=False)
     interval: NDArray[np.float64] = field(init=False)
     sizes: dict[str, int] = field(default_factory=dict)
@@ -67,9 +64,7 @@ class Contents:
     source: str = ""
 
     def __post_init__(self) -> None:
-        self.place = np.full((self.cases, 2), -1)
-        count = int(self.plan.twins.get("count", 0))
-        self.twins = np.full((self.cases, count, 2), -1)
+        self.place = np.full((self.cases, 1 + self.twins, 2), -1)
         self.samples = np.zeros(self.cases, dtype=np.int64)
         self.interval = np.full(self.cases, np.nan)
 
@@ -77,6 +72,11 @@ class Contents:
     def cases(self) -> int:
         """Number of cases."""
         return len(self.plan.digests)
+
+    @property
+    def twins(self) -> int:
+        """Most twins that a case has."""
+        return int(self.plan.twins.get("count", 0))
 
     @cached_property
     def blades(self) -> dict[str, Quantity]:
@@ -87,12 +87,6 @@ class Contents:
     def tuned(self) -> dict[int, int]:
         """The tuned case beside each one that has such a one."""
         return tuned_cases(self.plan)
-
-    @cached_property
-    def is_plain(self) -> bool:
-        """Whether rows have no more than packed lines tell."""
-        beside = self.blades or measured_of(self.plan) or self.plan.twins
-        return not beside
 
     @property
     def common_interval(self) -> float | None:
@@ -121,7 +115,7 @@ class Contents:
         """Bytes of rows and traces, the least that the file will have."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
-        each = row * (1 + self.twins.shape[1])
+        each = row * (1 + self.twins)
         each += bytes_measured(self.plan) + 8 * len(self.blades)
         return int(self.cases * (each + self.bytes_of_traces()))
 
@@ -150,19 +144,12 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     """
     index = _Index(_begun(folder, say))
     contents = index.contents
-    for chunk in chunks(folder, index.known, FIELDS):
-        done, name = 0, chunk.journal.name
-        for line, record in chunk.others:
-            until = int(np.searchsorted(chunk.at, line))
-            index.take_packed(chunk, slice(done, until))
-            index.take(name, int(chunk.starts[line]), record)
-            done = until
-        index.take_packed(chunk, slice(done, None))
-    contents.journals = list(index.journals)
+    for rows in rows_of(folder):
+        index.take(rows)
     _tell_refined(contents)
     if contents.plan.twins:
-        contents.twins[~with_twins(contents.plan, index.words.tolist())] = -1
-    kinds = list({id(kind): kind for kind in index.traces.values()}.values())
+        contents.place[~with_twins(contents.plan, index.words.tolist()), 1:] = -1
+    kinds = [index.kinds[number] for number in np.unique(index.kind) if number >= 0]
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
@@ -178,31 +165,30 @@ def _tell_refined(contents: Contents) -> None:
     """Add what the results of a refined campaign have beside."""
     contents.columns = columns_of(contents.plan)
     if contents.columns:
-        contents.found = _evidence(contents)
+        contents.found = _spoken(contents)
 
 
-def _evidence(contents: Contents) -> dict[str, NDArray[Any]]:
+def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
     """Return what the boundaries of a refined campaign are found from, by variable."""
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
     for name in kinds:
         out[name] = np.full(contents.cases, "missing" if name == "status" else "none")
         out[name] = out[name].astype("U16")
-    for name in EVIDENCE:
-        out[name] = np.full(contents.cases, np.nan)
     for name in rule_of(plan.refine).over:
         values = [row[name] for row in plan.settings]
         out[variable_name(name)] = np.array(values, dtype=float)
-    for case, record in records_of(contents, range(contents.cases)).items():
-        out["status"][case] = record["status"]
-        for name, value in (record.get("row") or {}).items():
-            if name in (*kinds, *EVIDENCE):
-                out[name][case] = value
+    for at, rows in parts_of(contents, range(contents.cases)):
+        for name in kinds:
+            own = rows.words(name if name == "status" else f"row.{name}")
+            out[name][at] = own
     return out
 
 
 class _Index:
     """Takes in records, the oldest first: of those of one case the last one counts.
+
+    Of a case that was extended it is that of the last stage that gave a result.
 
     Parameters
     ----------
@@ -211,102 +197,83 @@ class _Index:
 
     def __init__(self, contents: Contents) -> None:
         self.contents, self.plan = contents, contents.plan
-        self.known = Known(contents.plan.digests)
-        self.journals: dict[str, int] = {}
-        self.traces: dict[int, dict[str, Any]] = {}  # of a case
-        self.stages: dict[tuple[int, int], int] = {}  # later than the first, see `rows`
-        self.seen: dict[str, dict[str, Any]] = {}
-        width = "U16" if contents.plan.twins.get("of") == "boundary" else "U0"
+        self.known = CaseIndex(contents.plan.digests)
+        self.stages = np.zeros(contents.place.shape[:2], dtype=np.int8)
+        self.kinds: list[dict[str, tuple[int, ...]]] = []  # of traces
+        self.kind = np.full(contents.cases, -1)  # of each case's
+        late = contents.plan.twins.get("of") in ("boundary", "even")
+        width = "U16" if late else "U0"
         self.words = np.full(contents.cases, "", dtype=width)
 
-    def take_packed(self, chunk: Chunk, run: slice) -> None:
-        """Take in packed lines, which are of cases as planned, without traces."""
-        cases = chunk.fields[CASE][run]
-        own = cases >= 0
-        if self.stages:
-            known = ((case, 0) in self.stages for case in cases.tolist())
-            own &= ~np.fromiter(known, bool, len(cases))
-        if not own.any():
+    def take(self, rows: Rows) -> None:
+        """Take in some records."""
+        contents, case = self.contents, self.known.cases_of(rows)
+        twin, stage = rows.numbers("twin", 0), self._stages(rows)
+        good = (case >= 0) & (twin >= 0) & (twin <= contents.twins) & (stage >= 0)
+        which = np.flatnonzero(good)
+        which = which[stage[which] >= self.stages[case[which], twin[which]]]
+        which = which[np.argsort(stage[which], kind="stable")]
+        key = case[which] * (1 + contents.twins) + twin[which]
+        which = which[_last(key)]
+        if not len(which):
             return
-        interval, outcome, regime = (chunk.fields[n][run][own] for n in FIELDS)
-        cases, journal = cases[own], chunk.journal.name
-        number = self.journals.setdefault(journal, len(self.journals))
-        contents, starts = self.contents, chunk.starts[chunk.at[run]][own]
-        contents.place[cases] = np.column_stack([np.full(len(cases), number), starts])
-        contents.interval[cases] = interval
-        contents.samples[cases] = 0
-        for case in self.traces.keys() & set(cases.tolist() if self.traces else ()):
-            del self.traces[case]
-        if self.words.itemsize:
-            words = words_of(np.array(USUAL["status"]), outcome, regime)
-            self.words[cases] = np.where(np.isin(words, list(REGIMES)), words, "")
+        rows, case, twin = rows.take(which), case[which], twin[which]
+        self.stages[case, twin] = stage[which]
+        contents.place[case, twin, 0] = self._number(rows)
+        contents.place[case, twin, 1] = rows.starts
+        own = np.flatnonzero(twin == 0)
+        self._take_cases(case[own], rows.take(own))
 
-    def take(self, journal: str, start: int, record: Record) -> None:
-        """Take in a record."""
-        name, twin, stage = place_of(record, self.plan)
-        case = self.known.find(name, record.get("case"))
-        if case < 0 or stage < self.stages.get((case, twin), 0):
-            return
-        if stage:
-            self.stages[case, twin] = stage
-        at = self.journals.setdefault(journal, len(self.journals)), start
-        if twin:
-            self.contents.twins[case, twin - 1] = at
-            return
+    def _stages(self, rows: Rows) -> NDArray[np.int64]:
+        """Return the stage of each record, 0: as planned; -1: it does not count."""
+        time, out = rows.numbers("longest", 0.0), np.zeros(len(rows), dtype=np.int64)
+        out[time != 0.0] = -1
+        for number, extended in enumerate(self.plan.extended, 1):
+            out[(time == extended) & (rows.words("status") == "ok")] = number
+        return out
+
+    def _number(self, rows: Rows) -> int:
+        """Return the number of a journal."""
+        journals = self.contents.journals
+        if not journals or journals[-1][0] != rows.journal:
+            journals.append((rows.journal, rows.header))
+        return len(journals) - 1
+
+    def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
+        """Take in what is to be known of cases themselves before any is read again."""
         contents = self.contents
-        contents.place[case], self.words[case] = at, regime_of(record)
-        row = record.get("row") or {}
-        contents.interval[case] = row.get("sample_interval", np.nan)
-        self.traces.pop(case, None)
-        contents.samples[case] = 0
-        if record.get("traces"):
-            shapes = record["traces"]["shapes"]
-            contents.samples[case] = shapes["time"][0]
-            kind = {name: tuple(shape[1:]) for name, shape in shapes.items()}
-            self.traces[case] = self.seen.setdefault(str(kind), kind)  # one, shared
+        contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
+        contents.samples[case], self.kind[case] = 0, -1
+        for record in np.flatnonzero(rows.has_any("traces")).tolist():
+            text = rows.texts[record]
+            contents.samples[case[record]] = samples_of(text) or 0
+            shapes = text["traces"]["shapes"].items()
+            kind = {name: tuple(shape[1:]) for name, shape in shapes}
+            if kind not in self.kinds:
+                self.kinds.append(kind)
+            self.kind[case[record]] = self.kinds.index(kind)
+        if self.words.itemsize:
+            words = words_of(*(rows.words(name).astype(str) for name in NAMED))
+            self.words[case] = np.where(np.isin(words, list(REGIMES)), words, "")
 
 
-def packed_of(
-    contents: Contents, cases: range
-) -> tuple[NDArray[np.int64], NDArray[Any], dict[int, Record]]:
-    """Return what is known of some cases: of packed lines as columns.
+def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return where each key stands last, ascending."""
+    _, behind = np.unique(keys[::-1], return_index=True)
+    return np.sort(len(keys) - 1 - behind)
 
-    Returns
-    -------
-    at : (m,), those of the cases that have packed lines, by their place among these
-    numbers : (m,), see `many`
-    records : {case: its newest whole record}, of the others that have one
+
+def parts_of(
+    contents: Contents, cases: Sequence[int], twin: int = 0
+) -> Iterator[tuple[NDArray[np.int64], Rows]]:
+    """Yield the records of cases, or of their twins, by journal.
+
+    Yields
+    ------
+    which of the cases have one there, by their places among these; the records
     """
-    ats, parts, records = [], [], dict[int, Record]()
-    for path, mine, starts in _places(contents, cases):
-        own, numbers = read(lines_at(path, starts.tolist()))
-        ats.append(mine[own])
-        parts.append(numbers)
-        rest = np.setdiff1d(np.arange(len(mine)), own, assume_unique=True)
-        found = read_at(path, starts[rest].tolist())
-        both = zip(mine[rest].tolist(), found, strict=True)
-        records |= {cases.start + i: record for i, record in both}
-    if not ats:
-        return np.zeros(0, np.int64), np.zeros(0, OWN.dtype), records
-    return np.concatenate(ats), np.concatenate(parts), records
-
-
-def _places(
-    contents: Contents, cases: range, twin: int = 0
-) -> Iterator[tuple[Path, NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield (journal, which of the cases are there, bytes where their lines begin)."""
-    own = contents.twins[:, twin - 1] if twin else contents.place
-    place = own[cases.start : cases.stop]
-    for number in np.unique(place[:, 0][place[:, 0] >= 0]):
+    place = contents.place[np.asarray(cases, dtype=np.int64), twin]
+    for number in np.unique(place[:, 0][place[:, 0] >= 0]).tolist():
         mine = np.flatnonzero(place[:, 0] == number)
-        path = contents.folder / "journal" / contents.journals[number]
-        yield path, mine, place[mine, 1]
-
-
-def records_of(contents: Contents, cases: range, twin: int = 0) -> dict[int, Record]:
-    """Return {case: its newest whole record}, or its twin's, of those that have one."""
-    found: dict[int, Record] = {}
-    for path, mine, starts in _places(contents, cases, twin):
-        lines = read_at(path, starts.tolist())
-        found |= {cases.start + int(i): r for i, r in zip(mine, lines, strict=True)}
-    return found
+        path, header = contents.journals[number]
+        yield mine, rows_at(path, header, place[mine, 1])

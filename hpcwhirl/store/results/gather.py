@@ -22,7 +22,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import NoRoomError, StoreError, WhirlError
+from hpcwhirl.errors import NoRoomError, WhirlError
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.directory.manifest import read_manifest
@@ -31,7 +31,7 @@ from hpcwhirl.store.directory.owner import Asking, Claim, claimed
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.results.contents import Contents, contents_of
-from hpcwhirl.store.results.current import stamp
+from hpcwhirl.store.results.freshness import STAMP, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
@@ -102,6 +102,7 @@ def _begin(
     own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
     content = fit()
     sweep(folder, RESULTS)
+    sweep(folder / "runs", STAMP)
     part = part_of(folder / RESULTS)
     stack.callback(part.unlink, missing_ok=True)
     return own, part, content
@@ -109,10 +110,7 @@ def _begin(
 
 def _end(own: Claim, part: Path, final: Path) -> None:
     """Publish, unless this process was believed dead and another has written since."""
-    if not own.held:
-        msg = f"{final} is not written: another process has taken over meanwhile"
-        raise StoreError(msg)
-    publish(part, final)
+    publish(part, final, own.check)
     stamp(final)
 
 

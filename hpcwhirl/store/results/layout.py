@@ -1,7 +1,7 @@
 """The empty `results.h5`: every dimension, variable and attribute of a campaign.
 
 The file is netCDF-4: every axis is a dimension scale. A refined campaign has groups
-`cells` and `boundaries`, too: see `store.cells`.
+`cells` and `boundaries`, too: see `store.results.cells`.
 """
 
 from __future__ import annotations
@@ -32,10 +32,12 @@ from hpcwhirl.store.directory.blades import blade_quantities
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities
 from hpcwhirl.store.directory.runs import Share
+from hpcwhirl.store.hdf5 import utf8
+from hpcwhirl.store.reading.credibility import TWINS_OF
 from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
 from hpcwhirl.store.results.cells import define_cells
 from hpcwhirl.store.results.contents import Contents
-from hpcwhirl.store.results.current import SOURCE
+from hpcwhirl.store.results.freshness import SOURCE
 from hpcwhirl.store.results.measured import measured_of
 from hpcwhirl.store.results.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
@@ -66,8 +68,8 @@ def stored(value: float | str | list[float]) -> float | bytes:
 
 def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
     """Write the unit and the meaning of a variable."""
-    data.attrs["units"] = np.bytes_(quantity.unit)
-    data.attrs["long_name"] = np.bytes_(quantity.meaning)
+    data.attrs["units"] = utf8(quantity.unit)
+    data.attrs["long_name"] = utf8(quantity.meaning)
 
 
 def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
@@ -101,25 +103,24 @@ def _define_table(
 def mark_words(data: h5py.Dataset, name: str) -> None:
     """Say in the file what the codes of a variable of words mean."""
     data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
-    data.attrs["flag_meanings"] = np.bytes_(" ".join(ENUMS[name]))
+    data.attrs["flag_meanings"] = utf8(" ".join(ENUMS[name]))
 
 
-def write_words(data: h5py.Dataset, words: list[str]) -> None:
-    """Write the words of all cases with what their codes mean, which may have changed.
+def codes_of(name: str, words: NDArray[np.str_]) -> NDArray[np.int8]:
+    """Return the words of a variable as they are stored.
 
     Raises
     ------
     StoreError
         where this version has no such word
     """
-    name = data.name.rpartition("/")[2]
-    alien = set(words) - {*ENUMS[name]}
+    found, place = np.unique(words, return_inverse=True)
+    alien = set(found.tolist()) - {*ENUMS[name]}
     if alien:
         msg = f"{name} has the word {min(alien)}, which this version does not know"
         raise StoreError(msg)
-    codes = [ENUMS[name].index(word) for word in words]
-    data[:] = np.array(codes, dtype=data.dtype).reshape(data.shape)
-    mark_words(data, name)
+    codes = np.array([ENUMS[name].index(word) for word in found.tolist()], np.int8)
+    return codes[place].reshape(words.shape)
 
 
 def define(
@@ -154,19 +155,24 @@ def define(
     if contents.plan.twins:
         _define_twins(file, contents)
     performance = file.create_group("performance")
-    performance.attrs[SOURCE] = np.bytes_(contents.source)
+    performance.attrs[SOURCE] = utf8(contents.source)
     _define_table(performance, file["case"], PERFORMANCE)
     if contents.shares:
         _define_shares(performance, contents.shares)
     if contents.found:
-        define_cells(file, plan, contents.found, facts)
+        define_cells(file, plan, contents.found | contents.columns)
     if contents.kept:
         _define_traces(file, contents, compress)
 
 
 def _define_twins(file: h5py.File, contents: Contents) -> None:
     """Define the shares that twins give, and a group of the twins' own rows."""
-    file.attrs[SURE] = np.float64(contents.plan.twins["sure"])
+    twins = contents.plan.twins
+    file.attrs[SURE] = np.float64(twins["sure"])
+    file.attrs[TWINS_OF] = utf8(twins["of"])
+    for name in ("count", "seed"):
+        file.attrs[f"twins_{name}"] = np.int64(twins.get(name, 0))
+    file.attrs["twins_spread"] = utf8(json.dumps(twins["spread"]))
     _define_table(file, file["case"], SHARE)
     group, count = file.create_group(GROUP), contents.plan.twins["count"]
     _axis(group, TWIN, np.arange(1, count + 1))
@@ -189,13 +195,12 @@ def _define_head(
         "history": HISTORY,
     }
     for name, value in {**head, **facts, **sample_attribute(plan)}.items():
-        plain = value.encode() if isinstance(value, str) else value
-        file.attrs[name] = np.asarray(plain)[()]
+        file.attrs[name] = utf8(value) if isinstance(value, str) else value
     file.attrs["format"] = np.int64(FORMAT)
     inputs = [variable_name(dotted) for dotted in plan.swept]
-    file.attrs["swept"] = np.bytes_(" ".join(inputs))
+    file.attrs["swept"] = utf8(" ".join(inputs))
     coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
-    file.attrs["coordinates"] = np.bytes_(" ".join(coordinates))
+    file.attrs["coordinates"] = utf8(" ".join(coordinates))
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:

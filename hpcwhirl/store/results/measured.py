@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Scene, flatten
@@ -29,12 +30,6 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
     return found | {WHY_NOT: REASON}
 
 
-def measured_row(record: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return what a record holds of them."""
-    record = record or {}
-    return {**record.get(VALUES, {}), WHY_NOT: record.get(WHY_NOT, "")}
-
-
 def bytes_measured(plan: Manifest) -> int:
     """Return the bytes that a case takes of them."""
     return sum(dtype(quantity).itemsize for quantity in measured_of(plan).values())
@@ -53,8 +48,9 @@ def one_case(
 
     Returns
     -------
-    xarray.Dataset of numbers and words without a dimension, and of traces over `time`;
-    of `performance` nothing, which depends on the machine
+    xarray.Dataset of numbers and words without a dimension, and of traces over `time`,
+    all of them copies that cannot be written to: what is stored stays as it is. Of
+    `performance` nothing, which depends on the machine
     """
     import xarray
 
@@ -62,7 +58,7 @@ def one_case(
     variables = {
         name: (
             dims,
-            value,
+            _copy(value),
             {"units": known[name].unit, "long_name": known[name].meaning},
         )
         for name, value, dims in [
@@ -75,3 +71,10 @@ def one_case(
 
 def _dims(name: str) -> tuple[str, ...]:
     return ("time",) if name == "time" else ("time", *TRACES[name].axes)
+
+
+def _copy(value: Any) -> NDArray[Any]:
+    """Return a copy of an array or a number that cannot be written to."""
+    copy = np.array(value)
+    copy.setflags(write=False)
+    return copy

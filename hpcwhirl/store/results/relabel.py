@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,15 +14,15 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.store.atomic import replacing
+from hpcwhirl.store.atomic import replacing, sweep
 from hpcwhirl.store.directory.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
-from hpcwhirl.store.reading.reader import check_file, words_in
-from hpcwhirl.store.reading.shares import GROUP, shares
-from hpcwhirl.store.reading.shown import words_of
+from hpcwhirl.store.reading.results_file import opened, words_in
+from hpcwhirl.store.reading.shares import GROUP, shares, words_of
 from hpcwhirl.store.results.cells import write_boundaries
-from hpcwhirl.store.results.layout import write_words
+from hpcwhirl.store.results.layout import codes_of, mark_words
 
+AT_ONCE = 1 << 15  # cases
 WORDS = ("outcome", "regime", "whirl")
 Word = tuple[str, str, str]  # of one case
 Words = tuple[NDArray[np.str_], NDArray[np.str_], NDArray[np.str_]]  # of all
@@ -32,8 +33,8 @@ def relabel(
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
-) -> list[tuple[Word, Word]]:
-    """Name every finished case anew; return (old, new) words of each.
+) -> Counter[tuple[Word, Word]]:
+    """Name every finished case anew; return how many have which (old, new) words.
 
     Parameters
     ----------
@@ -42,18 +43,13 @@ def relabel(
     thresholds : kept as root attributes
     asking : who is told what is waited for: what another process writes
     """
-    check_file(path)
+    opened(path).close()
     try:
-        with claimed(path.parent, RESULTS, asking), replacing(path) as part:
-            shutil.copyfile(path, part)
-            with writing(part, "r+") as file:
-                changes = _rename(file, name)
-                if GROUP in file:
-                    _rename(file[GROUP], name)
-                    _share_anew(file)
-                for limit, value in thresholds.items():
-                    file.attrs[f"threshold_{limit}"] = np.float64(value)
-                write_boundaries(file, dict(file.attrs))
+        with claimed(path.parent, RESULTS, asking) as own:
+            sweep(path.parent, path.name)  # of who has died at it
+            with replacing(path, own.check) as part:
+                shutil.copyfile(path, part)
+                changes = _renamed(part, name, thresholds)
     except WhirlError:
         raise
     except KeyError as failed:
@@ -67,6 +63,23 @@ def relabel(
     return changes
 
 
+def _renamed(
+    part: Path,
+    name: Callable[[dict[str, Any]], Words],
+    thresholds: Mapping[str, float],
+) -> Counter[tuple[Word, Word]]:
+    """Write new words into a results file; return how many have which (old, new)."""
+    with writing(part, "r+") as file:
+        changes = _rename(file, name)
+        if GROUP in file:
+            _rename(file[GROUP], name)
+            _share_anew(file)
+        for limit, value in thresholds.items():
+            file.attrs[f"threshold_{limit}"] = np.float64(value)
+        write_boundaries(file)
+    return changes
+
+
 def _share_anew(file: h5py.File) -> None:
     """Write the shares of words that twins give by now."""
     own, theirs = (
@@ -74,24 +87,37 @@ def _share_anew(file: h5py.File) -> None:
         for group in (file, file[GROUP])
     )
     for variable, values in shares(own, theirs).items():
-        file[variable][:] = values
+        if variable in file:  # a file of before has no majority
+            file[variable][:] = values
 
 
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
-) -> list[tuple[Word, Word]]:
-    """Write new words of finished cases, and the table that says what codes mean."""
-    given = words_in(file, "status") == "ok"
+) -> Counter[tuple[Word, Word]]:
+    """Write new words of finished cases, and the tables that say what codes mean."""
+    changes: Counter[tuple[Word, Word]] = Counter()
+    for start in range(0, len(file["status"]), AT_ONCE):
+        changes += _rename_some(file, slice(start, start + AT_ONCE), name)
+    for variable in WORDS:  # which may have been others
+        mark_words(file[variable], variable)
+    return changes
+
+
+def _rename_some(
+    file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
+) -> Counter[tuple[Word, Word]]:
+    """Write new words of some cases."""
+    given = words_in(file, "status", cases) == "ok"
     numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"}]
-    numbers = {n: file[n][:][given] for n in numeric}
-    new = name(numbers | {"stop": words_in(file, "stop")[given]})
-    old = [words_in(file, variable) for variable in WORDS]
+    numbers = {n: file[n][cases][given] for n in numeric}
+    new = name(numbers | {"stop": words_in(file, "stop", cases)[given]})
+    old = [words_in(file, variable, cases) for variable in WORDS]
     for variable, was, now in zip(WORDS, old, new, strict=True):
-        words = was.copy().astype(object)
+        words = was.astype(np.promote_types(was.dtype, now.dtype))
         words[given] = now
-        write_words(file[variable], words.ravel().tolist())
+        file[variable][cases] = codes_of(variable, words)
     before, after = (
         zip(*(column.tolist() for column in columns), strict=True)
         for columns in ([was[given] for was in old], new)
     )
-    return list(zip(before, after, strict=True))
+    return Counter(zip(before, after, strict=True))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, StoreError
+from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.table import Axis
 from hpcwhirl.store.directory.manifest import SAMPLE, Manifest
@@ -19,7 +20,7 @@ from hpcwhirl.store.reading.select import swept_of
 if TYPE_CHECKING:
     import xarray
 
-SALTELLI, TUNED = "saltelli", "tuned"
+TUNED = "tuned"
 EACH = "each"  # cases at a point, beside what a plan tells
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import ARRAYS
-from hpcwhirl.store.atomic import replacing
+from hpcwhirl.store.atomic import make_folders, replacing
 from hpcwhirl.store.hdf5 import refusal, writing
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -26,7 +26,7 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
     facts : {attribute: text or number}
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folders(path.parent)
         with replacing(path) as part, writing(part) as file:
             for name, array in arrays.items():
                 told = ARRAYS[name.rpartition("/")[2]]

@@ -11,19 +11,17 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.quantities import BLADES, ROW, TRACES
+from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.scene.table import listed
-from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.blades import DETAIL, details_of
-from hpcwhirl.store.directory.lines import OWN, Record, line_of
-from hpcwhirl.store.directory.manifest import Manifest
+from hpcwhirl.store.directory.manifest import MEASURE, Manifest
+from hpcwhirl.store.directory.record import fields_of, header_of
 from hpcwhirl.store.directory.runs import Share
-from hpcwhirl.store.results.blocks import row_of
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
 
+NAME = "0001-00000.bin"  # of a file of traces
 MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`
-TYPICAL = {"f8": 1 / 7, "i8": 1000, "S16": "modal"}  # in the usual number of digits
 
 ONE_RANK: Share = {
     "run": 1,
@@ -86,33 +84,14 @@ def bytes_of(
     full = detail.of(np.arange(contents.cases), is_full)
     always = 1 + sum(width for name, width in widths.items() if name not in MORE)
     more = sum(width for name, width in widths.items() if name in MORE)
+    header, head = header_of("0" * 32, NAME, fields_of(plan.base.get(MEASURE) or ()))
+    text = int(samples.any())  # slots for the shapes of traces
     return Bytes(
-        journal=len(OWN.head)
-        + contents.cases * _record_bytes(contents, widths)
-        + contents.twins[..., 0].size * _record_bytes(contents, {}),
+        journal=len(head)
+        + contents.cases * header.layout.size * (1 + text + contents.twins),
         traces=int(8 * (samples * (always + more * full)).sum()),
         results=results_bytes(contents, facts),
     )
-
-
-def _record_bytes(contents: Contents, widths: dict[str, int]) -> int:
-    """Return the bytes of a line of the journal, a usual one."""
-    row: dict[str, Any] = {name: TYPICAL.get(v.kind) for name, v in ROW.items()}
-    row |= {name: words[1] for name, words in ENUMS.items() if name in row}
-    known = row_of(contents.plan, 0, None) if contents.cases else {}
-    row |= dict.fromkeys(contents.blades.keys() & BLADES.keys(), TYPICAL["f8"])
-    row |= {n: float(v) if ROW[n].kind == "f8" else v for n, v in known.items()}
-    record: Record = {"case": contents.cases, "digest": "0" * 64, "status": "ok"}
-    record |= {"message": "", "ended": 1 / 7, "row": row}
-    spent = {"rank": 0, "host": "node0000", "seconds": 1 / 7}
-    record["performance"] = spent | {"microseconds_per_step": 1 / 7}
-    if widths:
-        shapes = {
-            name: [10_000, width] for name, width in {"time": 1, **widths}.items()
-        }
-        block = {"file": "0001-00000.bin", "offset": 10**9, "bytes": 10**6}
-        record["traces"] = block | {"crc": 10**9, "shapes": shapes}
-    return len(line_of(record))
 
 
 def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:

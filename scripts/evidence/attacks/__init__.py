@@ -1,1 +1,1 @@
-"""Families of attacks on hpcwhirl; `scripts/evidence/attack.py` runs them."""
+"""Attacks on campaigns, family by family: see `attack.py`."""

@@ -8,27 +8,26 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import shutil
 import socket
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from attacks import specimens
-from attacks.apart import command, fork, run, until
-from attacks.family import Verdict, fault
+from attacks.family import Chance, Family, Verdict, fault
+from attacks.process import command, fork, run, wait_for
 from attacks.specimens import Specimen, alters, differs, undisturbed
 
-CODES = {
-    "status": (0, 1, 2),
-    "gather": (0, 1, 2, 75),
-    "classify": (0, 1, 2, 75),
-    "figures": (0, 1, 2, 75),
-    "campaign": (0, 1, 2, 75),
-}
+LINKS = ("nowhere", "/dev/zero", "/dev/full", "/dev/null", "..", "/", "/proc/self/mem",
+         "/etc/passwd")  # fmt: skip
+ODD = (None, [], {}, "", "x", -1, 1e300, 10**25, True, [[]], {"a": 1}, float("nan"))
+BYTES = ("cut", "emptied", "flipped", "overwritten")
+PLACES = ("a directory", "a FIFO", "a socket", "a link")  # taken by something else
+DAMAGES = {"cut": 4, "emptied": 1, "flipped": 5, "overwritten": 3, "deleted": 3,
+           "doubled": 3, "swapped": 3, "a directory": 2, "a FIFO": 2, "a socket": 1,
+           "a link": 3, "other JSON": 4}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,168 +53,121 @@ def prepare(place: Path) -> tuple[Ground, ...]:
 
 
 def _ground(mode: specimens.Mode, place: Path) -> Ground:
-    specimen = undisturbed(mode, place)
-    half = place / "half"
-    (words,) = mode.calls(specimen.file, half)
-    child = fork(command(words), place)
-    until(lambda: not child.alive or len(_lines(half)) >= mode.cases // 2, 60.0)
+    specimen, half = undisturbed(mode, place), place / "half"
+    child = fork(command(specimen.calls(half)[0]), place)
+
+    def written(folder: Path) -> int:
+        return sum(log.stat().st_size for log in folder.glob("journal/*.log"))
+
+    enough = written(specimen.out) / 2
+    wait_for(lambda: not child.alive or written(half) >= enough, 60.0)
     child.kill()
     child.wait()
     return Ground(specimen, (specimen.out, half))
 
 
-def _lines(folder: Path) -> list[bytes]:
-    return [line for path in folder.glob("journal/*.log")
-            for line in path.read_bytes().splitlines()]  # fmt: skip
-
-
-def _cut(path: Path, chance: random.Random, _: list[Path]) -> None:
-    os.truncate(path, chance.randrange(path.stat().st_size + 1))
-
-
-def _empty(path: Path, *_: Any) -> None:
-    path.write_bytes(b"")
-
-
-def _flip(path: Path, chance: random.Random, _: list[Path]) -> None:
-    data = bytearray(path.read_bytes())
-    for _ in range(chance.choice([1, 1, 2, 8, 64])):
-        if data:
-            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
-    path.write_bytes(data)
-
-
-def _overwrite(path: Path, chance: random.Random, _: list[Path]) -> None:
-    data = bytearray(path.read_bytes())
+def damaged(data: bytearray, kind: str, chance: Chance) -> bytearray:
+    """Return a file's bytes, damaged."""
     start = chance.randrange(len(data) + 1)
-    size = chance.choice([1, 16, 512, 4096])
-    data[start : start + size] = chance.choice(
-        [b"\0" * size, chance.randbytes(size), b"", b"\n" * size, b"{" * size]
-    )
-    path.write_bytes(data)
+    if kind == "cut":
+        return data[:start]
+    if kind == "emptied" or not data:
+        return bytearray()
+    if kind == "flipped":
+        for _ in range(chance.choice([1, 1, 2, 8, 64])):
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+    elif kind == "overwritten":
+        size = chance.choice([1, 16, 512, 4096])
+        new = (b"\0" * size, chance.randbytes(size), b"", b"\n" * size, b"{" * size)
+        data[start : start + size] = chance.choice(new)
+    else:
+        head, sign, body = data.partition(b"{")
+        try:
+            content = _changed(json.loads(sign + body), chance)
+        except ValueError:
+            return damaged(data, "flipped", chance)
+        data = head + json.dumps(content, indent=1).encode()
+    return data
 
 
-def _delete(path: Path, *_: Any) -> None:
-    path.unlink()
-
-
-def _double(path: Path, chance: random.Random, _: list[Path]) -> None:
-    names = [f"copy-of-{path.name}", f"{path.name}.1",
-             path.name.replace("0001", "0007"),
-             path.name.replace("0001", "9" * 12), path.name.replace("0001", "-1"),
-             "²-00000.log", "x.log", f"{path.stem}-9{path.suffix}", "10000-00000.log",
-             "é\udcff" + path.suffix, "0001.json", "a" * 64 + ".state"]  # fmt: skip
-    with suppress(shutil.SameFileError):
-        shutil.copyfile(path, path.with_name(chance.choice(names)))
-
-
-def _swap(path: Path, chance: random.Random, files: list[Path]) -> None:
-    other = chance.choice(files)
-    with suppress(OSError):
-        one, two = path.read_bytes(), other.read_bytes()
-        path.write_bytes(two)
-        other.write_bytes(one)
-
-
-def _folder(path: Path, chance: random.Random, _: list[Path]) -> None:
-    path.unlink()
-    path.mkdir()
-    if chance.random() < 0.5:
-        (path / "within").write_text("something")
-
-
-def _pipe(path: Path, *_: Any) -> None:
-    path.unlink()
-    os.mkfifo(path)
-
-
-def _door(path: Path, *_: Any) -> None:
-    path.unlink()
-    here = Path.cwd()
-    os.chdir(path.parent)  # a socket's name has little room
-    try:
-        socket.socket(socket.AF_UNIX).bind(path.name)
-    finally:
-        os.chdir(here)
-
-
-def _link(path: Path, chance: random.Random, _: list[Path]) -> None:
-    path.unlink()
-    aims = [path.name, "nowhere", "/dev/zero", "/dev/full", "/dev/null", "..", "/",
-            "/proc/self/mem", "/etc/passwd"]  # fmt: skip
-    path.symlink_to(chance.choice(aims))
-
-
-def _json(path: Path, chance: random.Random, files: list[Path]) -> None:
-    """Change something within JSON, so that it is still JSON."""
-    data = path.read_bytes()
-    head, sign, body = data.partition(b"{")
-    try:
-        content = json.loads(sign + body)
-    except ValueError:
-        _flip(path, chance, files)
-        return
-    path.write_bytes(head + json.dumps(_changed(content, chance), indent=1).encode())
-
-
-def _changed(content: Any, chance: random.Random) -> Any:
+def _changed(content: Any, chance: Chance) -> Any:
     """Return JSON with one thing in it changed."""
-    odd = [None, [], {}, "", "x", -1, 1e300, 10**25, True, [[]], {"a": 1}, float("nan")]
     inside = isinstance(content, dict | list) and content
     if not inside or chance.random() < 0.1:
-        return chance.choice(odd)
-    keys = list(content) if isinstance(content, dict) else list(range(len(content)))
-    key = chance.choice(keys)
+        return chance.choice(ODD)
+    keys = content if isinstance(content, dict) else range(len(content))
+    key = chance.choice(list(keys))
     if chance.random() < 0.2:
         del content[key]
-        return content
-    content[key] = _changed(content[key], chance)
+    else:
+        content[key] = _changed(content[key], chance)
     return content
 
 
-SORTS: dict[str, tuple[Callable[..., None], int]] = {
-    "cut": (_cut, 4),
-    "emptied": (_empty, 1),
-    "flipped": (_flip, 5),
-    "overwritten": (_overwrite, 3),
-    "deleted": (_delete, 3),
-    "doubled": (_double, 3),
-    "swapped": (_swap, 3),
-    "a directory": (_folder, 2),
-    "a FIFO": (_pipe, 2),
-    "a socket": (_door, 1),
-    "a link": (_link, 3),
-    "other JSON": (_json, 4),
-}
+def _copy_of(path: Path, chance: Chance) -> str:
+    """Return a name for a copy of a file."""
+    renumbered = [path.name.replace("0001", n) for n in ("0007", "9" * 12, "-1")]
+    return chance.choice([
+        f"copy-of-{path.name}", f"{path.name}.1", *renumbered, "²-00000.log", "x.log",
+        f"{path.stem}-9{path.suffix}", "10000-00000.log", "é\udcff" + path.suffix,
+        "0001.json", "a" * 64 + ".state",
+    ])  # fmt: skip
 
 
-def hurt(folder: Path, chance: random.Random) -> tuple[str, Path]:
-    """Damage one file of a directory; return how, and which."""
+def damage(path: Path, kind: str, chance: Chance, files: list[Path]) -> None:
+    """Damage a file, or put something else in its place; `files` are all there are."""
+    if kind in (*BYTES, "other JSON"):
+        path.write_bytes(damaged(bytearray(path.read_bytes()), kind, chance))
+        return
+    if kind == "doubled":
+        with suppress(shutil.SameFileError):
+            shutil.copyfile(path, path.with_name(_copy_of(path, chance)))
+        return
+    if kind == "swapped":
+        other = chance.choice(files)
+        with suppress(OSError):
+            data = other.read_bytes()
+            other.write_bytes(path.read_bytes())
+            path.write_bytes(data)
+        return
+    path.unlink()
+    if kind == "a directory":
+        path.mkdir()
+    elif kind == "a FIFO":
+        os.mkfifo(path)
+    elif kind == "a link":
+        path.symlink_to(chance.choice([path.name, *LINKS]))
+    elif kind == "a socket":
+        here = Path.cwd()
+        os.chdir(path.parent)  # a socket's name has little room
+        try:
+            socket.socket(socket.AF_UNIX).bind(path.name)
+        finally:
+            os.chdir(here)
+
+
+def hurt(folder: Path, chance: Chance) -> tuple[str, Path]:
+    """Damage one file of a directory, or one in it; return how, and which."""
     files = sorted(p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
     kinds = sorted({p.relative_to(folder).parts[0] for p in files})
-    kind = chance.choice(kinds)
-    path = chance.choice([p for p in files if p.relative_to(folder).parts[0] == kind])
-    if path.parent != folder and chance.random() < 0.08:
-        return _hurt_folder(path.parent, chance), path.parent
-    name = chance.choices(list(SORTS), [weight for _, weight in SORTS.values()])[0]
-    SORTS[name][0](path, chance, files)
-    return name, path
+    top = folder / chance.choice(kinds)
+    path = chance.choice([p for p in files if top in (p, *p.parents)])
+    if path.parent == folder or chance.random() > 0.08:
+        kind = chance.weighted(DAMAGES)
+        damage(path, kind, chance, files)
+        return kind, path
+    kind = chance.choice(["directory gone", "directory a file", "directory a link"])
+    shutil.rmtree(path.parent)
+    if kind == "directory a file":
+        path.parent.write_text("something")
+    elif kind == "directory a link":
+        path.parent.symlink_to("nowhere")
+    return kind, path.parent
 
 
-def _hurt_folder(folder: Path, chance: random.Random) -> str:
-    shutil.rmtree(folder)
-    kind = chance.choice(["gone", "a file", "a link"])
-    if kind == "a file":
-        folder.write_text("something")
-    elif kind == "a link":
-        folder.symlink_to("nowhere")
-    return f"directory {kind}"
-
-
-def attempt(shared: tuple[Ground, ...], chance: random.Random, place: Path) -> Verdict:
+def attempt(shared: tuple[Ground, ...], chance: Chance, place: Path) -> Verdict:
     """Damage a directory, then ask every command about it."""
-    ground = chance.choice(shared)
-    out = place / "out"
+    ground, out = chance.choice(shared), place / "out"
     shutil.copytree(chance.choice(ground.folders), out)
     hurts = [hurt(out, chance) for _ in range(chance.choice([1, 1, 1, 2, 3]))]
     what = ", ".join(f"{path.relative_to(out)} {kind}" for kind, path in hurts)
@@ -224,44 +176,36 @@ def attempt(shared: tuple[Ground, ...], chance: random.Random, place: Path) -> V
     names = ["status", "gather", "classify", *(["figures"] * (chance.random() < 0.05))]
     chance.shuffle(names)
     for name in [*names, "campaign", "gather"]:
-        wrong = _asked(name, ground.specimen, out, place, touched=touched)
-        if wrong.text:
-            return Verdict(f"damage: {what}; {name}", wrong.text)
-        touched = touched and not wrong.fresh
+        wrong, fresh = _wrong(name, ground.specimen, out, place, touched=touched)
+        if wrong:
+            return Verdict(f"damage: {what}; {name}", wrong)
+        touched = touched and not fresh
     return Verdict("damage")
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What is wrong after a command, and whether results.h5 was written anew."""
-
-    text: str = ""
-    fresh: bool = False
-
-
-def _asked(
+def _wrong(
     name: str, specimen: Specimen, out: Path, place: Path, *, touched: bool
-) -> _Found:
-    """Give a command; results that are not touched must be true, and new ones too."""
-    words = [name, str(out)]
-    if name == "campaign":
-        (words,) = specimen.mode.calls(specimen.file, out)
+) -> tuple[str, bool]:
+    """Give a command; return what is wrong, and whether results.h5 is a new one.
+
+    Results that are not touched must be true, and new ones, too.
+    """
+    words = [name, str(out)] if name != "campaign" else specimen.calls(out)[0]
     before = _identity(out / "results.h5")
     ended = run(words, place)
-    wrong = fault(ended, CODES[name])
-    if wrong:
-        return _Found(wrong)
     after = _identity(out / "results.h5")
     fresh = after != before and name != "classify"
-    if name == "campaign" and ended.code == 0:
-        return _Found(differs(out, specimen.truth, place), fresh=True)
-    if after is None or (touched and not fresh):
-        return _Found()
+    stopped = () if name == "status" else (75,)
+    wrong = fault(ended, (0, 1, 2, *stopped))
+    if not wrong and name == "campaign" and ended.code == 0:
+        return differs(out, specimen.truth, place), True
+    if wrong or after is None or (touched and not fresh):
+        return wrong, False
     wrong, missing = alters(out, specimen.truth, place)
-    if not wrong and missing and name == "gather" and ended.code == 0 and fresh:
-        quiet = "missing" not in ended.err + ended.out
-        wrong = f"{missing} rows missing, exit 0, untold" if quiet else ""
-    return _Found(wrong, fresh)
+    untold = "missing" not in ended.err + ended.out and not ended.code
+    if not wrong and missing and name == "gather" and fresh and untold:
+        wrong = f"{missing} rows missing, exit 0, untold"
+    return wrong, fresh
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
@@ -270,3 +214,6 @@ def _identity(path: Path) -> tuple[int, int] | None:
         return None
     state = path.stat()
     return state.st_ino, state.st_mtime_ns
+
+
+FAMILIES = {"damage": Family("damaged campaign directories", 2000, prepare, attempt)}

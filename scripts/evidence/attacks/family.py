@@ -1,15 +1,15 @@
-"""What a family of attacks is, and what is known of a try."""
+"""What a family of attacks is, and how the end of a command is judged."""
 
 from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from attacks.apart import Ended
+from attacks.process import Ended
 
 LONGEST = 500  # characters of a line that a person is to read
 LINES = 400  # of progress and notes; more says that input was repeated
@@ -23,16 +23,14 @@ class Verdict:
 
     Attributes
     ----------
-    what : the attack in a few words
+    what : the attack in a few words; up to a colon, its kind
     wrong : what was broken by it, "" where it was survived
     skipped : why it could not be tried here, "" where it was
-    weight : how many attacks it was, e.g. several kills of one campaign
     """
 
     what: str
     wrong: str = ""
     skipped: str = ""
-    weight: int = 1
 
 
 class Chance(random.Random):
@@ -40,8 +38,9 @@ class Chance(random.Random):
 
     number = 0
 
-
-Attempt = Callable[[Any, random.Random, Path], Verdict]
+    def weighted(self, weights: Mapping[Any, float]) -> Any:
+        """Return one of the keys, by their weights."""
+        return self.choices(list(weights), list(weights.values()))[0]
 
 
 @dataclass(frozen=True)
@@ -50,52 +49,57 @@ class Family:
 
     Attributes
     ----------
-    name, title : short, and for the table
-    count : how many attacks are demanded
-    prepare : of a directory: what all tries share
-    attempt : of that, a random generator of the try's own and a directory
-    env : what the environment is to hold before anything is imported
+    title : for the table
+    count : tries of a whole run
+    prepare : called with a directory; returns what all tries share
+    attempt : called with that, a generator of the try's own and a directory
+    env : what the environment has to hold before anything is imported
+    shim : a source in C, compiled and loaded before anything else
     """
 
-    name: str
     title: str
     count: int
     prepare: Callable[[Path], Any]
-    attempt: Attempt
+    attempt: Callable[[Any, Chance, Path], Verdict]
     env: Mapping[str, str] = field(default_factory=dict)
+    shim: Path | None = None
 
 
-def fault(ended: Ended, allowed: tuple[int, ...], most: int = LONGEST) -> str:
+def fault(ended: Ended, allowed: Iterable[int], most: int = LONGEST) -> str:
     """Return what is wrong with how a command ended, "" where nothing is.
 
     It must end by itself with an allowed code, without a traceback, in lines of at most
     `most` characters that a person can read, and without taking the machine's memory.
     """
-    told = f": {ended.last}" if ended.last else ""
+    last = f": {ended.last}" if ended.last else ""
     lines = ended.err.split("\n")
     longest = max(map(len, lines))
     odd = sorted({c for c in ended.err if ord(c) < 32 and c not in "\n\t"})
-    found = [
-        (ended.hung, "hung"),
-        ("Traceback" in ended.err, f"traceback, exit {ended.code}{told}"),
-        (ended.code < 0, f"died of signal {-ended.code}{told}"),
-        (ended.code not in allowed, f"exit {ended.code}{told}"),
-        (longest > most, f"a line of {longest} characters"),
-        (len(lines) > LINES, f"{len(lines)} lines on stderr"),
-        (bool(odd), f"control characters {odd!r} on stderr"),
-        (ended.peak > HUGE, f"took {ended.peak / 1e9:.2g} GB"),
-    ]
-    return next((text for broken, text in found if broken), "")
+    faults = {
+        "hung": ended.hung,
+        f"traceback, exit {ended.code}{last}": "Traceback" in ended.err,
+        f"died of signal {-ended.code}{last}": ended.code < 0,
+        f"exit {ended.code}{last}": ended.code not in allowed,
+        f"a line of {longest} characters": longest > most,
+        f"{len(lines)} lines on stderr": len(lines) > LINES,
+        f"control characters {odd!r} on stderr": bool(odd),
+        f"took {ended.peak / 1e9:.2g} GB": ended.peak > HUGE,
+    }
+    return next((text for text, broken in faults.items() if broken), "")
 
 
-def refusal(
-    ended: Ended, allowed: tuple[int, ...] = (0, 2), most: int = LONGEST
-) -> str:
+def refusal(ended: Ended, allowed: Iterable[int] = (0, 2), most: int = LONGEST) -> str:
     """Return `fault`, or that a refusal is not the one line that it should be."""
     wrong = fault(ended, allowed, most)
     lines = [t for t in ended.err.split("\n") if t and not NOTE.match(t)]
-    if not wrong and ended.code == 2 and len(lines) != 1:
-        wrong = f"{len(lines)} lines on stderr for one mistake"
-    if not wrong and ended.code == 2 and not lines[0].startswith("hpcwhirl: error: "):
-        wrong = f"told as {lines[0][:80]!r}"
-    return wrong
+    if wrong or ended.code != 2:
+        return wrong
+    if len(lines) != 1:
+        return f"{len(lines)} lines on stderr for one mistake"
+    right = lines[0].startswith("hpcwhirl: error: ")
+    return "" if right else f"refused as {lines[0][:80]!r}"
+
+
+def first(faults: Iterable[str]) -> str:
+    """Return the first of some faults that is one, "" where none is."""
+    return next(filter(None, faults), "")

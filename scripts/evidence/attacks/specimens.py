@@ -6,40 +6,35 @@ The truth is what an undisturbed run gave: the root variables of its results.h5.
 from __future__ import annotations
 
 import pickle
-import random
-import sys
 from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from attacks.apart import command, fork
+import h5py
+import numpy as np
+
+from attacks.process import PROGRAM, Child, command, fork, start
 
 CAMPAIGN = """
 scene = {{duration = {duration}}}
-solver = {{time_step = 2e-6{scheme}}}
+solver = {{time_step = 2e-6, scheme = "{scheme}"}}
 output = {{interval = 1e-4, traces = "{traces}"}}
 campaign = {{save_every = {save_every}}}
 sweep = {{speed = {{start = 300, stop = 500, num = {speeds}}}, friction = [0.0, 0.2]}}
 """
+MAPS = ("map.png", "map.svg")
 Table = dict[str, tuple[str, tuple[int, ...], bytes]]
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A way to compute a campaign.
-
-    Attributes
-    ----------
-    name : of it
-    options : of the command
-    shards : how many commands it takes, each a shard
-    ranks : under mpirun; 0: without
-    """
+    """A way to compute a campaign: by how many commands (shards) and ranks, and how."""
 
     name: str
     options: tuple[str, ...] = ()
-    scheme: str = ""
+    scheme: str = "modal"
     traces: str = "orbit"
     duration: float = 2e-3
     speeds: int = 6
@@ -47,29 +42,17 @@ class Mode:
     shards: int = 1
     ranks: int = 0
 
-    @property
-    def cases(self) -> int:
-        """Number of cases."""
-        return 2 * self.speeds
-
-    def text(self) -> str:
-        """Return the campaign's TOML."""
-        scheme = f', scheme = "{self.scheme}"' if self.scheme else ""
-        return CAMPAIGN.format(
-            duration=self.duration,
-            scheme=scheme,
-            traces=self.traces,
-            save_every=self.save_every,
-            speeds=self.speeds,
-        )
-
     def calls(self, file: Path, out: Path) -> list[list[str]]:
         """Return the words of the commands that compute it, one a shard."""
         words = ["campaign", str(file), "--out", str(out), *self.options]
-        if self.shards == 1:
-            return [words]
-        return [[*words, "--shard", f"{i + 1}/{self.shards}"]
-                for i in range(self.shards)]  # fmt: skip
+        shards = [["--shard", f"{i + 1}/{self.shards}"] for i in range(self.shards)]
+        return [words + shard for shard in shards] if self.shards > 1 else [words]
+
+    def begin(self, words: Sequence[str], place: Path) -> Child:
+        """Start one of its commands: a fork, or with ranks a launcher."""
+        if self.ranks:
+            return start([*PROGRAM, *words], place, ranks=self.ranks)
+        return fork(command(words), place)
 
 
 PLAIN = Mode("plain")
@@ -83,68 +66,56 @@ RANKS_STATES = Mode("mpirun -n 3, states", ranks=3, duration=2e-2, save_every=1e
 
 @dataclass(frozen=True)
 class Specimen:
-    """A campaign's file and its truth.
-
-    Attributes
-    ----------
-    mode : of it
-    file : TOML
-    out : directory of the undisturbed run
-    truth : root variables of its results
-    """
+    """A campaign's mode, its file, the directory of an undisturbed run, its truth."""
 
     mode: Mode
     file: Path
     out: Path
     truth: Table
 
+    def calls(self, out: Path) -> list[list[str]]:
+        """Return the words of the commands that compute it in a directory."""
+        return self.mode.calls(self.file, out)
+
 
 def table(folder: Path) -> Table:
     """Return {name: (type, shape, bytes)} of the root variables of results.h5."""
-    import h5py
-
     with h5py.File(folder / "results.h5", "r") as file:
-        found = {n: d for n, d in file.items() if isinstance(d, h5py.Dataset)}
-        return {n: (str(d.dtype), d.shape, d[()].tobytes()) for n, d in found.items()}
+        data = {n: d for n, d in file.items() if isinstance(d, h5py.Dataset)}
+        return {n: (str(d.dtype), d.shape, d[()].tobytes()) for n, d in data.items()}
 
 
 def without_maps() -> None:
     """Leave out the pictures: half a second each, and not what is attacked."""
-    from hpcwhirl.report import maps
+    from hpcwhirl.report import render_process
+    from hpcwhirl.report.map import maps
 
-    maps.draw_map = lambda *_, **__: []
+    render_process.draw_apart = maps.draw_map = lambda *_, **__: []
 
 
 def undisturbed(mode: Mode, place: Path, *, maps: bool = False) -> Specimen:
     """Compute a campaign in this process, so that forks find all compiled."""
     place.mkdir(parents=True, exist_ok=True)
     file, out = place / "campaign.toml", place / "out"
-    file.write_text(mode.text())
+    file.write_text(CAMPAIGN.format(**vars(mode)))
     if not maps:
         without_maps()
-    for words in Mode.calls(mode, file, out):
-        code = quietly(words, place)
-        if code:
-            msg = f"an undisturbed campaign ({mode.name}) ends with {code}: see {place}"
-            raise RuntimeError(msg)
+    for words in mode.calls(file, out):
+        quietly(words, place)
     return Specimen(mode, file, out, table(out))
 
 
-def quietly(words: Sequence[str], place: Path) -> int:
-    """Run a command in this process, its streams kept in files."""
-    from contextlib import redirect_stderr, redirect_stdout
-
+def quietly(words: Sequence[str], place: Path) -> None:
+    """Run a command in this process, its streams kept in a file."""
     with (
-        (place / "truth.out").open("a") as out,
-        (place / "truth.err").open("a") as err,
-        redirect_stdout(out),
-        redirect_stderr(err),
+        (place / "quiet.txt").open("a") as file,
+        redirect_stdout(file),
+        redirect_stderr(file),
     ):
-        before, sys.argv = sys.argv, ["hpcwhirl", *words]
-        try:
-            return command(words)()
-        finally:
-            sys.argv = before
+        code = command(words)()
+    if code:
+        msg = f"undisturbed, {' '.join(words)} ends with {code}: see {place}"
+        raise RuntimeError(msg)
 
 
 def read_apart(folder: Path, place: Path) -> Table | str:
@@ -161,14 +132,19 @@ def read_apart(folder: Path, place: Path) -> Table | str:
     return dict(pickle.loads(answer.read_bytes()))
 
 
-def differs(folder: Path, truth: Table, place: Path) -> str:
-    """Return in what results differ from the truth, "" where they have its bits."""
-    found = read_apart(folder, place)
-    if isinstance(found, str):
-        return found
-    names = sorted(n for n in truth.keys() | found.keys()
-                   if truth.get(n) != found.get(n))  # fmt: skip
-    return f"results differ in {', '.join(names[:4])}" if names else ""
+def differs(
+    folder: Path, truth: Table, place: Path, beside: frozenset[str] = frozenset()
+) -> str:
+    """Return in what results differ from the truth, "" where they have its bits.
+
+    beside : variables that they may have besides
+    """
+    rows = read_apart(folder, place)
+    if isinstance(rows, str):
+        return rows
+    names = truth.keys() | (rows.keys() - beside)
+    bad = sorted(n for n in names if truth.get(n) != rows.get(n))
+    return f"results differ in {', '.join(bad[:4])}" if bad else ""
 
 
 def alters(folder: Path, truth: Table, place: Path) -> tuple[str, int]:
@@ -176,26 +152,22 @@ def alters(folder: Path, truth: Table, place: Path) -> tuple[str, int]:
 
     A row without a result is no lie; one that has a result must have its bits.
     """
-    import numpy as np
-
-    found = read_apart(folder, place)
-    if isinstance(found, str):
-        return found, 0
-    if "status" not in found or found["status"][1] != truth["status"][1]:
+    rows = read_apart(folder, place)
+    if isinstance(rows, str):
+        return rows, 0
+    if "status" not in rows or rows["status"][1] != truth["status"][1]:
         return "results have another number of rows", 0
-    count = truth["status"][1][0]
-    states = np.frombuffer(found["status"][2], "i1")
+    states = np.frombuffer(rows["status"][2], "i1")
     ok = states == np.frombuffer(truth["status"][2], "i1")[0]
-    for name, (kind, shape, data) in truth.items():
-        if shape[:1] != (count,) or name == "case":
+    missing = int((~ok).sum())
+    for name, column in truth.items():
+        if column[1] != ok.shape or name == "case":
             continue
-        if name not in found:
-            if ok.any() and len(shape) == 1:
-                return f"results lack {name}", int((~ok).sum())
-            continue
-        if len(shape) == 1 and _rows(found[name], ok) != _rows((kind, shape, data), ok):
-            return f"{name} of a row is not the truth", int((~ok).sum())
-    return "", int((~ok).sum())
+        if name not in rows and ok.any():
+            return f"results lack {name}", missing
+        if name in rows and _rows(rows[name], ok) != _rows(column, ok):
+            return f"{name} of a row is not the truth", missing
+    return "", missing
 
 
 def _rows(column: tuple[str, tuple[int, ...], bytes], ok: Any) -> list[bytes]:
@@ -205,6 +177,15 @@ def _rows(column: tuple[str, tuple[int, ...], bytes], ok: Any) -> list[bytes]:
     return [data[i * size : (i + 1) * size].rstrip(b"\0") for i in ok.nonzero()[0]]
 
 
-def pick(chance: random.Random, weights: dict[Any, float]) -> Any:
-    """Return one of the keys, by their weights."""
-    return chance.choices(list(weights), list(weights.values()))[0]
+def parts(out: Path) -> str:
+    """Return that something half written is left over, "" where nothing is."""
+    left = [p.name for p in out.rglob("*.part*")]
+    return f"left over: {left[0]}" if left else ""
+
+
+def whole(out: Path, specimen: Specimen, place: Path) -> str:
+    """Return what a completed campaign lacks, its maps included."""
+    wrong = differs(out, specimen.truth, place)
+    maps = [out / name for name in MAPS]
+    pale = [p.name for p in maps if not p.is_file() or p.stat().st_size < 1000]
+    return wrong or (f"no whole {pale[0]}" if pale else "") or parts(out)

@@ -1,22 +1,20 @@
-"""Two of everything at once in one directory, with HDF5's locks and without."""
+"""Two of everything at once in one directory, and directories taken over."""
 
 from __future__ import annotations
 
-import random
 import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from attacks import specimens
-from attacks.apart import Ended, command, fork, run
-from attacks.family import Verdict, fault
-from attacks.specimens import Specimen, Table, alters, differs, table, undisturbed
-from hpcwhirl.store.directory.lines import AT, MARK
+from attacks.family import Chance, Family, Verdict, fault, first
+from attacks.process import Ended, command, fork, run
+from attacks.specimens import PLAIN, Specimen, Table, differs, parts, table, undisturbed
 
-WORDS = ("outcome", "regime", "whirl")
 LIMITS = ("--set", "significance=1e-3", "--set", "drift=10", "--set", "rise=1e-9")
+LOCKED, UNLOCKED = ({"HDF5_USE_FILE_LOCKING": value} for value in ("TRUE", "FALSE"))
 
 
 @dataclass(frozen=True)
@@ -30,117 +28,156 @@ class Pair:
 
 def prepare(place: Path) -> Pair:
     """Compute a campaign, and classify a copy of it."""
-    specimen = undisturbed(replace(specimens.PLAIN, duration=4e-3, speeds=8), place)
-    other = place / "classified"
-    shutil.copytree(specimen.out, other)
+    specimen = undisturbed(replace(PLAIN, duration=4e-3, speeds=8), place)
+    other = shutil.copytree(specimen.out, place / "classified")
     ended = run(["classify", other, *LIMITS], place)
     if ended.code:
         raise RuntimeError(ended.err)
     begun = time.monotonic()
-    run(specimen.mode.calls(specimen.file, place / "timed")[0], place)
+    run(specimen.calls(place / "timed")[0], place)
     return Pair(specimen, table(other), time.monotonic() - begun)
 
 
-def at_once(
-    calls: Sequence[Sequence[str]], longest: float, chance: random.Random, place: Path
+def _at_once(
+    calls: Sequence[Sequence[str]], spread: float, chance: Chance, place: Path
 ) -> list[Ended]:
-    """Start commands within `longest` s of one another; return how each ended."""
+    """Start commands within `spread` s of one another; return how each ended."""
     children = []
     for number, words in enumerate(calls):
         children.append(fork(command(words), place, f"command-{number}"))
-        time.sleep(chance.uniform(0.0, longest))
+        time.sleep(chance.uniform(0.0, spread))
     return [child.wait() for child in children]
 
 
-def gathers(shared: Pair, chance: random.Random, place: Path) -> Verdict:
+def _faults(ends: Sequence[Ended], *allowed: int) -> str:
+    return first(fault(ended, allowed) for ended in ends)
+
+
+def attempt_gathers(shared: Pair, chance: Chance, place: Path) -> Verdict:
     """Gather a directory several times at once."""
-    out = place / "out"
-    shutil.copytree(shared.specimen.out, out)
+    out = shutil.copytree(shared.specimen.out, place / "out")
     if chance.random() < 0.5:
         (out / "results.h5").unlink()
     calls = [["gather", str(out), *(["--compress", "1"] * (chance.random() < 0.3))]
              for _ in range(chance.choice([2, 2, 2, 3]))]  # fmt: skip
-    ended = at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, place)
-    wrong = next((w for w in (fault(one, (0,)) for one in ended) if w), "")
-    wrong = wrong or differs(out, shared.specimen.truth, place) or _parts(out)
-    return Verdict(f"{len(calls)} gathers", wrong)
+    ends = _at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, place)
+    wrong = _faults(ends, 0) or differs(out, shared.specimen.truth, place)
+    return Verdict(f"{len(calls)} gathers", wrong or parts(out))
 
 
-def _parts(out: Path) -> str:
-    found = [p.name for p in out.rglob("*.part*")]
-    return f"left over: {found[0]}" if found else ""
-
-
-def mixed(shared: Pair, chance: random.Random, place: Path) -> Verdict:
+def attempt_mixed(shared: Pair, chance: Chance, place: Path) -> Verdict:
     """Let two different commands, or two campaigns, meet in a directory."""
-    kind = chance.choice(
-        [_classify, _classify, _campaigns, _campaigns, _shards, _status]
-    )
-    return kind(shared, chance, place / "out")
+    kind = chance.weighted({_classify: 2, _campaigns: 2, _shards: 1, _status: 1})
+    out = place / "out"
+    wrong = kind(shared, chance, out) or parts(out)
+    return Verdict(kind.__name__.strip("_"), wrong)
 
 
-def _classify(shared: Pair, chance: random.Random, out: Path) -> Verdict:
+def _classify(shared: Pair, chance: Chance, out: Path) -> str:
     """Gather and classify: either's words, all other values the truth."""
     shutil.copytree(shared.specimen.out, out)
-    calls = [["gather", str(out)], ["classify", str(out), *LIMITS]]
-    calls += [["classify", str(out), *LIMITS]] * (chance.random() < 0.3)
+    classify = ["classify", str(out), *LIMITS]
+    calls = [["gather", str(out)], *[classify] * chance.choice([1, 1, 2])]
     chance.shuffle(calls)
-    ended = at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, out.parent)
-    wrong = next((w for w in (fault(one, (0,)) for one in ended) if w), "")
-    first = differs(out, shared.specimen.truth, out.parent)
-    second = differs(out, shared.relabelled, out.parent)
-    if not wrong and first and second:
-        wrong = f"neither the gatherer's file nor the classifier's: {first}"
-    return Verdict("gather + classify", wrong or _parts(out))
+    ends = _at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, out.parent)
+    truths = (shared.specimen.truth, shared.relabelled)
+    wrong = [differs(out, truth, out.parent) for truth in truths]
+    return _faults(ends, 0) or (f"neither's file: {wrong[0]}" if all(wrong) else "")
 
 
-def _campaigns(shared: Pair, chance: random.Random, out: Path) -> Verdict:
+def _campaigns(shared: Pair, chance: Chance, out: Path) -> str:
     """Two campaigns in a directory: one owns it, the other is told whose it is."""
-    (words,) = shared.specimen.mode.calls(shared.specimen.file, out)
+    calls = shared.specimen.calls(out) * chance.choice([2, 2, 3])
     spread = chance.choice([0.0, 0.01, shared.seconds])
-    both = at_once([words] * chance.choice([2, 2, 3]), spread, chance, out.parent)
-    wrong = next((w for w in (fault(one, (0, 2, 75)) for one in both) if w), "")
-    if not wrong and not any(one.code == 0 for one in both):
-        wrong = f"none is complete: {both[0].last}; {both[1].last}"
-    wrong = wrong or next(
-        (f"not told whose it is: {one.last}" for one in both
-         if one.code and "process" not in one.err), "")  # fmt: skip
-    wrong = wrong or differs(out, shared.specimen.truth, out.parent) or _parts(out)
-    return Verdict("campaign + campaign", wrong or _once(shared, out))
+    ends = _at_once(calls, spread, chance, out.parent)
+    refused = [ended for ended in ends if ended.code]
+    if len(refused) == len(ends):
+        return f"none is complete: {'; '.join(ended.last for ended in ends)}"
+    unsaid = [end.last for end in refused if "process" not in end.err]
+    unsaid_ = f"not told whose it is: {unsaid[0]}" if unsaid else ""
+    return _faults(ends, 0, 2, 75) or unsaid_ or _once(shared.specimen, out)
 
 
-def _once(shared: Pair, out: Path) -> str:
-    """Return whether cases were computed more than once."""
-    logs = [p.read_bytes().splitlines() for p in out.glob("journal/*.log")]
-    packed = sum(line[AT:].startswith(MARK) for log in logs for line in log)
-    lines = packed + sum(b'"digest": ' in line for log in logs for line in log)
-    cases = shared.specimen.mode.cases
-    return f"{lines} results of {cases} cases" if lines != cases else ""
-
-
-def _shards(shared: Pair, chance: random.Random, out: Path) -> Verdict:
+def _shards(shared: Pair, chance: Chance, out: Path) -> str:
     """All shards of a campaign at once, as elements of an array job."""
     mode = replace(shared.specimen.mode, shards=chance.choice([2, 3]))
     calls = mode.calls(shared.specimen.file, out)
-    ended = at_once(calls, chance.choice([0.0, 0.05]), chance, out.parent)
-    wrong = next((w for w in (fault(one, (0,)) for one in ended) if w), "")
-    wrong = wrong or differs(out, shared.specimen.truth, out.parent) or _parts(out)
-    return Verdict("shards", wrong or _once(shared, out))
+    ends = _at_once(calls, chance.choice([0.0, 0.05]), chance, out.parent)
+    return _faults(ends, 0) or _once(shared.specimen, out)
 
 
-def _status(shared: Pair, chance: random.Random, out: Path) -> Verdict:
+def _once(specimen: Specimen, out: Path) -> str:
+    """Return what differs from the truth, or that cases were computed twice."""
+    from hpcwhirl.store.directory.journal import read_journals
+
+    rows = [row["digest"] for log in read_journals(out).values() for row in log]
+    twice = len(rows) != len(set(rows))
+    wrong = differs(out, specimen.truth, out.parent)
+    return wrong or (f"{len(rows)} results of {len(set(rows))} cases" if twice else "")
+
+
+def _status(shared: Pair, chance: Chance, out: Path) -> str:
     """Status and gather while a campaign computes; at its end all is there."""
-    (words,) = shared.specimen.mode.calls(shared.specimen.file, out)
-    campaign = fork(command(words), out.parent, "campaign")
-    asked = []
+    (words,) = shared.specimen.calls(out)
+    campaign, asked = fork(command(words), out.parent, "campaign"), []
     while campaign.alive:
-        name = chance.choice(["status", "gather", "gather"])
         if (out / "campaign.json").exists():
+            name = chance.choice(["status", "gather", "gather"])
             asked.append(run([name, str(out)], out.parent))
         time.sleep(chance.uniform(0.0, 0.02))
-    ended = campaign.wait()
-    wrong = fault(ended, (0,))
-    wrong = wrong or next((w for w in (fault(one, (0, 1)) for one in asked) if w), "")
-    wrong = wrong or differs(out, shared.specimen.truth, out.parent)
-    wrong = wrong or alters(out, shared.specimen.truth, out.parent)[0]
-    return Verdict("campaign + status + gather", wrong or _parts(out))
+    wrong = fault(campaign.wait(), (0,)) or _faults(asked, 0, 1)
+    return wrong or _once(shared.specimen, out)
+
+
+# Take-over
+
+OWNERS = ("sweep", "longer list", "refined, twins of speckle")
+STRIDE = 101  # a prime: few tries are spread over all points, many come to each
+Point = tuple[Any, Any]  # a recorded command; the call, or the fault at an await
+
+
+def prepare_takeover(place: Path) -> list[Point]:
+    """Record commands that own a directory; return each point at which they await.
+
+    These are the calls that change the directory, and every await of two ranks for one
+    another.
+    """
+    from crashing import awaits, checks
+    from crashing.kinds import kinds
+
+    chosen = [kinds()[name] for name in OWNERS]
+    checks.prepare(chosen, place)
+    points: list[Point] = []
+    for number, kind in enumerate(chosen):
+        record = checks.record(kind, place / f"record-{number}")
+        points += [(record, at) for at in awaits.claims_of(record)]
+        seen = awaits.awaits_of(record, place, awaits.TWO)
+        points += [(record, at) for at in awaits.faults(seen, awaits.stop)]
+    return points
+
+
+def attempt_takeover(points: list[Point], chance: Chance, place: Path) -> Verdict:
+    """Stop a command at a point, take its directory over, let it go on."""
+    from crashing import awaits
+
+    del place
+    record, at = points[chance.number * STRIDE % len(points)]
+    where = f"a call: {at}"
+    if not isinstance(at, int):
+        where = f"an await: of rank {at.rank}, {at.where}, {at.at}"
+    return Verdict(f"{record.kind.name}, {where}", awaits.lost(record, at))
+
+
+FAMILIES = {
+    "gathers": Family("overlapping gathers, HDF5's locks on", 200, prepare,
+                      attempt_gathers, LOCKED),
+    "gathers-unlocked": Family("overlapping gathers, HDF5's locks off", 200, prepare,
+                               attempt_gathers, UNLOCKED),
+    "together": Family("two commands in one directory, locks on", 100, prepare,
+                       attempt_mixed, LOCKED),
+    "together-unlocked": Family("two commands in one directory, locks off", 100,
+                                prepare, attempt_mixed, UNLOCKED),
+    "take-over": Family("`--take-over` at every await of who owns a directory", 400,
+                        prepare_takeover, attempt_takeover,
+                        shim=Path(__file__).parents[1] / "crashing" / "shim.c"),
+}  # fmt: skip

@@ -28,6 +28,12 @@ function levelText(value) {
   return typeof value === "number" ? short(value) : String(value);
 }
 
+// Whether a refined input is logarithmic; undefined of others, whose levels tell.
+function scaleOfRefined(name) {
+  const place = told.refined?.over.indexOf(name) ?? -1;
+  return place < 0 ? undefined : told.refined.scale[place] === "log";
+}
+
 // What can stand on an axis: swept inputs of several levels; speed and gap otherwise.
 const axes = (() => {
   const found = swept
@@ -38,6 +44,7 @@ const axes = (() => {
       levels: s.levels,
       level: s.level,
       numeric: s.numeric,
+      log: scaleOfRefined(s.variable),
     }));
   for (const name of ["speed", "gap"]) {
     if (found.length >= 2 || found.some((axis) => axis.name === name)) continue;
@@ -69,7 +76,7 @@ function isLogarithmic(levels) {
 // Position, edges and scale of an axis: numbers to scale, words one step apart.
 function placed(axis) {
   if (!axis.numeric) return placedWords(axis);
-  const log = isLogarithmic(axis.levels);
+  const log = axis.log ?? isLogarithmic(axis.levels);
   const to = log ? Math.log : (v) => v;
   const from = log ? Math.exp : (v) => v;
   const at = axis.levels.map(to);

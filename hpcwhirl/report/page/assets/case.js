@@ -17,9 +17,24 @@ function inputsOf(i) {
 }
 
 function wordsOf(i) {
-  const word = told.looks[words.shown[i]].told;
-  const whirl = words.whirl[i];
-  return whirl === "none" ? word : `${word}, ${whirl}`;
+  const [word, whirl] = [told.looks[words.own[i]].told, words.whirl[i]];
+  const own = whirl === "none" ? word : `${word}, ${whirl}`;
+  const shares = sharesOf(i);
+  return shares ? `${own}; ${shares}` : own;
+}
+
+// "16 twins: sustained 0.88, damped 0.12", the most frequent first; "" without twins.
+function sharesOf(i) {
+  const count = columns.get("twin_count")?.value(i) ?? 0;
+  if (!(count > 0)) return "";
+  const known = Object.keys(told.looks)
+    .filter((word) => columns.has(`share_${word}`))
+    .map((word) => [word, valueOf(`share_${word}`, i)])
+    .filter(([, share]) => share > 0);
+  const rest = 1 - d3.sum(known, ([, share]) => share);
+  if (rest > 0.5 / count) known.push(["unstable", rest]);
+  const texts = known.sort((a, b) => b[1] - a[1]).map(([word, share]) => `${told.looks[word].told} ${share.toFixed(2)}`);
+  return `${count} twins: ${texts.join(", ")}`;
 }
 
 const caseTitle = (i) => [`Case ${i}`, ...inputsOf(i)].join(" · ");
@@ -37,18 +52,26 @@ function noTraces(i) {
   if (valueOf("status", i) !== "ok") return "No result, hence no orbit.";
   if (told.traces.kept)
     return "No orbit in this page: this case kept none, or there are so many that only some have theirs here.";
-  return "No orbits were kept: integrate it again with --set traces=orbit, or the campaign.";
+  return "No orbits were kept: the command below integrates it again and draws them.";
 }
 
 function chips(i) {
   const line = document.createElement("p");
-  const look = told.looks[words.shown[i]];
+  line.append("regime ", chipOf(words.own[i]));
+  if (valueOf("status", i) === "ok") line.append(" whirl ", textElement("b", words.whirl[i]));
+  const shares = sharesOf(i);
+  if (!shares) return line;
+  const twins = textElement("span", ` · ${shares}; with the case itself most are `, "shares");
+  line.append(twins, chipOf(byMajority(words.own[i], i, false)));
+  return line;
+}
+
+function chipOf(word) {
+  const look = told.looks[word];
   const chip = textElement("span", look.told, "chip");
   chip.style.background = look.colour;
   chip.style.color = look.ink;
-  line.append("regime ", chip);
-  if (valueOf("status", i) === "ok") line.append(" whirl ", textElement("b", words.whirl[i]));
-  return line;
+  return chip;
 }
 
 // The rules that named it, with its numbers; below, what keeps it from other words.
@@ -60,12 +83,13 @@ function why(i) {
     return block;
   }
   const outcome = ruleOf("outcome", i);
-  const table = outcome.word === "unstable" ? "outcome" : "regime";
+  const table = NO_REGIME.includes(outcome.word) ? "outcome" : "regime";
   const rule = ruleOf(table, i);
   const found = rule.needs.flatMap(({ tree }) => reasons(tree, i));
-  const against = rule.word === "undecided" ? nearest(i) : "";
-  const because = [texts(found), against].filter(Boolean).join("; ");
-  block.append(textElement("p", `${because} → ${rule.word}`, "because"));
+  const open = rule.word === "undecided" ? nearest(i) : "";
+  const against = open ? `It is ${open}.` : "";
+  block.append(textElement("p", story(i, rule.word, against), "because"));
+  if (found.length) block.append(textElement("p", `The rule: ${texts(found)} → ${rule.word}`, "note"));
   if (table === "regime") {
     const whirl = ruleOf("whirl", i);
     const seen = whirl.needs.flatMap(({ tree }) => reasons(tree, i));

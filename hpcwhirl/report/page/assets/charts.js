@@ -8,6 +8,7 @@ function lengthUnit(largest) {
   return LENGTHS.find(([factor]) => largest * factor >= 0.1) ?? LENGTHS.at(-1);
 }
 
+const POWER_DECADES = 1e-8; // of the largest power: what is drawn
 const CHART = { width: 330, height: 200, marginLeft: 52, marginBottom: 36, marginTop: 24, marginRight: 12 };
 
 // A logarithmic axis with a few powers of ten.
@@ -80,7 +81,7 @@ function orbitFigure(record, i, frame, whole) {
   );
 }
 
-function overTime(record, i, curves, { label, log, rules = [], domain }) {
+function overTime(record, i, curves, { label, log }) {
   const end = valueOf("end_time", i);
   const start = end - valueOf("window", i);
   const rows = curves.flatMap(({ values, name }) => {
@@ -91,11 +92,10 @@ function overTime(record, i, curves, { label, log, rules = [], domain }) {
   return Plot.plot({
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
-    y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, domain, clamp: Boolean(domain), tickFormat: short, ticks: 5, grid: true },
+    y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, tickFormat: short, ticks: 5, grid: true },
     color: { domain: names, range: ["var(--line)", "var(--second)", "var(--third)"].slice(0, names.length), legend: names.length > 1 },
     marks: [
       Plot.ruleX([start], { strokeDasharray: "2 3" }),
-      ...rules.map((v) => Plot.ruleY([v], { strokeDasharray: "4 3" })),
       Plot.line(log ? rows.filter((r) => r.v > 0) : rows, { x: "t", y: "v", stroke: "name", strokeWidth: 1.2 }),
     ],
   });
@@ -168,23 +168,35 @@ function energyFigure(record, i) {
   return figureOf("Energy of both bodies", plot, `mean of each of ${count} pieces of the run`);
 }
 
-// The first knock is cut off where it would press all that follows to the ground.
+// Powers span decades; what has the other sign is dashed.
 function powerFigure(record, i) {
   const curves = [
     { name: "fed by friction", values: record.friction },
     { name: "fed by rotation", values: record.rotation },
     { name: "lost", values: record.lost },
   ];
-  const count = used(record.energy);
-  const late = curves.flatMap(({ values }) => Array.from(values.subarray(Math.floor(0.4 * count), count)));
-  const [low, high] = d3.extent([0, ...late]);
-  const most = d3.max(curves, ({ values }) => d3.max(values));
-  const room = 0.15 * (high - low) || 1;
-  const cut = most > 4 * high ? [low - room, high + room] : undefined;
-  const plot = overTime(record, i, curves, { label: told.labels.power, log: false, rules: [0], domain: cut });
+  const [count, end] = [used(record.energy), valueOf("end_time", i)];
+  const sizes = curves.flatMap(({ values }) => Array.from(values.subarray(0, count), Math.abs)).filter((v) => v > 0);
+  const top = d3.max(sizes) ?? 1;
+  const least = Math.max(d3.min(sizes) ?? 0.1 * top, POWER_DECADES * top);
+  const range = [10 ** Math.floor(Math.log10(least)), 10 ** Math.ceil(Math.log10(1.5 * top))];
+  const rows = (sign) => curves.flatMap(({ values, name }) =>
+    middles(count, end).map((t, j) => ({ t, name, v: sign * values[j] >= range[0] ? sign * values[j] : NaN })));
+  const look = { x: "t", y: "v", stroke: "name", strokeWidth: 1.2 };
+  const names = curves.map((c) => c.name);
+  const plot = Plot.plot({
+    ...CHART,
+    x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
+    y: decades(told.labels.power, range),
+    color: { domain: names, range: ["var(--line)", "var(--second)", "var(--third)"], legend: true },
+    marks: [
+      Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
+      Plot.line(rows(1), look),
+      Plot.line(rows(-1), { ...look, strokeDasharray: "3 2" }),
+    ],
+  });
   return figureOf(
     "What feeds it, and what it loses", plot,
-    `mean power of each of ${count} pieces; lost: damping and impacts` +
-      (cut ? `; cut off at the top: ${short(most)} at most` : ""),
+    `mean power of each of ${count} pieces; lost: damping and impacts; dashed: taken out, not fed`,
   );
 }

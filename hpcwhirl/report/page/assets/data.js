@@ -54,9 +54,10 @@ for (const [name, derived] of Object.entries(told.derived)) {
   columns.set(name, { name, ...derived, isWord: false, value });
 }
 
+// What integrates a case again, keeps its traces and draws them.
 function commandOf(i) {
-  if (told.commands[i]) return told.commands[i];
-  return told.program + swept.map((s) => ` ${s.set[s.level(i)]}`).join("") + told.tail;
+  const own = told.commands[i] ?? told.program + swept.map((s) => ` ${s.set[s.level(i)]}`).join("") + told.tail;
+  return `${own} --out case-${i}.h5 --plot case-${i}`;
 }
 
 // A record: scale of the places (m), angle of the rotating frame at the first (rad),

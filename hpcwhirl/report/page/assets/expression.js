@@ -1,12 +1,30 @@
-// Conditions on named numbers and words: the language of hpcwhirl.analysis.expression
-// (rules) and of `hpcwhirl cases --where` (filter), whose `in` it knows, too.
-// parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing is
-// run as code.
+// Conditions on named numbers and words: the language of hpcwhirl.analysis.grammar and
+// hpcwhirl.analysis.expression, with the same refusals (tests/analysis/test_expression.py runs
+// both). parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing
+// is run as code.
 
-const FUNCTIONS = { abs: 1, min: 2, max: 2 };
+const LONGEST = 2000; // characters
+const DEEPEST = 30; // brackets within brackets
+const EQUAL = 1e-9; // relative difference of numbers that are one value
+const FUNCTIONS = {
+  abs: [1, 1], sqrt: [1, 1], exp: [1, 1], log: [1, 1], log10: [1, 1],
+  min: [2, 99], max: [2, 99],
+};
 const COMPARED = ["==", "!=", "<=", ">=", "<", ">"];
+const RESERVED = ["and", "or", "not", "in"];
+const CLOSING = { "(": ")", "[": "]", "{": "}" };
+const INSTEAD = {
+  "=": "write == for 'is equal to'", "&": "write and", "&&": "write and",
+  "|": "write or", "||": "write or", "!": "write not", "<>": "write !=",
+  "**": "there are no powers: write x * x", "^": "there are no powers: write x * x",
+  "%": "there is no remainder",
+};
 const TOKEN =
-  /\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([\p{L}_][\p{L}\p{N}_.]*)|'([^']*)'|"([^"]*)"|(==|!=|<=|>=|[<>()[\]{}+\-*\/,]))/uy;
+  /\s*(?:((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|([\p{L}_][\p{L}\p{N}_.]*)|'([^']*)'|"([^"]*)"|(&&?|\|\|?|\*\*|<>|\^|%|=(?!=)|!(?!=))|(==|!=|<=|>=|[<>()[\]{}+\-*\/,]))/uy;
+
+function refuse(why) {
+  throw new Error(why);
+}
 
 function tokens(text) {
   const found = [];
@@ -15,51 +33,51 @@ function tokens(text) {
   while (TOKEN.lastIndex < end) {
     const at = TOKEN.lastIndex;
     const part = TOKEN.exec(text);
-    if (!part) throw new Error(`cannot read '${text.slice(at).trim().slice(0, 12)}'`);
-    if (part[1] !== undefined) found.push(["number", Number(part[1])]);
-    else if (part[2] !== undefined) found.push(["name", part[2]]);
-    else if (part[5] !== undefined) found.push(["sign", part[5]]);
-    else found.push(["word", part[3] ?? part[4]]);
+    if (!part) refuse(`'${text.slice(at).trim().slice(0, 12)}' is not expected there`);
+    const [, number, name, single, double, instead, sign] = part;
+    if (instead !== undefined) refuse(`'${instead}' is not known here, ${INSTEAD[instead]}`);
+    if (number !== undefined) found.push(["number", number]);
+    else if (name !== undefined) found.push(["name", name]);
+    else if (sign !== undefined) found.push(["sign", sign]);
+    else found.push(["word", single ?? double]);
   }
   return found;
 }
 
+function numberOf(text) {
+  const value = Number(text);
+  if (value === Infinity) refuse(`a number is below 1.8e308, got one of ${text.length} characters`);
+  return value;
+}
+
 function parse(text) {
+  if ([...text].length > LONGEST)
+    refuse(`a condition has at most ${LONGEST} characters, got ${[...text].length}`);
   const list = tokens(text);
   let at = 0;
-  const is = (...signs) =>
-    at < list.length && list[at][0] === "sign" && signs.includes(list[at][1]);
-  const named = (word) => at < list.length && list[at][0] === "name" && list[at][1] === word;
-  const expect = (sign) => {
-    if (!is(sign)) throw new Error(`'${sign}' is missing`);
-    at += 1;
-  };
-  const left = (part, ...signs) => {
+  let depth = 0;
+  const is = (kind, ...values) =>
+    at < list.length && list[at][0] === kind && values.includes(list[at][1]);
+  const joined = (part, kind, ...signs) => {
     let tree = part();
-    while (is(...signs)) tree = [list[at++][1], tree, part()];
+    while (is(kind, ...signs)) tree = [list[at++][1], tree, part()];
     return tree;
   };
-  const joined = (part, word) => {
+  const repeated = (part, kind, sign, does) => {
+    let count = 0;
+    for (; is(kind, sign); at += 1) count += 1;
     let tree = part();
-    while (named(word)) {
-      at += 1;
-      tree = [word, tree, part()];
-    }
+    for (; count; count -= 1) tree = [does, tree];
     return tree;
   };
-  const either = () => joined(both, "or");
-  const both = () => joined(negated, "and");
-  const negated = () => {
-    if (!named("not")) return compared();
-    at += 1;
-    return ["not", negated()];
-  };
+  const either = () => joined(both, "name", "or");
+  const both = () => joined(negated, "name", "and");
+  const negated = () => repeated(compared, "name", "not", "not");
   const compared = () => {
     let before = sum();
-    const away = named("not");
-    if (away || named("in")) return member(before, away);
+    if (is("name", "not", "in")) return member(before);
     let tree = null;
-    while (is(...COMPARED)) {
+    while (is("sign", ...COMPARED)) {
       const sign = list[at++][1];
       const after = sum();
       const pair = [sign, before, after];
@@ -68,94 +86,103 @@ function parse(text) {
     }
     return tree ?? before;
   };
-  const member = (one, away) => {
+  const member = (one) => {
+    const away = list[at++][1] === "not";
+    if (away && !is("name", "in")) refuse("'in' is missing after 'not'");
     if (away) at += 1;
-    if (!named("in")) throw new Error("'in' is missing");
-    at += 1;
-    const close = { "(": ")", "[": "]", "{": "}" }[list[at]?.[0] === "sign" ? list[at][1] : ""];
-    if (!close) throw new Error("a list such as (damped, sustained) is missing after 'in'");
-    at += 1;
-    let tree = ["==", one, sum()];
-    while (is(",")) {
-      at += 1;
-      if (!is(close)) tree = ["or", tree, ["==", one, sum()]];
-    }
-    expect(close);
+    const closing = CLOSING[list[at]?.[0] === "sign" ? list[at][1] : ""];
+    if (!closing) refuse("a list such as (damped, sustained) is missing after 'in'");
+    const equal = listed(sum, closing).map((other) => ["==", one, other]);
+    const tree = equal.reduce((before, after) => ["or", before, after]);
     return away ? ["not", tree] : tree;
   };
-  const sum = () => left(product, "+", "-");
-  const product = () => left(signed, "*", "/");
-  const signed = () => {
-    if (!is("-")) return atom();
+  const listed = (part, closing) => {
+    depth += 1;
+    if (depth > DEEPEST) refuse(`it has more than ${DEEPEST} brackets within each other`);
     at += 1;
-    return ["negative", signed()];
-  };
-  const atom = () => {
-    if (at >= list.length) throw new Error("something is missing at the end");
-    const [kind, value] = list[at++];
-    if (kind === "sign" && value === "(") {
-      const tree = either();
-      expect(")");
-      return tree;
+    const parts = [part()];
+    while (is("sign", ",")) {
+      at += 1;
+      if (is("sign", closing)) break;
+      parts.push(part());
     }
-    if (kind === "sign" || (kind === "name" && ["and", "or", "not", "in"].includes(value)))
-      throw new Error(`'${value}' stands where a number or name should`);
-    if (kind === "name" && is("(")) return call(value);
-    return [kind, value];
+    const before = at < list.length ? ` before '${list[at][1]}'` : "";
+    if (!is("sign", closing)) refuse(`'${closing}' is missing${before}`);
+    at += 1;
+    depth -= 1;
+    return parts;
+  };
+  const sum = () => joined(product, "sign", "+", "-");
+  const product = () => joined(signed, "sign", "*", "/");
+  const signed = () => repeated(atom, "sign", "-", "negative");
+  const atom = () => {
+    if (is("sign", "(")) {
+      const parts = listed(either, ")");
+      if (parts.length > 1) refuse("a list stands after 'in' alone");
+      return parts[0];
+    }
+    if (at >= list.length) refuse("something is missing at its end");
+    const [kind, value] = list[at];
+    if (kind === "sign" || (kind === "name" && RESERVED.includes(value)))
+      refuse(`'${value}' stands where a number or a name should`);
+    at += 1;
+    if (kind === "name" && is("sign", "(")) return call(value);
+    return [kind, kind === "number" ? numberOf(value) : value];
   };
   const call = (name) => {
-    if (!Object.hasOwn(FUNCTIONS, name)) throw new Error(`no function '${name}'`);
-    expect("(");
-    const parts = [either()];
-    while (is(",")) {
-      at += 1;
-      parts.push(either());
-    }
-    expect(")");
-    if (parts.length !== FUNCTIONS[name])
-      throw new Error(`${name} takes ${FUNCTIONS[name]}, got ${parts.length}`);
+    if (!Object.hasOwn(FUNCTIONS, name))
+      refuse(`there is no function '${name}', but ${Object.keys(FUNCTIONS).join(", ")}`);
+    const [least, most] = FUNCTIONS[name];
+    const parts = listed(either, ")");
+    const wanted = least === most ? `${least}` : `${least} to ${most}`;
+    if (parts.length < least || parts.length > most)
+      refuse(`${name} takes ${wanted}, got ${parts.length}`);
     return [name, ...parts];
   };
   const tree = either();
-  if (at < list.length) throw new Error(`'${list[at][1]}' is not expected there`);
+  if (at < list.length) refuse(`'${list[at][1]}' is not expected there`);
   return tree;
 }
 
-const MEANING = {
-  "+": (a, b) => (i) => a(i) + b(i),
-  "-": (a, b) => (i) => a(i) - b(i),
-  "*": (a, b) => (i) => a(i) * b(i),
-  "/": (a, b) => (i) => a(i) / b(i),
-  "==": (a, b) => (i) => a(i) === b(i),
-  "!=": (a, b) => (i) => a(i) !== b(i),
-  "<": (a, b) => (i) => a(i) < b(i),
-  "<=": (a, b) => (i) => a(i) <= b(i),
-  ">": (a, b) => (i) => a(i) > b(i),
-  ">=": (a, b) => (i) => a(i) >= b(i),
-  and: (a, b) => (i) => Boolean(a(i)) && Boolean(b(i)),
-  or: (a, b) => (i) => Boolean(a(i)) || Boolean(b(i)),
-  not: (a) => (i) => !a(i),
-  negative: (a) => (i) => -a(i),
-  abs: (a) => (i) => Math.abs(a(i)),
-  min: (a, b) => (i) => Math.min(a(i), b(i)),
-  max: (a, b) => (i) => Math.max(a(i), b(i)),
-};
+// Words that are the same, or numbers to nine digits.
+const same = (x, y) =>
+  x === y || (typeof x !== "string" && Number.isFinite(y) && Math.abs(x - y) <= EQUAL * Math.abs(y));
 
-// As `cases --where` takes equality: to nine digits.
-const near = (x, y) =>
-  x === y || (typeof x === "number" && Math.abs(x - y) <= 1e-9 * Math.abs(y));
-const LENIENT = {
-  ...MEANING,
-  "==": (a, b) => (i) => near(a(i), b(i)),
-  "!=": (a, b) => (i) => !near(a(i), b(i)),
+const MEANING = {
+  "+": (a, b) => a + b,
+  "-": (a, b) => a - b,
+  "*": (a, b) => a * b,
+  "/": (a, b) => a / b,
+  "==": same,
+  "!=": (a, b) => !same(a, b),
+  "<": (a, b) => a < b,
+  "<=": (a, b) => a <= b,
+  ">": (a, b) => a > b,
+  ">=": (a, b) => a >= b,
+  and: (a, b) => Boolean(a) && Boolean(b),
+  or: (a, b) => Boolean(a) || Boolean(b),
+  not: (a) => !a,
+  negative: (a) => -a,
+  abs: Math.abs,
+  sqrt: Math.sqrt,
+  exp: Math.exp,
+  log: Math.log,
+  log10: Math.log10,
+  min: Math.min,
+  max: Math.max,
 };
 
 // lookup(name) gives a function of the case, or null where the name is a word itself.
-function compile(tree, lookup, meaning = MEANING) {
+function compile(tree, lookup) {
   const [kind, ...parts] = tree;
   if (kind === "number" || kind === "word") return () => parts[0];
   if (kind === "name") return lookup(parts[0]) ?? (() => parts[0]);
-  return meaning[kind](...parts.map((part) => compile(part, lookup, meaning)));
+  const meaning = MEANING[kind];
+  const asked = parts.map((part) => compile(part, lookup));
+  const [a, b] = asked;
+  if (asked.length === 1) return (i) => meaning(a(i));
+  if (asked.length === 2) return (i) => meaning(a(i), b(i));
+  return (i) => meaning(...asked.map((part) => part(i)));
 }
 
 function namesIn(tree) {

@@ -57,10 +57,11 @@ function onMap() {
 function drawAll() {
   drawChoosers();
   state.shown = onMap();
-  const { plot, colour } = drawMap(mapPlace, choice, state.shown);
+  const { plot, colour, refined } = drawMap(mapPlace, choice, state.shown);
   state.drawn = plot;
-  state.cells = new Map(Array.from(cellsOf(plot), (cell) => [Number(cell.dataset.case), cell]));
+  state.cells = d3.group(cellsOf(plot), (cell) => Number(cell.dataset.case));
   drawLegend(colour);
+  if (refined) element("legend").append(textElement("span", "black: boundary · white dots: speckle, where words are chance"));
   fade();
   mark();
   tellShown();
@@ -102,7 +103,7 @@ function tellShown() {
 
 const FILTER_NAMES = {
   case: (i) => i,
-  word: (i) => words.shown[i],
+  word: (i) => words.own[i],
   regime: (i) => words.regime[i],
   whirl: (i) => words.whirl[i],
   outcome: (i) => words.outcome[i],
@@ -134,7 +135,7 @@ function applyFilter() {
   const text = element("filter").value.trim();
   try {
     const tree = text ? parse(text) : null;
-    state.matches = tree ? compile(tree, filterName, LENIENT) : () => true;
+    state.matches = tree ? compile(tree, filterName) : () => true;
     const count = CASES.filter(state.matches).length;
     element("filter-note").textContent = text ? `${count} of ${counted(COUNT)}` : "";
     element("filter").removeAttribute("aria-invalid");
@@ -149,17 +150,18 @@ function applyFilter() {
 }
 
 function fade() {
-  for (const [i, cell] of state.cells) cell.classList.toggle("faded", !state.matches(i));
+  for (const [i, parts] of state.cells)
+    for (const cell of parts) cell.classList.toggle("faded", !state.matches(i));
 }
 
 // The chosen case
 
 function mark() {
-  state.drawn.querySelector(".chosen")?.classList.remove("chosen");
-  const cell = state.cells.get(state.chosen);
-  if (!cell) return;
-  cell.classList.add("chosen");
-  cell.parentNode.append(cell); // above its neighbours
+  for (const cell of state.drawn.querySelectorAll(".chosen")) cell.classList.remove("chosen");
+  for (const cell of state.cells.get(state.chosen) ?? []) {
+    cell.classList.add("chosen");
+    cell.parentNode.append(cell); // above its neighbours
+  }
 }
 
 function choose(i) {
@@ -233,8 +235,8 @@ element("clear").addEventListener("click", () => setFilter(""));
 
 const LISTS = {
   all: ["all", () => true],
-  failed: ["failed, unstable or not computed", (i) => ["failed", "missing", "unstable"].includes(words.shown[i])],
-  undecided: ["undecided", (i) => words.shown[i] === "undecided"],
+  failed: ["without a regime", (i) => ["failed", "missing", ...NO_REGIME].includes(words.own[i])],
+  undecided: ["undecided", (i) => words.own[i] === "undecided"],
 };
 
 function drawList() {
@@ -360,8 +362,10 @@ function drawHead() {
   element("lead").textContent = [
     over || "nothing is swept", `results of ${told.facts.created ?? "unknown time"}`,
     `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
-    ...(told.facts.preset ? [`preset ${told.facts.preset}: ${told.facts.preset_loses}`] : []),
+    ...(told.twins ? [`coloured by most of twins and case; ${told.twins}`] : []),
   ].join(" · ");
+  element("preset").hidden = !told.facts.preset;
+  if (told.facts.preset) tellPreset(told.facts.preset, told.facts.preset_loses);
   const others = otherwiseNamed().length;
   element("warning").hidden = !others;
   element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR names them anew.`;
@@ -370,6 +374,28 @@ function drawHead() {
     heading("h4", "Inputs that all cases share"),
     tableOf(told.inputs.map((s) => [s.name, JSON.stringify(s.value), s.meaning])),
   );
+}
+
+// What a preset loses: its first clause, and the rest when asked for.
+function tellPreset(name, loses) {
+  const [first, ...rest] = loses.split("; ");
+  element("preset").replaceChildren(
+    textElement("summary", `preset ${name}: ${first}${rest.length ? " (more)" : ""}`),
+    textElement("p", loses),
+  );
+}
+
+const INTERESTING = ["divergent", "overloaded", "sustained", "undecided", "unstable", "damped"];
+
+// The case to begin with: of the word that asks most for a look, one with an orbit.
+function firstCase() {
+  for (const word of INTERESTING) {
+    const own = state.shown.filter((i) => words.shown[i] === word);
+    const drawn = own.filter((i) => valueOf("record", i) >= 0);
+    const list = drawn.length ? drawn : own;
+    if (list.length) return list[Math.floor((list.length - 1) / 2)];
+  }
+  return 0;
 }
 
 function thinned() {
@@ -383,7 +409,7 @@ nameAll();
 drawHead();
 drawLimits();
 drawAll();
-choose(0);
+choose(firstCase());
 element("spoken").textContent = "";
 
 let width = innerWidth;

@@ -6,7 +6,7 @@ const WHIRL_MARKS = { forward: "▲", backward: "▼", mixed: "●", none: "" };
 
 // {fill(i), ink(i), legend()} of what colours the cells.
 function colouring(name, shown) {
-  if (name === "regime") return byWords((i) => words.shown[i], told.looks, shown);
+  if (name === "regime") return { ...byWords((i) => words.shown[i], told.looks, shown), letter: letters };
   if (name === "whirl") return { ...byWords((i) => words.whirl[i], told.whirls, shown), isWhirl: true };
   const column = columns.get(name);
   const title = withUnit(name, column.unit);
@@ -49,6 +49,12 @@ function byWords(word, looks, shown) {
       .filter((name) => counts.has(name))
       .map((name) => ({ name, look: looks[name], count: counts.get(name) })),
   };
+}
+
+// The letter of the word a case is coloured by, and its own where twins have another.
+function letters(i) {
+  const [most, own] = [words.shown[i], words.own[i]].map((word) => told.looks[word].letter);
+  return most === own ? most : `${most}(${own})`;
 }
 
 // Cases of equal place share its cell, side by side.
@@ -136,8 +142,10 @@ function drawMap(frame, choice, shown) {
   const colour = colouring(choice.colour, shown);
   const { facet, scales } = facetsOf(choice);
   const rows = axisOf(choice.down)?.levels.length ?? 1;
-  const grid = isGrid(shown, x, y);
-  const marks = (grid ? cellMarks : pointMarks)(shown, x, y, facet, colour);
+  const refined = isRefinedMap(x, y) ? refinedMarks(shown, x, y, facet, colour) : null;
+  const plain = isGrid(shown, x, y) ? cellMarks : pointMarks;
+  const { marks, cases } = refined ?? { marks: plain(shown, x, y, facet, colour), cases: shown };
+  const scaled = (axis, ...ends) => (refined?.boxes.length ? fitted(axis, ends, refined.boxes) : placed(axis).scale);
   const tall = y === ONE ? 110 : Math.min(460, Math.max(160, 60 + 48 * y.levels.length));
   const plot = Plot.plot({
     width: Math.max(frame.clientWidth, 320),
@@ -145,8 +153,8 @@ function drawMap(frame, choice, shown) {
     marginLeft: y.numeric ? 62 : 110,
     marginBottom: 40,
     marginRight: choice.down ? 40 + 6.5 * longest(axisOf(choice.down)) : 16,
-    x: placed(x).scale,
-    y: { ...placed(y).scale, reverse: false },
+    x: scaled(x, "x1", "x2"),
+    y: { ...scaled(y, "y1", "y2"), reverse: false },
     color: { type: "identity" },
     ...scales,
     marks,
@@ -154,12 +162,12 @@ function drawMap(frame, choice, shown) {
   plot.setAttribute("aria-hidden", "true");
   frame.replaceChildren(plot);
   for (const cell of cellsOf(plot)) {
-    const i = shown[cell.__data__];
+    const i = cases[cell.__data__];
     cell.dataset.case = i;
     cell.dataset.word = words.shown[i];
     cell.dataset.whirl = words.whirl[i];
   }
-  return { plot, colour };
+  return { plot, colour, refined: Boolean(refined) };
 }
 
 const ONE = { name: "", title: "", levels: [""], level: () => 0, numeric: false };

@@ -37,7 +37,7 @@ function tableRow(i, chosen, choose) {
   const first = document.createElement("td");
   first.append(button);
   row.append(first, ...swept.map((s) => textElement("td", cut(levelText(s.value(i)), 40))));
-  const note = told.messages[i] ?? (words.shown[i] === "undecided" ? nearest(i) : "");
+  const note = told.messages[i] ?? (words.own[i] === "undecided" ? nearest(i) : "");
   row.append(textElement("td", wordsOf(i)), textElement("td", note));
   return row;
 }

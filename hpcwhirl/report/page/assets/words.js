@@ -1,5 +1,6 @@
 // Words of all cases by the tables of hpcwhirl.scene.words, and why.
 
+const NO_REGIME = ["unstable", "overloaded"]; // outcomes, as `scene.words` has them
 const limits = Object.fromEntries(told.thresholds.map((t) => [t.name, t.value]));
 const given = { ...limits };
 
@@ -35,17 +36,25 @@ const ruleOf = (table, i) =>
 
 function wordsByRule(i) {
   const outcome = ruleOf("outcome", i).word;
-  if (outcome === "unstable") return [outcome, "none", "none"];
+  if (NO_REGIME.includes(outcome)) return [outcome, "none", "none"];
   return [outcome, ruleOf("regime", i).word, ruleOf("whirl", i).word];
 }
 
 // As `palette.words_of`: what a case is shown by.
 function shownWord(status, outcome, regime) {
   if (status !== "ok") return status === "missing" ? "missing" : "failed";
-  return outcome === "unstable" || regime === "none" ? "unstable" : regime;
+  if (NO_REGIME.includes(outcome)) return outcome;
+  return regime === "none" ? "unstable" : regime;
 }
 
-const words = { shown: [], whirl: [], outcome: [], regime: [] };
+// What a case is coloured by: the word of most of its twins and itself. What twins would
+// be by other thresholds is not known here: then it is the case's own.
+function byMajority(own, i, moved) {
+  const most = columns.get("word_majority")?.value(i) ?? "none";
+  return moved || most === "none" ? own : most;
+}
+
+const words = { shown: [], own: [], whirl: [], outcome: [], regime: [] };
 const stored = {
   outcome: columns.get("outcome").value,
   regime: columns.get("regime").value,
@@ -61,7 +70,8 @@ function nameAll() {
     const old = [stored.outcome(i), stored.regime(i), stored.whirl(i)];
     const now = moved && status === "ok" ? wordsByRule(i) : old;
     [words.outcome[i], words.regime[i], words.whirl[i]] = now;
-    words.shown[i] = shownWord(status, now[0], now[1]);
+    words.own[i] = shownWord(status, now[0], now[1]);
+    words.shown[i] = byMajority(words.own[i], i, moved);
     if (now.some((word, j) => word !== old[j])) changed += 1;
   }
   return changed;
@@ -89,7 +99,7 @@ function spoken(tree) {
   if (kind === "negative") return `−${spoken(a)}`;
   if (kind === "not") return `not (${spoken(a)})`;
   if (Object.hasOwn(FUNCTIONS, kind))
-    return kind === "abs" ? `|${spoken(a)}|` : `${kind}(${spoken(a)}, ${spoken(b)})`;
+    return kind === "abs" ? `|${spoken(a)}|` : `${kind}(${tree.slice(1).map(spoken).join(", ")})`;
   return `${spoken(a)} ${kind === "*" ? "×" : (SIGNS[kind] ?? kind)} ${spoken(b)}`;
 }
 
@@ -118,7 +128,8 @@ function comparison(kind, a, b, i) {
   // x >= limit * y is told as x over y against the limit
   if (b[0] === "*" && isLimit(b[1]) && number(b[2]) > 0)
     return `${spoken(a)} over ${spoken(b[2])} ${short(number(a) / number(b[2]))} ${sign} ${limit(b[1])}`;
-  const left = `${spoken(a)} ${short(number(a))} ${sign}`;
+  const unit = a[0] === "name" ? (columns.get(a[1])?.unit ?? "") : "";
+  const left = `${spoken(a)} ${inUnit(number(a), unit)} ${sign}`;
   if (isLimit(b)) return `${left} ${limit(b)}`;
   if (b[0] === "negative" && isLimit(b[1])) return `${left} −${limit(b[1])}`;
   if (b[0] === "number" || b[0] === "word") return `${left} ${short(b[1])}`;

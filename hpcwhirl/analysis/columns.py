@@ -1,0 +1,237 @@
+"""Evaluate conditions and expressions over the per-case variables of a results file.
+
+A condition is checked before it is evaluated: its operands must be numbers where
+numbers are needed, its names must exist, and a variable is compared only with words
+that it can have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.expression import Program, is_text, names_in, value_of
+from hpcwhirl.analysis.grammar import Step, parse
+from hpcwhirl.errors import SHOWN, InputError, nearest, one_line, unknown
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.scene.words import SHOWN as WORDS
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import variable_of
+from hpcwhirl.store.reading.shares import words_of
+
+if TYPE_CHECKING:
+    import xarray
+
+WORD = "word"  # a case's regime, or the reason why it has none
+Kind = Literal["number", "text", "truth"]
+ORDERED = {"<", "<=", ">", ">="}
+LOGIC = {"and", "or", "not"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Access to the columns that conditions name.
+
+    Attributes
+    ----------
+    variable : function, name as written -> variable of the file; raises InputError
+    column : function, variable -> its values (cases,), numbers or text
+    words : {variable: words that it can have}
+    cases : number of cases
+    """
+
+    variable: Callable[[str], str]
+    column: Callable[[str], NDArray[Any]]
+    words: dict[str, Sequence[str]]
+    cases: int
+
+
+def source_of(data: xarray.Dataset) -> Source:
+    """Return access to the per-case variables of a file, and to `word`."""
+    known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
+
+    def variable(name: str) -> str:
+        if name == WORD or name in known:
+            return name
+        try:
+            return variable_of(name, known, "variable")
+        except InputError:
+            hint = nearest(name, known) or "; `cases --columns '?'` lists what there is"
+            msg = f"unknown variable '{one_line(name, SHOWN)}'{hint}"
+            raise InputError(msg) from None
+
+    def column(name: str) -> NDArray[Any]:
+        if name != WORD:
+            return np.asarray(data[name].to_numpy())
+        return words_of(*(words(data[n]) for n in ("status", "outcome", "regime")))
+
+    allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
+    return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])
+
+
+def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
+    """Return for each case whether a condition holds, (cases,).
+
+    Raises
+    ------
+    InputError
+        where the text is no condition, or one of its names does not exist
+    """
+    holds = _evaluated(text, source, "truth", option)
+    return np.broadcast_to(np.asarray(holds, bool), source.cases).copy()
+
+
+def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
+    """Return the value of a numeric expression for each case, (cases,).
+
+    Raises
+    ------
+    InputError
+        where the text is no number, or one of its names does not exist
+    """
+    values = _evaluated(text, source, "number", option)
+    return np.broadcast_to(np.asarray(values, float), source.cases).copy()
+
+
+def _evaluated(text: str, source: Source, wanted: Kind, option: str) -> Any:
+    try:
+        program = _Check(parse(text), source).named(wanted)
+    except InputError as failed:
+        msg = f"{option}: {failed}"
+        raise InputError(msg) from None
+    columns = {name: _plain(source.column(name)) for name in names_in(program)}
+    with np.errstate(all="ignore"):
+        return value_of(program, columns)
+
+
+def _plain(column: NDArray[Any]) -> NDArray[Any]:
+    """Return a column as text or as floats, since integers could overflow."""
+    return column if is_text(column) else column.astype(float)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A subexpression: its kind and text; of a leaf also the variable or word."""
+
+    kind: Kind
+    text: str
+    at: int = -1  # step of a leaf
+    variable: str = ""
+    bare: str = ""  # a name that is no variable
+    word: str = ""  # a word, or a name that is no variable
+
+
+class _Check:
+    """Checks a program and resolves its names to variables and words."""
+
+    def __init__(self, program: Program, source: Source) -> None:
+        self.steps = list(program)
+        self.source = source
+
+    def named(self, wanted: Kind) -> Program:
+        """Return the program with all names resolved; raise InputError if wrong."""
+        stack: list[_Part] = []
+        for at, step in enumerate(tuple(self.steps)):
+            parts = stack[len(stack) - step.parts :]
+            del stack[len(stack) - step.parts :]
+            stack.append(self._of(at, step, parts))
+        if wanted == "truth":
+            self._truth(stack[0])
+        else:
+            self._number(stack[0])
+        return tuple(self.steps)
+
+    def _of(self, at: int, step: Step, parts: list[_Part]) -> _Part:
+        match step.does:
+            case "number":
+                return _Part("number", step.text)
+            case "word":
+                return _Part("text", step.text, at, word=str(step.value))
+            case "name":
+                return self._name(at, step)
+            case "compare" | "in":
+                self._compared(step, parts)
+                return _Part("truth", step.text)
+        for part in parts:
+            if step.does in LOGIC:
+                self._truth(part)
+            else:
+                self._number(part)
+        return _Part("truth" if step.does in LOGIC else "number", step.text)
+
+    def _name(self, at: int, step: Step) -> _Part:
+        name = str(step.value)
+        try:
+            variable = self.source.variable(name)
+        except InputError:
+            self.steps[at] = replace(step, does="word")
+            return _Part("text", step.text, at, bare=name, word=name)
+        self.steps[at] = replace(step, value=variable)
+        kind: Kind = "text" if is_text(self.source.column(variable)) else "number"
+        return _Part(kind, step.text, at, variable, word=name)
+
+    def _compared(self, step: Step, parts: list[_Part]) -> None:
+        for sign, a, b in _pairs(step, parts):
+            if sign in ORDERED:
+                self._number(a)
+                self._number(b)
+            else:
+                self._equal(a, b)
+
+    def _equal(self, a: _Part, b: _Part) -> None:
+        """Check == or !=; a word that a variable can have is a word, no variable."""
+        a, b = self._as_word(a, b), self._as_word(b, a)
+        texts = [part.kind == "text" for part in (a, b)]
+        if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):
+            for part in (a, b):
+                self._check_name(part)
+            _refuse(b, f"cannot be equal to '{_short(a.text)}': one is text")
+        for one, other in ((a, b), (b, a)):
+            allowed = self.source.words.get(one.variable, ())
+            if allowed and not other.variable and other.word not in allowed:
+                raise unknown(one.variable, other.word, allowed)
+
+    def _as_word(self, part: _Part, beside: _Part) -> _Part:
+        """Return a name as a word if the variable it is compared with can have it."""
+        if not part.variable or part.word not in self.source.words.get(
+            beside.variable, ()
+        ):
+            return part
+        self.steps[part.at] = Step("word", 0, part.word, part.text)
+        return _Part("text", part.text, part.at, word=part.word)
+
+    def _check_name(self, part: _Part) -> None:
+        if part.bare:
+            self.source.variable(part.bare)  # raises, naming the nearest
+
+    def _number(self, part: _Part) -> None:
+        self._check_name(part)
+        if part.kind == "text":
+            _refuse(part, "is text: compare it by == or !=")
+
+    def _truth(self, part: _Part) -> None:
+        self._check_name(part)
+        if part.kind != "truth":
+            _refuse(part, "is no condition: compare it with something")
+
+
+def _pairs(step: Step, parts: list[_Part]) -> Iterator[tuple[str, _Part, _Part]]:
+    if step.does == "in":
+        yield from (("==", parts[0], other) for other in parts[1:])
+        return
+    pairs = zip(str(step.value).split(), pairwise(parts), strict=True)
+    yield from ((sign, a, b) for sign, (a, b) in pairs)
+
+
+def _short(text: str) -> str:
+    return one_line(text, SHOWN)
+
+
+def _refuse(part: _Part, why: str) -> NoReturn:
+    msg = f"'{_short(part.text)}' {why}"
+    raise InputError(msg)

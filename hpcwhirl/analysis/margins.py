@@ -1,0 +1,189 @@
+"""Safe ranges: the intervals of an input in which all cases of a campaign are damped.
+
+Cases that differ in one swept input only form a line. A safe range is an unbroken run
+of damped cases on a line; its boundary lies between its last case and the next one,
+which has another word. Nothing is computed between cases: twins and refinement show how
+far a range can be trusted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.columns import WORD, source_of
+from hpcwhirl.errors import InputError
+from hpcwhirl.store.reading.select import swept_of, variable_of
+from hpcwhirl.store.reading.shares import COUNT, MAJORITY
+
+if TYPE_CHECKING:
+    import xarray
+
+SAFE = "damped"
+SHARE = f"share_{SAFE}"
+Texts = NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class SafeRange:
+    """A run of damped cases on a line; if empty, `cases` is 0 and numbers are NaN.
+
+    Attributes
+    ----------
+    fixed : {swept input: value} of the line
+    low, high : the input's value in the first and in the last damped case
+    below, above : its value in the next cases, not damped; NaN where the sweep ends
+    word_below, word_above : words of these next cases; "" where the sweep ends
+    cases : number of damped cases
+    share : least share of damped twins of any case; NaN if no case has twins
+    """
+
+    fixed: dict[str, Any]
+    low: float
+    high: float
+    below: float
+    above: float
+    word_below: str
+    word_above: str
+    cases: int
+    share: float
+
+    def distance(self, value: float) -> float:
+        """Return the distance of an input's value to the range's boundary; < 0 outside.
+
+        Inside, to the nearest end with a case of another word beyond it: infinite if
+        neither end has one. NaN if the range is empty.
+        """
+        if not self.cases:
+            return float("nan")
+        ends = [
+            (value - self.low, self.word_below),
+            (self.high - value, self.word_above),
+        ]
+        beyond = [gap for gap, _ in ends if gap < 0.0]
+        return min(beyond or [gap for gap, word in ends if word] or [float("inf")])
+
+
+def safe_ranges(
+    data: xarray.Dataset, over: str = "speed", sure: float = 0.0
+) -> list[SafeRange]:
+    """Return the safe ranges of a campaign's results, line by line.
+
+    With [twins], a case counts as damped if the majority of it and its twins is.
+
+    Parameters
+    ----------
+    data : results of `open_results`
+    over : name of a swept numeric input
+    sure : least share of damped twins with which a case counts as damped
+
+    Returns
+    -------
+    list of SafeRange, by the other swept inputs; a line without damped cases has one
+    empty range. Of a refined campaign, only lines that span the whole sweep of `over`
+
+    Raises
+    ------
+    InputError
+        where `over` was not swept, is not numeric, or was drawn: there are no lines
+    """
+    swept = swept_of(data)
+    name = variable_of(over, swept)
+    values = data[name].to_numpy()
+    if values.dtype.kind not in "iuf":
+        msg = f"a safe range is one of numbers: {name} is text"
+        raise InputError(msg)
+    words, share = _words(data, sure)
+    fixed = _fixed(data, name, swept)
+    lines = _lines(data, fixed, values)
+    if not lines:
+        msg = (
+            f"no two cases differ in {name} alone: safe ranges need a sweep, and were "
+            "inputs drawn, hpcwhirl.shares tells how probable each regime is"
+        )
+        raise InputError(msg)
+    out = []
+    for fixed_values, line in lines:
+        order = line[np.argsort(values[line], kind="stable")]
+        out += _ranges(
+            fixed_values, values[order].astype(float), words[order], share[order]
+        )
+    return out
+
+
+def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
+    """Return the word each case counts as and its share of damped twins, (cases,)."""
+    source = source_of(data)
+    words = source.column(WORD).astype("U16")
+    if MAJORITY not in data:
+        return words, np.full(source.cases, np.nan)
+    majority, count = source.column(MAJORITY).astype("U16"), source.column(COUNT)
+    words = np.where((count > 0) & (majority != "none"), majority, words)
+    share = source.column(SHARE)
+    return np.where((words == SAFE) & (share < sure), "unsure", words), share
+
+
+def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
+    """Return the other swept inputs, without those that are functions of `over`."""
+    along = data[over].to_numpy().tolist()
+
+    def follows(name: str) -> bool:
+        pairs = set(zip(along, data[name].to_numpy().tolist(), strict=True))
+        return len(pairs) == len(set(along))
+
+    return [n for n in swept if n != over and not follows(n)]
+
+
+def _lines(
+    data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
+) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
+    """Return ({fixed input: value}, case indices) of each line over the whole sweep."""
+    columns = [data[n].to_numpy().tolist() for n in fixed]
+    keys = list(zip(*columns, strict=True)) if fixed else [()] * len(values)
+    order = sorted(range(len(values)), key=lambda i: keys[i])
+    ends = values.min(), values.max()
+    out = []
+    for key, cases in groupby(order, key=lambda i: keys[i]):
+        line = np.array(list(cases))
+        along = values[line]
+        if ends[0] < ends[1] and (along.min(), along.max()) == ends:
+            out.append((dict(zip(fixed, key, strict=True)), line))
+    return out
+
+
+def _ranges(
+    fixed: dict[str, Any],
+    values: NDArray[np.float64],
+    words: Texts,
+    share: NDArray[np.float64],
+) -> list[SafeRange]:
+    """Return the safe ranges of one line, given its cases in ascending order."""
+    safe = np.concatenate([[False], words == SAFE, [False]])
+    starts, ends = (np.flatnonzero(safe[1:] & ~safe[:-1]),
+                    np.flatnonzero(safe[:-1] & ~safe[1:]))  # fmt: skip
+    nan = float("nan")
+    if not len(starts):
+        return [SafeRange(fixed, nan, nan, nan, nan, "", "", 0, nan)]
+    out = []
+    for first, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        below, above = (i if 0 <= i < len(values) else None for i in (first - 1, end))
+        twins = share[first:end]
+        finite = twins[np.isfinite(twins)]
+        out.append(
+            SafeRange(
+                fixed,
+                low=float(values[first]),
+                high=float(values[end - 1]),
+                below=nan if below is None else float(values[below]),
+                above=nan if above is None else float(values[above]),
+                word_below="" if below is None else str(words[below]),
+                word_above="" if above is None else str(words[above]),
+                cases=end - first,
+                share=float(finite.min()) if len(finite) else nan,
+            )
+        )
+    return out

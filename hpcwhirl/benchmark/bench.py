@@ -1,0 +1,179 @@
+"""Time one step of each scheme, in flight and in contact."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels.contact import TOUCHED
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, GeneralRotor
+from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import DEFAULT, NAMES
+
+SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
+OWN = "as given"  # name of the scene's own engine
+FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
+FAR = 1.0  # m, a gap that no blade crosses
+STEPS = 5_000  # timed in a repeat; the same steps each time, so the same contacts
+ROUNDS = 200_000  # of the peak measurement; some 10 ms
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Measured time of a step.
+
+    Attributes
+    ----------
+    scheme : integrator
+    engine : name of the engine: `OWN`, or that of a variant
+    contact : share of the timed steps with at least one contact
+    microseconds_per_step : median over the repeats, us per step of a case
+    spread : (largest - smallest) over median of the repeats
+    """
+
+    scheme: str
+    engine: str
+    contact: float
+    microseconds_per_step: float
+    spread: float
+
+
+def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
+    """Return a march after its pulse, without samples, in contact or far from it."""
+    step = scene.solver.time_step
+    settings: dict[str, float | str] = {"scheme": scheme}
+    settings |= {"duration": SETTLE + (STEPS + 1) * step, "revolutions": 0.0}
+    far: dict[str, float | str] = {} if contact else {"gap": FAR}
+    march = March(
+        resolve(apply_settings(scene, settings | {"traces": "summary"} | far))
+    )
+    march.advance(int(SETTLE / step))
+    march.beat = march.stride = march.total + 1  # no samples
+    return march
+
+
+def restore(march: March, saved: Sequence[object]) -> None:
+    """Set the state of a march to saved arrays."""
+    for array, value in zip(march.state, saved, strict=True):
+        array[...] = value
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One timing to make: a scene, its scheme, with blades in contact or `FAR` off."""
+
+    scene: Scene
+    scheme: str
+    contact: bool
+    engine: str = OWN
+
+
+def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
+    """Return the time of a step for each request; every repeat makes the same steps.
+
+    Requests take turns and processor time is measured, so that other load of the
+    machine affects all of them alike.
+    """
+    marches = [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
+    saved = [m.state._make(array.copy() for array in m.state) for m in marches]
+    spent: list[list[float]] = [[] for _ in marches]
+    for _ in range(repeats):
+        for march, state, times in zip(marches, saved, spent, strict=True):
+            restore(march, state)
+            start = time.process_time()
+            march.advance(STEPS)
+            times.append(1e6 * (time.process_time() - start) / STEPS)
+    every = zip(asked, marches, saved, spent, strict=True)
+    return [_timing(a, march, state, times) for a, march, state, times in every]
+
+
+def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timing:
+    share = float(march.counter[TOUCHED] - before.counter[TOUCHED]) / STEPS
+    middle = statistics.median(times)
+    spread = (max(times) - min(times)) / middle
+    return Timing(asked.scheme, asked.engine, share, middle, spread)
+
+
+def tail_ratio(scene: Scene, repeats: int) -> float:
+    """Return the time of a step of a decayed motion over that of a large one.
+
+    Products of the decayed amplitudes would be denormal numbers.
+    """
+    faint = apply_settings(scene, {"force": FAINT})
+    alive, tail = time_steps(
+        [Asked(one, DEFAULT, contact=False) for one in (scene, faint)], repeats
+    )
+    return tail.microseconds_per_step / alive.microseconds_per_step
+
+
+def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
+    """Return the timings to make, each in flight and in contact.
+
+    All schemes on the scene's engine, and the default scheme on the other engines.
+    """
+    schemes = [(scene, scheme, OWN) for scheme in NAMES]
+    variants = [(other, DEFAULT, name) for name, other in engines.items()]
+    return [
+        Asked(one, scheme, contact, engine)
+        for one, scheme, engine in schemes + variants
+        for contact in (False, True)
+    ]
+
+
+def fma_peak(repeats: int) -> float:
+    """Return the measured peak of a core, GFLOP/s; a multiply-add counts as two."""
+    values = np.linspace(0.0, 1.0, CHAINS)
+    multiply_add(1, values, 0.5, 0.5)
+    spent = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        multiply_add(ROUNDS, values, 0.5, 0.5)
+        spent.append(time.perf_counter() - start)
+    return 2e-9 * CHAINS * ROUNDS / min(spent)
+
+
+def flight_operations(scene: Scene, scheme: str) -> int:
+    """Return the number of floating-point operations of a step without contact.
+
+    Counted from `dynamics.kernels.passes`, padding included: 11 per real amplitude of
+    the rotor, 36 per complex one of the ring, 2 per entry of the transform, 4 per gap;
+    in `general` also 2 per entry of the matrix of tips by modes.
+
+    Raises
+    ------
+    InputError
+        where this scheme uses neither the cyclic nor the general kernel
+    """
+    march = March(resolve(apply_settings(scene, {"scheme": scheme})))
+    k, wide = cyclic.widths(march.lean.model.blades)
+    if not isinstance(march.state, CyclicState):
+        msg = "the operations are counted for rings of harmonics and rigid casings only"
+        raise InputError(msg)
+    rotor, ring = march.state.rotor, march.state.ring
+    step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
+    step += 2 * (2 * k * wide) + 4 * wide
+    tips = march.scheme.arrays.rotor
+    return step + (2 * len(tips.read) if isinstance(tips, GeneralRotor) else 2 * k)
+
+
+def bytes_of(scene: Scene, scheme: str) -> int:
+    """Return the size of a scheme's state and operators, bytes."""
+    short = apply_settings(scene, {"scheme": scheme, "duration": 1e-3})
+    march = March(resolve(short))
+
+    def size(item: object) -> int:
+        if isinstance(item, tuple):
+            return sum(size(part) for part in item)
+        return item.nbytes if isinstance(item, np.ndarray) else 8
+
+    return size(march.state) + size(march.scheme.arrays)

@@ -1,0 +1,290 @@
+"""Compare solver settings by cost and by error against a finer reference."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from hpcwhirl.benchmark.trials import (
+    Setting,
+    Settings,
+    applied,
+    reference_of,
+    trials,
+)
+from hpcwhirl.campaign.simulate import Result, simulate
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import DEFAULT
+from hpcwhirl.scene.words import word_of
+
+NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
+CONFIDENCE = 0.95
+LEAST = 0.01  # least scale of errors of displacements, over the gap
+WARM = 200  # steps that compile a kernel before the timing
+# {number: scale of its error, see `difference`}
+NUMBERS = {
+    "orbit_radius": "radius",
+    "contact_impulse": "itself",
+    "centre_peak": "radius",
+    "tip_peak": "itself",
+    "line_frequency": "itself",
+    "growth_rate": "window",
+}
+ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")  # for any duration
+SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One run: its words (regime, whirl), its numbers, its processor time in s."""
+
+    words: tuple[str, str]
+    numbers: dict[str, float]
+    seconds: float
+
+
+@dataclass
+class Compared:
+    """Results of one setting on one scene, compared with the reference.
+
+    Attributes
+    ----------
+    scene, axis, label : names of scene and setting
+    inputs : {name: value} of the setting
+    seconds : processor time of each repeat, s
+    words : "regime whirl" of each repeat
+    agree : number of repeats with the reference's words
+    errors : {number: relative error of the mean over the repeats}, see `NUMBERS`
+    margins : {number: half the confidence interval of that error}
+    ledger : largest |ledger_error|
+    refused : error message if the setting was refused, else ""
+    """
+
+    scene: str
+    axis: str
+    label: str
+    inputs: Settings
+    seconds: list[float] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    agree: int = 0
+    errors: dict[str, float] = field(default_factory=dict)
+    margins: dict[str, float] = field(default_factory=dict)
+    ledger: float = 0.0
+    refused: str = ""
+
+    @property
+    def score(self) -> float:
+        """The largest error of the numbers `SCORED`; infinite if refused."""
+        if self.refused:
+            return math.inf
+        return max((self.errors[n] for n in SCORED if n in self.errors), default=0.0)
+
+
+def run_once(scene: Scene, twin: int) -> Sample:
+    """Integrate a twin: its force, or gap if unloaded, is larger by `twin` `NUDGE`s.
+
+    The timed run keeps the scene's traces; unless these are full, a second run with
+    full traces gives the peak of the tips.
+    """
+    nudged = "force" if scene.is_loaded else "gap"
+    larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
+    scene = apply_settings(scene, {nudged: larger})
+    start = time.process_time()  # less sensitive to other load than wall time
+    result = simulate(scene)
+    seconds = time.process_time() - start
+    if scene.output.traces != "full":
+        result = simulate(apply_settings(scene, {"traces": "full"}))
+    return _sample(result, seconds)
+
+
+def _sample(result: Result, seconds: float) -> Sample:
+    row = result.row
+    regime = word_of("ok", str(row["outcome"]), str(row["regime"]))
+    numbers = {n: float(row[n]) for n in NUMBERS if n in row}
+    numbers["window"] = float(row["window"])
+    numbers["ledger_error"] = abs(float(row["ledger_error"]))
+    tips = result.traces["tips"]
+    if len(tips):
+        numbers["tip_peak"] = float(np.hypot(tips[..., 0], tips[..., 1]).max())
+    return Sample((regime, str(row["whirl"])), numbers, seconds)
+
+
+def _warm(scene: Scene) -> None:
+    """Compile the kernels of a scene and make its model, before the timing."""
+    step = scene.solver.time_step
+    short = {"duration": WARM * step, "revolutions": 0.0, "interval": step}
+    simulate(apply_settings(scene, short))
+
+
+def _possible(finest: Scene) -> Scene:
+    """Return the reference scene, compiled; by the default scheme if it is refused."""
+    try:
+        _warm(finest)
+    except InputError:
+        finest = apply_settings(finest, {"scheme": DEFAULT})
+        _warm(finest)
+    return finest
+
+
+def compare(
+    name: str, scene: Scene, setting: Setting, reference: list[Sample], repeats: int
+) -> Compared:
+    """Integrate a scene with a setting and compare it with the reference.
+
+    Parameters
+    ----------
+    name, scene : the scene and its name
+    setting : inputs to set in it
+    reference : twins of the scene integrated with the reference's settings
+    repeats : number of twins to integrate and time
+    """
+    out = Compared(name, setting.axis, setting.label, setting.inputs)
+    try:
+        tried = applied(scene, setting.inputs)
+        _warm(tried)
+        samples = [run_once(tried, twin) for twin in range(repeats)]
+    except InputError as failed:
+        out.refused = str(failed)
+        return out
+    usual = _usual_words(reference)
+    out.seconds = [sample.seconds for sample in samples]
+    out.words = [" ".join(sample.words) for sample in samples]
+    out.agree = sum(sample.words == usual for sample in samples)
+    out.ledger = max(sample.numbers["ledger_error"] for sample in samples)
+    for number in NUMBERS:
+        if setting.axis == "duration" and number not in ONLY_LATE:
+            continue
+        error = difference(number, samples, reference, scene.gap)
+        if error is not None:
+            out.errors[number], out.margins[number] = error
+    return out
+
+
+def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
+    words = [sample.words for sample in samples]
+    return max(words, key=words.count)
+
+
+def difference(
+    number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
+) -> tuple[float, float] | None:
+    """Return (relative error of the mean, half its confidence interval), or None.
+
+    Errors relate to the reference's mean, for displacements of the centre to `LEAST` of
+    the gap at least; a growth rate is multiplied with the window and so becomes a
+    change of ln amplitude. None where a value is not finite.
+
+    Parameters
+    ----------
+    number : one of `NUMBERS`
+    samples, reference : twins of one scene, by the setting and by the reference
+    gap : m
+    """
+    a = np.array([s.numbers.get(number, math.nan) for s in samples])
+    b = np.array([s.numbers.get(number, math.nan) for s in reference])
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        return None
+    scale = abs(float(b.mean()))
+    if NUMBERS[number] == "radius":
+        scale = max(scale, LEAST * gap)
+    if NUMBERS[number] == "window":
+        scale = 1.0 / max(s.numbers["window"] for s in reference)
+    if scale == 0.0:
+        return (math.inf, math.inf) if a.any() else None
+    return abs(float(a.mean() - b.mean())) / scale, _margin(a, b) / scale
+
+
+def _margin(a: Any, b: Any) -> float:
+    """Return half the confidence interval of a difference of two means (Welch)."""
+    if min(len(a), len(b)) < 2:
+        return math.inf
+    parts = np.array([a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)])
+    if not parts.sum() > 0.0:
+        return 0.0
+    freedom = parts.sum() ** 2 / (parts**2 / [len(a) - 1, len(b) - 1]).sum()
+    return float(student.ppf(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(parts.sum()))
+
+
+def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
+    """Return {number: largest error of one twin against the mean of the others}."""
+    out = {}
+    for number in NUMBERS:
+        errors = [
+            difference(number, [one], [s for s in reference if s is not one], gap)
+            for one in reference
+        ]
+        finite = [f[0] for f in errors if f is not None]
+        if finite:
+            out[number] = max(finite)
+    return out
+
+
+@dataclass
+class Tradeoff:
+    """Results of a comparison of settings.
+
+    Attributes
+    ----------
+    compared : results of each setting on each scene
+    words : {scene: words of the reference's twins}
+    floors : {scene: {number: spread of the reference's twins}}; smaller errors have no
+        meaning
+    reference : inputs of the reference
+    reference_seconds : {scene: median processor time of a reference run, s}
+    """
+
+    compared: list[Compared]
+    words: dict[str, list[str]]
+    floors: dict[str, dict[str, float]]
+    reference: Settings
+    reference_seconds: dict[str, float]
+
+    def facts(self) -> dict[str, Any]:
+        """Return all results as plain data, with the score of each row."""
+        rows = [asdict(row) | {"score": row.score} for row in self.compared]
+        return asdict(self) | {"compared": rows}
+
+
+def measure(
+    scenes: Mapping[str, Scene],
+    settings: Sequence[Setting],
+    repeats: int,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Tradeoff:
+    """Integrate every scene with every setting and with the reference.
+
+    Parameters
+    ----------
+    scenes : {name: scene}
+    settings : settings to compare
+    repeats : twins per setting, at least 2 for confidence intervals
+    tell : called with a line of text before each setting
+
+    Raises
+    ------
+    InputError
+        where a scene cannot be integrated as it is, or by the reference
+    """
+    out = Tradeoff([], {}, {}, trials()["reference"], {})
+    for name, scene in scenes.items():
+        tell(f"{name}: reference")
+        finest = _possible(reference_of(scene))
+        reference = [run_once(finest, twin) for twin in range(repeats)]
+        out.words[name] = [" ".join(sample.words) for sample in reference]
+        out.floors[name] = floor_of(reference, scene.gap)
+        out.reference_seconds[name] = float(np.median([s.seconds for s in reference]))
+        for setting in settings:
+            tell(f"{name}: {setting.label}")
+            row = compare(name, scene, setting, reference, repeats)
+            if row.refused and not setting.inputs:
+                msg = f"{name}: {row.refused}"
+                raise InputError(msg)
+            out.compared.append(row)
+    return out

@@ -1,0 +1,111 @@
+"""The scenes and settings that `hpcwhirl tradeoff` compares, from an embedded table."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.errors import unknown
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.files import Value
+from hpcwhirl.structure.bladed_disk import MOST_DOF
+
+Settings = dict[str, Value]
+A_BLADE = "modes_a_blade"  # name in a setting: fixed-interface modes over N
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Inputs to compare, named by `axis` and `label`."""
+
+    axis: str
+    label: str
+    inputs: Settings
+
+
+def trials() -> dict[str, Any]:
+    """Return the embedded table of scenes, axes, combinations and the reference."""
+    text = resources.files("hpcwhirl.benchmark").joinpath("trials.toml").read_text()
+    return tomllib.loads(text)
+
+
+def default_scenes(base: Scene) -> dict[str, Scene]:
+    """Return {name: scene}: one of each kind of motion, and one near a boundary."""
+    table = trials()["scenes"]
+    return {name: apply_settings(base, inputs) for name, inputs in table.items()}
+
+
+def applied(scene: Scene, inputs: Settings) -> Scene:
+    """Return the scene with inputs set; `modes_a_blade` is multiplied by N."""
+    settings: dict[str, Any] = {"until": "end", **inputs}
+    if "time_step" in inputs:  # else an accuracy would set it again
+        settings["accuracy"] = 0.0
+    if inputs.keys() & {A_BLADE, "modes", "casing.harmonics", "casing.families"}:
+        settings["truncation"] = 0.0
+    if A_BLADE in settings:
+        settings["modes"] = settings.pop(A_BLADE) * scene.engine.rotor.blades
+    return apply_settings(scene, settings)
+
+
+def reference_of(scene: Scene) -> Scene:
+    """Return the scene with the reference's settings, and traces of all tips."""
+    scene = resolve(scene).scene  # with modes and step chosen by its error bounds
+    table, engine, solver = trials()["reference"], scene.engine, scene.solver
+    modes = table[A_BLADE] * engine.rotor.blades
+    most = MOST_DOF // (3 * engine.rotor.blades) - 1
+    chosen: Settings = {
+        "scheme": table["scheme"],
+        "time_step": min(table["time_step"], 0.25 * solver.time_step),
+        "accuracy": 0.0,
+        "truncation": 0.0,
+        "modes": max(modes, solver.modes),
+        "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
+        "casing.families": "all",
+        "rotor.elements": max(min(table["elements"], most), engine.rotor.elements),
+        "until": "end",
+        "traces": "full",
+    }
+    return apply_settings(scene, chosen)
+
+
+def axes() -> tuple[str, ...]:
+    """Return the names of all axes; slow integrators are last."""
+    table = trials()
+    return (*table["axes"], "together", *table["slow"])
+
+
+def settings_of(names: Sequence[str] = ()) -> list[Setting]:
+    """Return the settings of the named axes; without names, of all but slow axes.
+
+    Raises
+    ------
+    InputError
+        for a name that is no axis
+    """
+    table = trials()
+    single = table["axes"] | table["slow"]
+    chosen = names or (*table["axes"], "together")
+    out = [Setting("as given", "as given", {})]
+    for name in chosen:
+        if name not in (*single, "together"):
+            raise unknown("axis", name, axes())
+        if name == "together":
+            inputs = table["together"]["inputs"]
+            rows = [
+                dict(zip(inputs, row, strict=True)) for row in table[name]["values"]
+            ]
+        else:
+            rows = [{n: v} for n, values in single[name].items() for v in values]
+        out += [Setting(name, _label(row), row) for row in rows]
+    return out
+
+
+def _label(inputs: Mapping[str, Value]) -> str:
+    short = {name.rsplit(".", 1)[-1]: value for name, value in inputs.items()}
+    return ", ".join(
+        f"{n} {v:g}" if isinstance(v, float) else f"{n} {v}" for n, v in short.items()
+    )

@@ -1,0 +1,388 @@
+"""The fingerprint of a user's function: another file, code or value gives another one.
+
+Two parts: the SHA-256 of the source files that the function and what it names are
+written in, and that of the bytecode and of all values in reach: defaults, closures,
+arguments of `functools.partial`, attributes, class constants and the globals that its
+code names. What is not seen: other modules, that is what an installed package holds and
+what a user's own module imports in turn.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import dis
+import functools
+import hashlib
+import linecache
+import site
+import sys
+import sysconfig
+import weakref
+from collections.abc import Callable, Iterator
+from inspect import getattr_static
+from pathlib import Path
+from types import (
+    BuiltinFunctionType,
+    CodeType,
+    FunctionType,
+    GetSetDescriptorType,
+    MappingProxyType,
+    MemberDescriptorType,
+    MethodType,
+    ModuleType,
+    WrapperDescriptorType,
+)
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.errors import InputError, shown
+
+CALL = "__call__"
+INNER = ("__wrapped__", "py_func", "pyfunc")  # of wraps and lru_cache, njit, vectorize
+PLAIN = (int, float, complex, str, bytes, bool, type(None), type(...))
+SLOTS = (GetSetDescriptorType, MemberDescriptorType, weakref.ReferenceType)
+UNTOLD = {"__dict__", "__weakref__", "__doc__", "__module__", "__firstlineno__"}
+OWN = Path(__file__).parents[1]
+VERSION = "version"
+MOST_LETTERS = 200
+REMEDY = (
+    'give version="1", and another one whenever what the measure does is another: '
+    "then that alone is compared"
+)
+
+
+class _UnknownError(Exception):
+    """What is in reach of a function and cannot be told from another such thing."""
+
+
+def fingerprint(function: Any, version: object = None) -> str:
+    """Return what tells a user's function from another one.
+
+    Parameters
+    ----------
+    function : a function, method, partial function or callable object
+    version : a text or whole number by which its user tells one from another; None:
+        source, code and values decide
+
+    Returns
+    -------
+    "version TEXT", or the interpreter, the SHA-256 of code and values, and that of the
+    source files, parted by colons
+
+    Raises
+    ------
+    InputError
+        where the version is none, or none is given and something in reach of the
+        function has no value to be compared, or its source is not there
+    """
+    if version is not None:
+        return f"{VERSION} {_checked(version)}"
+    walk = _Walk()
+    try:
+        _source_of(function)
+        values = walk.digest(function)
+    except (_UnknownError, RecursionError) as failed:
+        why = "it is nested too deep" if isinstance(failed, RecursionError) else failed
+        msg = f"measure cannot be told from another one: {why}; {REMEDY}"
+        raise InputError(msg) from None
+    sources = hashlib.sha256("".join(sorted(walk.sources)).encode()).hexdigest()
+    return f"{sys.implementation.cache_tag}:{values}:{sources}"
+
+
+def difference(was: str, now: str) -> str:
+    """Return in words what two fingerprints differ in, "" where in nothing known.
+
+    Code and values are compared where one interpreter has told both.
+    """
+    if was == now or not was:
+        return ""
+    one, other = was.split(":"), now.split(":")
+    if len(one) != 3 or len(other) != 3:
+        return f"its {VERSION}"
+    if one[2] != other[2]:
+        return "its source file"
+    return "" if one[0] != other[0] else "its code, or a value that it uses,"
+
+
+def _checked(version: object) -> str:
+    """Return a version as text."""
+    text = str(version) if isinstance(version, int | str) else ""
+    if isinstance(version, bool) or not 0 < len(text) <= MOST_LETTERS:
+        msg = "version must be a whole number or a text of 1 to "
+        raise InputError(f"{msg}{MOST_LETTERS} characters, got {shown(version)}")
+    if not text.isprintable():
+        msg = f"version must have no control characters, got {shown(version)}"
+        raise InputError(msg)
+    return text
+
+
+def _source_of(function: Any) -> None:
+    """Raise where the source of what is called cannot be read.
+
+    Raises
+    ------
+    _UnknownError
+        saying of which function
+    """
+    called = function
+    while not isinstance(called, FunctionType):
+        called = _within(called)
+        if called is None:
+            msg = f"{_name(function)} is not written in Python"
+            raise _UnknownError(msg)
+    if not _text_of(called.__code__):
+        msg = f"the source of {_name(called)} cannot be read"
+        raise _UnknownError(msg)
+
+
+def _within(called: Any) -> Any:
+    """Return what something that is called calls in turn, None where unknown."""
+    if isinstance(called, functools.partial):
+        return called.func
+    if isinstance(called, MethodType):
+        return called.__func__
+    if (inner := _wrapped(called)) is not None:
+        return inner
+    if isinstance(called, type):
+        return next(filter(_is_function, vars(called).values()), None)
+    own = getattr_static(type(called), CALL, None)
+    return None if isinstance(own, WrapperDescriptorType) else own
+
+
+def _is_function(given: Any) -> bool:
+    return isinstance(given, FunctionType)
+
+
+def _attribute(given: Any, name: str) -> Any:
+    """Return an attribute that an object has of its own, else None."""
+    try:
+        return getattr(given, name, None)
+    except Exception:  # noqa: BLE001 - what a user's property raises is no attribute
+        return None
+
+
+def _wrapped(given: Any) -> Any:
+    """Return what a wrapper of an installed package was made of, None for none."""
+    if isinstance(given, MethodType):
+        return None
+    return next(filter(callable, (_attribute(given, n) for n in INNER)), None)
+
+
+def _name(given: Any) -> str:
+    """Return what to call something: its name, or else its type's."""
+    own = _attribute(given, "__qualname__")
+    return own if isinstance(own, str) else f"a {type(given).__qualname__}"
+
+
+def _text_of(code: CodeType) -> str:
+    """Return the source file of a code; of a notebook, its cell."""
+    linecache.checkcache(code.co_filename)
+    return "".join(linecache.getlines(code.co_filename))
+
+
+@functools.cache
+def _installed() -> tuple[Path, ...]:
+    """Return the folders of what is no user's own: this program, what is installed."""
+    known = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib")]
+    known += [sysconfig.get_path(name) for name in ("purelib", "platlib")]
+    return (OWN, *map(Path, [*known, site.getusersitepackages()]))
+
+
+def _is_own(module: str) -> bool:
+    """Return whether a module is a user's own, by its name; `__main__` is."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if module == "__main__":
+        return True
+    if file is None:  # of a notebook, or built in
+        return str(module).partition(".")[0] not in sys.stdlib_module_names
+    path = Path(file).resolve()
+    return not any(path.is_relative_to(folder) for folder in _installed())
+
+
+class _Walk:
+    """A walk over all that a function has in reach; each thing is looked at once."""
+
+    def __init__(self) -> None:
+        self.sources: set[str] = set()  # SHA-256 of each file
+        self._known: dict[int, str] = {}
+        self._kept: list[Any] = []  # so that no other object gets a number known here
+        self._open: set[int] = set()
+
+    def digest(self, given: Any) -> str:
+        """Return the SHA-256 of a value, by content, never by place in memory."""
+        number = id(given)
+        if number in self._open:  # it holds itself
+            return f"around {type(given).__qualname__}"
+        if number not in self._known:
+            self._open.add(number)
+            try:
+                found = hashlib.sha256()
+                for part in self._parts(given):
+                    found.update(f"{len(part)} {part}".encode("utf-8", "surrogatepass"))
+            finally:
+                self._open.discard(number)
+            self._known[number] = found.hexdigest()
+            self._kept.append(given)
+        return self._known[number]
+
+    def _parts(self, given: Any) -> Iterator[str]:
+        """Yield what a value is, as texts."""
+        kind = type(given)
+        yield f"{kind.__module__}.{kind.__qualname__}"
+        if kind in PLAIN:
+            yield repr(given)
+        elif kind in (tuple, list):
+            yield from map(self.digest, given)
+        elif kind in (set, frozenset):
+            yield from sorted(map(self.digest, given))
+        elif kind in (dict, MappingProxyType):
+            yield from sorted(self.digest(k) + self.digest(v) for k, v in given.items())
+        elif kind is np.ndarray or isinstance(given, np.generic):
+            yield from self._of_array(given)
+        else:
+            yield from self._of_code_or_object(given)
+
+    def _of_array(self, given: Any) -> Iterator[str]:
+        yield f"{given.dtype} {given.shape}"
+        if given.dtype.hasobject:
+            yield from map(self.digest, np.asarray(given).ravel().tolist())
+        else:
+            yield hashlib.sha256(np.ascontiguousarray(given).tobytes()).hexdigest()
+
+    def _of_code_or_object(self, given: Any) -> Iterator[str]:
+        for kinds, way in WAYS:
+            if isinstance(given, kinds):
+                return way(self, given)
+        return self._of_object(given)
+
+    def _of_descriptor(self, given: Any) -> Iterator[str]:
+        """Yield the functions of a property, of a static or class method."""
+        names = ("fget", "fset", "fdel", "func", "__func__")
+        yield from (self.digest(_attribute(given, name)) for name in names)
+
+    def _state(self, given: Any) -> str:
+        """Return the attributes that functions and wrappers carry, a digest."""
+        own = {n: v for n, v in vars(given).items() if n not in UNTOLD}
+        return self.digest(own)
+
+    def _of_function(self, given: FunctionType) -> Iterator[str]:
+        yield f"{given.__module__}.{given.__qualname__}"
+        if not _is_own(given.__module__) and not given.__closure__:
+            return  # of an installed package: taken as it is
+        yield from self._of_code(given.__code__)
+        yield self.digest((given.__defaults__, given.__kwdefaults__))
+        yield self._state(given)
+        yield from (self._of_cell(cell) for cell in given.__closure__ or ())
+        if _is_own(given.__module__):
+            yield from self._of_globals(given)
+
+    def _of_globals(self, given: FunctionType) -> Iterator[str]:
+        module = given.__globals__
+        for name in _globals(given.__code__):
+            if name in module:
+                yield name
+                yield self.digest(module[name])
+
+    def _of_cell(self, cell: Any) -> str:
+        try:
+            return self.digest(cell.cell_contents)
+        except ValueError:  # a variable that has no value yet
+            return ""
+
+    def _of_code(self, given: CodeType) -> Iterator[str]:
+        text = _text_of(given)
+        if text:
+            plain = "\n".join(text.splitlines())
+            self.sources.add(hashlib.sha256(_bytes(plain)).hexdigest())
+        yield given.co_code.hex()
+        yield repr((given.co_names, given.co_argcount, given.co_kwonlyargcount))
+        yield from map(self.digest, given.co_consts)
+
+    def _of_class(self, given: type) -> Iterator[str]:
+        yield f"{given.__module__}.{given.__qualname__}"
+        if not _is_own(given.__module__):
+            return
+        yield from map(self.digest, given.__bases__)
+        for name, value in sorted(vars(given).items()):
+            if name not in UNTOLD and not name.startswith("_abc_"):
+                yield name
+                yield self.digest(value)
+
+    def _of_module(self, given: ModuleType) -> Iterator[str]:
+        """Yield a module's name; its file is looked at, not what it imports."""
+        yield given.__name__
+        file = getattr(given, "__file__", None)
+        if file is not None and _is_own(given.__name__):
+            self.sources.add(hashlib.sha256(_read(file)).hexdigest())
+
+    def _of_builtin(self, given: BuiltinFunctionType) -> Iterator[str]:
+        yield given.__qualname__
+        yield self.digest(given.__self__)
+
+    def _of_object(self, given: Any) -> Iterator[str]:
+        own = _is_own(type(given).__module__)
+        inner = None if own else _wrapped(given)
+        if inner is not None:  # what else it holds is what it has compiled or kept
+            yield self.digest(inner)
+        else:
+            yield self.digest(type(given))
+            yield from map(self.digest, _reduced(given))
+
+
+DESCRIPTORS = (property, functools.cached_property, staticmethod, classmethod)
+WAYS: tuple[tuple[Any, Callable[[_Walk, Any], Iterator[str]]], ...] = (
+    (FunctionType, _Walk._of_function),
+    (CodeType, _Walk._of_code),
+    (type, _Walk._of_class),
+    (ModuleType, _Walk._of_module),
+    (BuiltinFunctionType, _Walk._of_builtin),
+    (DESCRIPTORS, _Walk._of_descriptor),
+    (SLOTS, lambda _, given: iter([_name(given)])),
+)
+
+
+def _reduced(given: Any) -> Iterator[Any]:
+    """Yield what an object is made of: as it would be copied, never called or loaded.
+
+    Raises
+    ------
+    _UnknownError
+        where it is nothing that can be copied, as an open file
+    """
+    if isinstance(given, MethodType):
+        yield from (given.__func__, given.__self__)
+        return
+    try:
+        way = copyreg.dispatch_table.get(type(given))
+        made = way(given) if way else given.__reduce_ex__(2)
+    except Exception:  # noqa: BLE001 - whatever a class says of itself
+        made = None
+    if isinstance(made, str):
+        yield made
+        return
+    if not isinstance(made, tuple):
+        msg = f"it uses {_name(given)}, which has no value that could be compared"
+        raise _UnknownError(msg)
+    for part in made:
+        yield list(part) if isinstance(part, Iterator) else part
+
+
+def _globals(code: CodeType) -> list[str]:
+    """Return the names that a code looks up in its module, those of inner ones, too."""
+    seen = ("LOAD_GLOBAL", "LOAD_NAME")
+    own = [i.argval for i in dis.get_instructions(code) if i.opname in seen]
+    inner = [c for c in code.co_consts if isinstance(c, CodeType)]
+    return sorted({*own, *(name for one in inner for name in _globals(one))})
+
+
+def _read(file: str) -> bytes:
+    try:
+        return Path(file).read_bytes()
+    except OSError:
+        msg = f"{file} cannot be read"
+        raise _UnknownError(msg) from None
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogatepass")

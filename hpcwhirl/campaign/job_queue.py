@@ -1,0 +1,80 @@
+"""Jobs that ranks are handed, and those that follow from how they end."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Collection
+
+import numpy as np
+
+from hpcwhirl.campaign.plan.cost import Costs
+from hpcwhirl.campaign.work_queue import LAST, WorkQueue
+from hpcwhirl.planner.jobs import Completion, Job, JobCode
+from hpcwhirl.planner.planner import Jobs, Planner
+
+USUAL = 1  # turn of a job
+FOLLOWING = 2  # refined cases go out before coarse ones: more may follow from them
+
+
+class JobQueue(WorkQueue):
+    """A queue whose units are jobs; those that follow are the next to go out.
+
+    Parameters
+    ----------
+    planner : that is told how jobs end, and returns what follows
+    jobs : those that are left
+    code : how they are sent
+    costs : of the planner's rows
+    ranks : that share the work
+    apart : cases whose jobs go out after all others
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        jobs: Jobs,
+        code: JobCode,
+        costs: Costs,
+        ranks: int = 1,
+        apart: Collection[int] = (),
+    ) -> None:
+        self.planner, self.code, self.apart = planner, code, apart
+        self.twin, self.stage = array("h"), array("b")
+        costs.cover(planner)
+        super().__init__((), costs, ranks)
+        self._keep(jobs, costs.predict(jobs.row))
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether jobs at work may lead to others."""
+        return self.left > 0 and not self.dropped and not self.planner.is_plain
+
+    def job(self, unit: int) -> Job:
+        """Return the job of a unit."""
+        case = self.planner.number(self.rows[unit])
+        return Job(case, self.twin[unit], self.stage[unit])
+
+    def task(self, unit: int) -> int:
+        """Return what a rank is sent of a unit."""
+        return self.code.encode(self.job(unit))
+
+    def hear(self, unit: int, end: Completion) -> None:
+        """Be told how a job ended."""
+        following = self.planner.complete(self.job(unit), end)
+        if not following:
+            return
+        self.costs.cover(self.planner)
+        row = [self.planner.row(job.case) for job in following]
+        _, twin, stage = zip(*following, strict=True)
+        jobs = Jobs(*(np.array(one, dtype=np.int64) for one in (row, twin, stage)))
+        self._keep(jobs, self.expected(jobs.row))
+
+    def _keep(self, jobs: Jobs, predicted: np.ndarray) -> None:
+        self.twin.frombytes(jobs.twin.astype(np.int16).tobytes())
+        self.stage.frombytes(jobs.stage.astype(np.int8).tobytes())
+        beyond = (jobs.row >= self.planner.kind.first) & (jobs.twin == 0)
+        turn = np.where(beyond, FOLLOWING, USUAL).astype(np.int8)
+        if self.apart:
+            apart = [self.planner.row(case) for case in self.apart]
+            turn[np.isin(jobs.row, apart)] = LAST
+        self.add(jobs.row, turn, predicted)

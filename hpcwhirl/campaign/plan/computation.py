@@ -1,0 +1,75 @@
+"""What a job computes: its scene, and by which digests it stands in the journals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.planner.jobs import Job
+from hpcwhirl.scene import Scene, apply_settings, digest
+
+if TYPE_CHECKING:
+    from hpcwhirl.case.resolve import Case
+
+
+@dataclass(frozen=True)
+class Computation:
+    """What a job computes.
+
+    Attributes
+    ----------
+    job : of which it is
+    scene, digest : of what is computed
+    before : digest of the stage before, whose last state it may go on from; "": none
+    facts : that its record has beside: the digest of the case, number of the twin, s
+    lasts : whether a longer one may follow: its last state is kept for that
+    """
+
+    job: Job
+    scene: Scene
+    digest: str
+    before: str = ""
+    facts: dict[str, Any] = field(default_factory=dict)
+    lasts: bool = False
+
+
+def computation(
+    design: Design, job: Job, extended: Sequence[float] = ()
+) -> Computation:
+    """Return what a job computes.
+
+    Parameters
+    ----------
+    design, job : of the campaign
+    extended : s, times that it was extended to, ascending
+    """
+    scene, own = design.scene(job.case), design.digest(job.case)
+    last, name, facts = scene.end_times[-1], own, dict[str, Any]()
+    content = design.contents[scene.engine.file]
+    if job.twin and design.twins:
+        scene = design.twins.scene(scene, content, job.twin)
+        name, facts = digest(scene, content), {"of": own, "twin": job.twin}
+    lasts = any(time > last for time in extended[job.stage :])
+    if not job.stage:
+        return Computation(job, scene, name, facts=facts, lasts=lasts)
+
+    def longer(time: float) -> Scene:
+        return apply_settings(scene, {"until": "decided", "longest": time})
+
+    time, earlier = extended[job.stage - 1], extended[: job.stage - 1]
+    shorter = [t for t in earlier if t > last]
+    before = digest(longer(shorter[-1]), content) if shorter else name
+    facts = {"of": own} | facts | {"longest": time}
+    scene = longer(time)
+    return Computation(job, scene, digest(scene, content), before, facts, lasts)
+
+
+def resolved(design: Design, computed: Computation) -> Case:
+    """Return the case of a computation."""
+    if not computed.facts:
+        return design.resolved(computed.job.case)
+    from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not
+
+    return resolve(computed.scene)

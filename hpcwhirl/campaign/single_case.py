@@ -1,0 +1,52 @@
+"""One case as a file of the format of `results.h5`: a campaign of one, gathered."""
+
+from __future__ import annotations
+
+import socket
+import tempfile
+import time
+from pathlib import Path
+
+from hpcwhirl.campaign.finalize import facts_of
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.scene import Scene
+from hpcwhirl.store.atomic import make_folders, publish, telling
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.results.gather import gather
+
+
+def design_of_one(scene: Scene) -> Design:
+    """Return the design of one case, with its engine's file as it is now."""
+    return Design.one(scene)
+
+
+def write_case(path: Path, design: Design, result: Result) -> None:
+    """Write the results of a campaign of one case, whole or not at all.
+
+    It is gathered beside `path`, by what gathers campaigns, and renamed.
+
+    Parameters
+    ----------
+    path : file to replace
+    design : of `design_of_one`
+    result : of its case
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where it cannot be written; what was there stays
+    """
+    name = design.digest(0)
+    performance = {"rank": 0, "host": socket.gethostname(), **result.performance}
+    record = {"case": 0, "digest": name, "ended": time.time(), "status": "ok",
+              "message": "", "row": result.row, "performance": performance}  # fmt: skip
+    with telling(path):
+        make_folders(path.parent)
+        with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
+            folder = Path(place)
+            write_manifest(folder, design.manifest())
+            with Journal(folder, 1, 0) as journal:
+                journal.append(record, result.traces)
+            publish(gather(folder, facts_of(design)), path)

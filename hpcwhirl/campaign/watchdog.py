@@ -1,0 +1,94 @@
+"""A job that was asked to end ends, even where one of its ranks hangs.
+
+A rank that is stuck in a case, or stopped, answers nobody, and all others would wait
+for it. A thread looks at the clock instead: it runs also while this process waits in
+MPI, where no handler of a signal does.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Self
+
+from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.stop import SIGNALS, Stopping
+from hpcwhirl.launch import ALONE, Communicator
+
+STOPPED = 75
+LOOK_EVERY = 0.25  # s
+AFTER_ROOT = 2.0  # s that other ranks wait longer: rank 0 tells, if it can
+
+
+class Watchdog:
+    """Ends this process, and with it all ranks, some time after a wish to stop.
+
+    Parameters
+    ----------
+    stopping : the wish; once it is settled, nothing is ended
+    seconds : from the wish until the end
+    comm : of all ranks
+    """
+
+    def __init__(
+        self, stopping: Stopping, seconds: float, comm: Communicator = ALONE
+    ) -> None:
+        self.stopping, self.seconds, self.comm = stopping, seconds, comm
+        self.last: Callable[[], None] = lambda: None  # called before the end
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._read, self._write = os.pipe()
+        self._before: int | None = None
+
+    def _watch(self) -> None:
+        asked: float | None = None
+        while not self._over.wait(LOOK_EVERY):
+            heard = self._heard()  # also what no handler has been told of yet
+            if asked is None and (heard or self.stopping.reason):
+                asked = time.monotonic()
+            limit = self.seconds + (AFTER_ROOT if self.comm.rank else 0.0)
+            late = asked is not None and time.monotonic() - asked > limit
+            if late and not self.stopping.settled:
+                self._end()
+
+    def _heard(self) -> bool:
+        """Return whether a signal that asks for the end has come since."""
+        with suppress(OSError):
+            return any(number in SIGNALS for number in os.read(self._read, 65536))
+        return False
+
+    def _end(self) -> None:
+        """End all ranks; what they have finished or saved by now is kept."""
+        whom = "ranks" if self.comm.size > 1 else "case"
+        say(
+            f"not all {whom} have stopped {self.seconds:g} s after they were asked to: "
+            "ended without them; what was finished is kept, the same command continues"
+        )
+        sys.stdout.flush()
+        self.last()
+        self.comm.Abort(STOPPED)
+        os._exit(STOPPED)
+
+    def __enter__(self) -> Self:
+        """Begin to look; only a main thread can have signals told at once."""
+        for end in (self._read, self._write):
+            os.set_blocking(end, False)
+        if threading.current_thread() is threading.main_thread():
+            write = self._write
+            self._before = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End looking."""
+        if self._before is not None:
+            signal.set_wakeup_fd(self._before)
+        self._over.set()
+        self._thread.join()
+        os.close(self._read)
+        os.close(self._write)

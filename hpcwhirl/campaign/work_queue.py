@@ -1,0 +1,232 @@
+"""What is still to be handed out, the longest first, and whom rank 0 answers when."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.campaign.plan.cost import Costs
+
+SORTED_ANEW = 20_000  # units at most: some 30 ms, in which rank 0 answers nobody
+EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned
+SHORTEST = 0.05  # s that a worker should be busy with one answer, at least
+A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an answer
+MOST = 128  # units of an answer: a message that needs no consent of its receiver
+LEAST_A_RANK = 1e-4  # s of an answer, whatever is fair: twice what an answer takes
+FASTEST = 1e-4  # s, of a unit whatever is predicted
+FAIR = 4  # an answer is at most this part of an even share of the units left
+GOLDEN = 0.6180339887498949
+LAST = 0  # turn of units that go out after all others
+Answers = list[tuple[int, list[int]]]  # to a rank: its next units
+Cases = NDArray[np.int64]
+
+
+def scattered(count: int) -> NDArray[np.int64]:
+    """Return the numbers below `count` in an order of which each part is spread evenly.
+
+    By steps of the golden section of all, which meet each number once.
+    """
+    step = max(round(GOLDEN * count), 1)
+    while math.gcd(step, count) > 1:
+        step += 1
+    return np.asarray(np.arange(count) * step % max(count, 1))
+
+
+class WorkQueue:
+    """The units of a campaign, handed out by predicted seconds, the longest first.
+
+    Units of equal prediction go out scattered, so that early ones tell about all.
+
+    Parameters
+    ----------
+    rows : (units,), of the case of each unit among the costs
+    costs : of the cases; learns with every finished unit
+    ranks : that share the work
+    last : units that go out after all others
+    """
+
+    def __init__(
+        self,
+        rows: Sequence[int] | Cases,
+        costs: Costs,
+        ranks: int = 1,
+        last: Collection[int] = (),
+    ) -> None:
+        self.costs, self.ranks = costs, ranks
+        self.hold = max(SHORTEST, A_RANK * ranks)
+        self.least = LEAST_A_RANK * ranks
+        self.rows, self.predicted = array("q"), array("d")
+        self.unfinished, self.turn = array("b"), array("b")
+        self.queue = array("q")  # handed out from its end
+        self.dropped = False
+        self.left = 0
+        self.told = self.took = 0.0  # s, of finished units
+        self.stale = True  # predictions are from before anything finished
+        self.learned = 0
+        turn = np.ones(len(rows), dtype=np.int8)  # the highest goes out first
+        turn[list(last)] = LAST
+        own = np.asarray(rows, dtype=np.int64)
+        self.add(own, turn, costs.predict(own))
+
+    def expected(self, rows: Cases) -> NDArray[np.float64]:
+        """Return what further units of cases take, s: what these took, or all did."""
+        grown = self.took / self.told if self.told > 0.0 else 1.0
+        factor = self.costs.factor[rows]
+        factor[np.isnan(factor)] = grown
+        return np.asarray(factor * self.costs.nominal[rows])
+
+    def add(
+        self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
+    ) -> None:
+        """Add units, which are the next to go out; `predicted` in s."""
+        first, count = len(self.rows), len(rows)
+        if not count:
+            return
+        self.rows.frombytes(rows.tobytes())
+        self.predicted.frombytes(predicted.tobytes())
+        self.unfinished.frombytes(bytes([1]) * count)
+        self.turn.frombytes(turn.tobytes())
+        self.left += count
+        if not self.dropped:
+            self.queue.frombytes(self._ordered(np.arange(first, first + count)))
+
+    def __len__(self) -> int:
+        """Return the number of units not handed out."""
+        return len(self.queue)
+
+    def take(self) -> int:
+        """Return the next unit, for the rank that holds the queue."""
+        return self.queue.pop()
+
+    def bundle(self, most_units: int = MOST) -> list[int]:
+        """Return the next units for one answer to a worker; empty at the end.
+
+        One unit, or as many short ones as keep the worker busy for a while: a little
+        with few ranks, with many as long as rank 0 needs to answer them all.
+
+        Parameters
+        ----------
+        most_units : of the answer
+        """
+        most = min(MOST, max(len(self.queue) // (FAIR * self.ranks), 1))
+        out: list[int] = []
+        seconds = 0.0
+        while (
+            self.queue
+            and len(out) < most_units
+            and (seconds < self.least or (len(out) < most and seconds < self.hold))
+        ):
+            seconds += max(float(self.predicted[self.queue[-1]]), FASTEST)
+            out.append(self.queue.pop())
+        return out
+
+    def first(self) -> list[list[int]]:
+        """Return what each rank begins with, rank 0 with nothing: it takes its own.
+
+        No more than an even share, however short: nobody has asked, rank 0 is free.
+        """
+        even = min(MOST, max(len(self.queue) // self.ranks, 1))
+        return [[], *(self.bundle(even) for _ in range(self.ranks - 1))]
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether units that are at work may lead to others."""
+        return False
+
+    def task(self, unit: int) -> int:
+        """Return what a rank is sent of a unit."""
+        return unit
+
+    def hear(self, unit: int, end: Any) -> None:
+        """Be told how a finished unit ended."""
+
+    def drop(self) -> None:
+        """Hand out nothing more, of what is still to come neither."""
+        self.dropped = True
+        del self.queue[:]
+
+    def finished(self, unit: int, seconds: float) -> None:
+        """Learn that a unit has taken some seconds; sort anew where that pays."""
+        self.unfinished[unit] = False
+        self.told += self.predicted[unit]
+        self.took += seconds
+        self.costs.learn(self.rows[unit : unit + 1], seconds)
+        self.learned += 1
+        self.left -= 1
+        if self.queue and self.learned * EVERY >= self.left <= SORTED_ANEW:
+            self._sort_anew()
+
+    def _sort_anew(self) -> None:
+        begun = np.flatnonzero(np.frombuffer(self.unfinished, bool))
+        rows = np.frombuffer(self.rows, np.int64)[begun]
+        np.frombuffer(self.predicted)[begun] = self.costs.predict(rows)
+        self.queue = array("q", self._ordered(np.array(self.queue)))
+        self.stale, self.learned = False, 0
+
+    def seconds_left(self) -> float:
+        """Return the seconds of one core that unfinished units are expected to take."""
+        missed = self.took / self.told if self.told > 0.0 and self.stale else 1.0
+        still = np.frombuffer(self.unfinished, bool)
+        return float(np.frombuffer(self.predicted)[still].sum()) * missed
+
+    def _ordered(self, chosen: np.ndarray) -> bytes:
+        """Return units by predicted seconds, the longest last, as 8 bytes each."""
+        order = scattered(len(chosen))
+        keys = np.frombuffer(self.predicted), np.frombuffer(self.turn, np.int8)
+        for key in (each[chosen] for each in keys):
+            if len(key) and (key != key[0]).any():
+                order = order[np.argsort(key[order], kind="stable")]
+        return np.asarray(chosen[order], dtype=np.int64).tobytes()
+
+
+class Questions:
+    """Open questions of the workers; no messages, no clock.
+
+    A worker asks ahead and is answered at once, but for the last units, one a rank:
+    those wait for whoever has nothing left to do, else a rank would keep one behind
+    the long case that it is at, while others idle.
+
+    Parameters
+    ----------
+    queue : units to hand out
+    ranks : that share the work, rank 0 included
+    """
+
+    def __init__(self, queue: WorkQueue, ranks: int) -> None:
+        self.queue, self.ranks = queue, ranks
+        self.open: dict[int, None] = {}  # ranks in the order of their questions
+        self.idle: dict[int, None] = {}  # those of them that have nothing left to do
+
+    def ask(self, rank: int) -> Answers:
+        """Return the answers due now that a rank has asked ahead."""
+        self.open[rank] = None
+        return self._answer(rank) if len(self.queue) > self.ranks else self.rest()
+
+    def hungry(self, rank: int) -> Answers:
+        """Return the answers due now that a rank has nothing left to do.
+
+        It may have been answered meanwhile: then nothing is due to it.
+        """
+        if rank in self.open:
+            self.idle[rank] = None
+        return self.rest()
+
+    def rest(self) -> Answers:
+        """Return the answers due to idle ranks, or to all once nothing is left."""
+        due: Answers = []
+        while self.queue and self.idle:
+            due += self._answer(next(iter(self.idle)))
+        if self.queue or self.queue.may_grow:
+            return due
+        waiting, self.open, self.idle = list(self.open), {}, {}
+        return due + [(rank, []) for rank in waiting]
+
+    def _answer(self, rank: int) -> Answers:
+        del self.open[rank]
+        self.idle.pop(rank, None)
+        return [(rank, self.queue.bundle())]

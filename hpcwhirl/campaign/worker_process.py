@@ -1,0 +1,176 @@
+"""A case in an interpreter of its own: what kills that one kills the case alone.
+
+The child is a fresh process, never a fork of a process that has begun MPI. It serves
+one case after the other: a sealed line asks, a sealed line and the traces' bytes
+answer. It ends when its input ends, and so with the process that began it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import select
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
+from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.campaign.stop import Stop
+from hpcwhirl.launch import fate, interpreter
+from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.store.directory.lines import Record, opened, sealed
+from hpcwhirl.store.directory.packing import unpacked
+
+LOOK_EVERY = 0.01  # s, as between slices
+PATIENCE = 3.0  # s for a child to keep its state at a stop
+GRACE = 10.0  # s beyond a case's limit that a child may be busy elsewhere
+STOP = b"stop\n"
+MODULE = "hpcwhirl.campaign.worker_main"
+
+
+class Child:
+    """The interpreter for the isolated cases of a rank; begun when first needed.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    save_every : s of a case's computing between states kept of it
+    """
+
+    def __init__(self, folder: Path, save_every: float) -> None:
+        self._first = {"folder": str(folder.resolve()), "every": save_every}
+        self._process: subprocess.Popen[bytes] | None = None
+        self._come = bytearray()
+        self._head: Record | None = None
+
+    def warm(self, scenes: list[Scene], between: Callable[[], None]) -> None:
+        """Let the child compile the kernels of some scenes; a failure shows later."""
+        for scene in scenes:
+            with contextlib.suppress(DiedError):
+                self._ask({"warm": flatten(scene)}, math.inf, between)
+
+    def compute(
+        self,
+        scene: Scene,
+        digest: str,
+        limit: float,
+        between: Callable[[], None],
+        *,
+        keep: bool = False,
+    ) -> Result:
+        """Return the result of a case, `compute` in the child.
+
+        Raises
+        ------
+        DiedError, FailedError, LateError
+            the case's fate; `Stop` where `between` raises it and no result came
+        """
+        asked: Record = {"scene": flatten(scene), "digest": digest, "keep": keep}
+        asked["limit"] = limit if limit < math.inf else None
+        answer, data = self._ask(asked, limit, between)
+        kinds = {"failed": FailedError, "timeout": LateError}
+        if answer["status"] in kinds:
+            raise kinds[answer["status"]](answer["message"])
+        if answer["status"] == "stopped":
+            raise Stop
+        traces = unpacked(answer, data)
+        if traces is None:
+            msg = "the answer of the case's process is damaged"
+            raise FailedError(msg)
+        return Result(answer["row"], traces, answer["performance"])
+
+    def close(self) -> None:
+        """Let the child end."""
+        if self._process is None or self._process.stdin is None:
+            return
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        self._reap()
+
+    def _begin(self) -> subprocess.Popen[bytes]:
+        # a session of its own: Ctrl-C is for the parent, which tells the child
+        self._process = subprocess.Popen(
+            interpreter(MODULE), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            bufsize=0, start_new_session=True,
+        )  # fmt: skip
+        self._come, self._head = bytearray(), None
+        self._send(sealed(self._first))
+        return self._process
+
+    def _reap(self) -> int:
+        """Return how the child ended, and forget it."""
+        process, self._process = self._process, None
+        if process is None:
+            return 0
+        for pipe in (process.stdin, process.stdout):
+            if pipe:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        return process.wait()
+
+    def _send(self, line: bytes) -> None:
+        """Write to the child; that it has died shows when its answer is read."""
+        process = self._process
+        if process is not None and process.stdin is not None:
+            with contextlib.suppress(OSError):
+                process.stdin.write(line)
+
+    def _ask(
+        self, asked: Record, limit: float, between: Callable[[], None]
+    ) -> tuple[Record, bytes]:
+        """Return the child's answer; look between as often as between slices."""
+        process = self._process or self._begin()
+        self._send(sealed(asked))
+        end = time.monotonic() + limit + GRACE
+        stop: Stop | None = None
+        while True:
+            answer = self._look(process, between)
+            if answer is not None:
+                return answer
+            try:
+                if stop is None:
+                    between()
+            except Stop as told:
+                stop, end = told, time.monotonic() + PATIENCE
+                self._send(STOP)
+            if time.monotonic() > end:
+                process.kill()
+                self._reap()
+                msg = f"more than {limit:g} s, and the case did not answer"
+                raise stop or LateError(msg)
+
+    def _look(
+        self, process: subprocess.Popen[bytes], between: Callable[[], None]
+    ) -> tuple[Record, bytes] | None:
+        """Return an answer that has come whole, or wait a little for it."""
+        if process.stdout is None:
+            return None
+        pipe = process.stdout.fileno()
+        if not select.select([pipe], [], [], LOOK_EVERY)[0]:
+            return None
+        part = os.read(pipe, 1 << 20)
+        if not part:
+            raise self._death(between)
+        self._come += part
+        end = self._come.find(b"\n") + 1 if self._head is None else 0
+        if end:
+            self._head = opened(bytes(self._come[:end]))
+            del self._come[:end]
+        if self._head is None or len(self._come) < self._head["bytes"]:
+            return None
+        answer = self._head, bytes(self._come)
+        self._come, self._head = bytearray(), None
+        return answer
+
+    def _death(self, between: Callable[[], None]) -> DiedError:
+        """Return what the child died of, unless it was sent a stop as this process."""
+        code = self._reap()
+        between()
+        return DiedError(f"the case's process {fate(code)}")

@@ -1,0 +1,67 @@
+"""`hpcwhirl manual`: show a page of the manual that is part of this package."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import cache
+from importlib import resources
+
+from hpcwhirl.errors import unknown
+
+WIDE = 100  # columns beyond which text is hard to read
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "page", nargs="?", metavar="PAGE", help="name of a page (default: list them)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Show a page, as plain Markdown if stdout is no terminal, or list all pages."""
+    if args.page is None:
+        _list()
+        return 0
+    texts = pages()
+    if args.page not in texts:
+        raise unknown("page of the manual", args.page, texts)
+    _show(texts[args.page])
+    return 0
+
+
+@cache
+def pages() -> dict[str, str]:
+    """Return {name: Markdown text} of all pages."""
+    folder = resources.files("hpcwhirl").joinpath("manual")
+    files = sorted(folder.iterdir(), key=lambda file: file.name)
+    return {
+        file.name.removesuffix(".md"): file.read_text("utf-8")
+        for file in files
+        if file.name.endswith(".md")
+    }
+
+
+def purpose(text: str) -> str:
+    """Return the line below a page's title, which says what the page is for."""
+    return text.split("\n\n")[1].strip()
+
+
+def _list() -> None:
+    print("hpcwhirl manual PAGE shows one of:")
+    wide = max(map(len, pages()))
+    for name, text in pages().items():
+        print(f"  {name:{wide}}  {purpose(text)}")
+
+
+def _show(text: str) -> None:
+    if not sys.stdout.isatty():
+        print(text, end="")
+        return
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    console = Console()
+    console.width = min(console.width, WIDE)
+    console.print(Markdown(text, hyperlinks=False))

@@ -1,0 +1,150 @@
+"""`hpcwhirl margin`: list safe ranges, and how far a point lies from their ends."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hpcwhirl.cli.options import OR_FILE, print_json
+from hpcwhirl.cli.tables import print_csv, print_table, records
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hpcwhirl.analysis.margins import SafeRange
+
+ENDS = ("low", "high", "below", "above")
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
+    parser.add_argument(
+        "--over", default="speed", metavar="NAME",
+        help="swept input whose safe ranges are listed (default speed)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V",
+        help="for the input of --over: also print the distance of this point from the "
+        "nearest boundary; for another input: only cases with this value",
+    )  # fmt: skip
+    parser.add_argument(
+        "--sure", type=float, default=0.0, metavar="SHARE",
+        help="in a campaign with [twins]: a case counts as damped if at least this "
+        "share of its twins is damped (default: if most are)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--no-units",
+        action="store_true",
+        help="head CSV columns by names without units",
+    )
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--csv", action="store_true", help="print comma-separated values")
+    how.add_argument("--json", action="store_true", help="print JSON, not text")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a row for each safe range."""
+    from hpcwhirl.analysis.margins import safe_ranges
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.store.hdf5 import reading
+    from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.store.reading.results_file import results_of
+    from hpcwhirl.store.reading.select import swept_of, variable_of
+
+    if not 0.0 <= args.sure <= 1.0:
+        msg = f"--sure must be >= 0 and <= 1, got {args.sure:g}"
+        raise InputError(msg)
+    place = results_of(args.folder)
+    with reading(place), open_results(place) as results:
+        over = variable_of(args.over, swept_of(results))
+        point, data = _chosen(results, over, args.at)
+        found = safe_ranges(data, over, args.sure)
+        columns = _columns(found, point)
+        units = {n: _unit(data, over, n) for n in columns}
+    if args.csv:
+        print_csv(columns, units, headed=not args.no_units)
+    elif args.json:
+        print_json({"over": over, "units": {n: u for n, u in units.items() if u},
+                    "ranges": records(columns)})  # fmt: skip
+    else:
+        print(f"damped over {over}; the boundary lies between low and below, and "
+              "between high and above")  # fmt: skip
+        print_table(columns, units, len(found))
+        if point is not None:
+            print(_nearest(found, over, point, units["distance"]))
+    return 0
+
+
+def _chosen(
+    data: xarray.Dataset, over: str, settings: list[str]
+) -> tuple[float | None, xarray.Dataset]:
+    """Return the value of ``--at`` in the input `over`, or None, and the cases chosen.
+
+    Parameters
+    ----------
+    data : results of the campaign
+    over : the input whose ranges are listed
+    settings : texts ``NAME=V`` of --at; those of other inputs choose cases
+    """
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
+
+    swept, point, others = swept_of(data), None, []
+    for text in settings:
+        name, sign, raw = text.partition("=")
+        if sign and variable_of(name.strip(), swept, "input of --at") == over:
+            if point is not None:
+                msg = f"--at {over} is given twice"
+                raise InputError(msg)
+            point = number_of(raw, over, "--at")
+        else:
+            others.append(text)
+    mask = where(others, {n: data[n].to_numpy() for n in swept})
+    if mask is None:
+        return point, data
+    return point, data.isel(case=np.flatnonzero(mask))
+
+
+def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
+    """Return {name: values (ranges,)} of the table; `point` adds the distance."""
+    out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
+    out |= {n: [getattr(r, n) for r in found] for n in ENDS}
+    for side in ("below", "above"):
+        out[f"word_{side}"] = [getattr(r, f"word_{side}") for r in found]
+    out["cases"] = [r.cases for r in found]
+    if any(np.isfinite(r.share) for r in found):
+        out["least_share"] = [r.share for r in found]
+    if point is not None:
+        out["distance"] = [r.distance(point) for r in found]
+    return {name: np.array(values) for name, values in out.items()}
+
+
+def _unit(data: xarray.Dataset, over: str, name: str) -> str:
+    name = over if name in (*ENDS, "distance") else name
+    unit = str(data[name].attrs.get("units", "")) if name in data else ""
+    return "" if unit == "1" else unit
+
+
+def _nearest(found: list[SafeRange], over: str, point: float, unit: str) -> str:
+    """Return a line on the distance from the point to the nearest boundary."""
+    inside = [r for r in found if r.distance(point) >= 0.0]
+    lines = len({tuple(r.fixed.values()) for r in found})
+    told = f"{over} = {point:g} {unit}".rstrip()
+    if not inside:
+        return f"{told}: in no safe range of {lines} lines"
+    least = min(inside, key=lambda r: r.distance(point))
+    where = ", ".join(f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}"
+                      for n, v in least.fixed.items())  # fmt: skip
+    count = len({tuple(r.fixed.values()) for r in inside})
+    far = least.distance(point)
+    if not np.isfinite(far):
+        return f"{told}: in a safe range on {count} of {lines} lines, no boundary met"
+    at = f" at {where}" if where else ""
+    return (
+        f"{told}: in a safe range on {count} of {lines} lines; the nearest boundary "
+        f"is {far:g} {unit} or more away{at}"
+    )

@@ -1,0 +1,180 @@
+"""`hpcwhirl new`: write a commented campaign file for a fan of given dimensions."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.errors import InputError, MissingFileError, shown
+from hpcwhirl.scene.units import in_si, told_of
+
+if TYPE_CHECKING:
+    from hpcwhirl.case.fan import Checked, Fan
+    from hpcwhirl.scene import Scene
+
+RPM = 30.0 / math.pi  # rpm per rad/s
+SPEEDS = 20  # approximate number of speeds in the sweep
+OPTIONS = {  # name: unit, metavar, help
+    "radius": ("m", "LENGTH", "tip radius (default 0.5 m)"),
+    "gap": ("m", "LENGTH", "blade-tip clearance (default: radius / 3906, the paper's)"),
+    "speed": (
+        "rad/s", "SPEED",
+        "full speed, in rad/s, or as '3000 rpm' (default: 400 m/s at the tips)",
+    ),
+    "frequency": (
+        "Hz", "FREQUENCY",
+        "first bending of the blades (1F) at rest, Hz (default: half the full speed)",
+    ),
+    "friction": ("1", "NUMBER", "Coulomb's coefficient of friction (default 0.1)"),
+}  # fmt: skip
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "file", type=Path, metavar="FILE.toml",
+        help="campaign file to write; an existing file is not overwritten",
+    )  # fmt: skip
+    parser.add_argument(
+        "--blades", type=int, default=22, metavar="N",
+        help="number of blades (default 22)",
+    )  # fmt: skip
+    for name, (unit, what, meaning) in OPTIONS.items():
+        hint = "; in m, or as '0.8 mm'" if unit == "m" else ""
+        parser.add_argument(f"--{name}", metavar=what, default="", help=meaning + hint)
+    parser.add_argument(
+        "--material", default="titanium", metavar="NAME",
+        help="material of the blades: titanium (default), steel, aluminium, nickel or "
+        "composite",
+    )  # fmt: skip
+    parser.add_argument(
+        "--casing-material", default="", metavar="NAME",
+        help="material of the casing (default: that of the blades)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--lobes", type=int, default=1, metavar="K",
+        help="lobes of the load, its nodal diameter (default 1)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the file; print frequencies, masses and the size of the pulse."""
+    from hpcwhirl.case.fan import FANS, scene_of_fan
+
+    if args.file.exists():
+        raise _taken(args.file)
+    fan = _fan(args)
+    scene, checked = scene_of_fan(fan)
+    text = toml_of(fan, scene, checked)
+    try:
+        with args.file.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise _taken(args.file) from None
+    except OSError as failed:
+        msg = f"cannot write {args.file}: {failed.strerror}"
+        raise MissingFileError(msg) from None
+    print(f"{args.file}: {told_of_model(checked)}")
+    print(f"{args.file}: {told_of_pulse(scene, checked)}")
+    if not FANS[0] <= checked.share <= FANS[1]:
+        hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of it: --frequency, --speed"
+        print(f"hpcwhirl: {hint}", file=sys.stderr)
+    print(f"next: hpcwhirl campaign {args.file} --dry-run")
+    return 0
+
+
+def _taken(file: Path) -> InputError:
+    return InputError(f"{file} is there already: it is not overwritten")
+
+
+def _fan(args: argparse.Namespace) -> Fan:
+    from hpcwhirl.case.fan import RADIUS, Fan
+
+    given = {name: _number(name, getattr(args, name)) for name in OPTIONS}
+    return Fan(
+        blades=args.blades,
+        radius=RADIUS if given["radius"] is None else given["radius"],
+        material=args.material,
+        casing_material=args.casing_material,
+        gap=given["gap"] or 0.0,
+        full_speed=given["speed"] or 0.0,
+        frequency=given["frequency"] or 0.0,
+        lobes=args.lobes,
+        friction=0.1 if given["friction"] is None else given["friction"],
+    )
+
+
+def _number(name: str, text: str) -> Any:
+    """Parse an option as a number in SI, a frequency in Hz; None for an empty text."""
+    if not text:
+        return None
+    unit = OPTIONS[name][0]
+    value = told_of(f"--{name}", lambda: in_si(text, unit))
+    try:
+        return float(value)
+    except ValueError:
+        msg = f"--{name} must be a number, or one with a unit, got {shown(text)}"
+        raise InputError(msg) from None
+
+
+def told_of_model(checked: Checked) -> str:
+    """Return a line with the engine's frequencies, full speed and ring mass."""
+    full = checked.full_speed / (2 * math.pi)
+    line = f"1F {checked.family:.1f} Hz, {checked.share:.2f} of the full speed's "
+    line += f"{full:.1f} Hz ({checked.full_speed * RPM:.0f} rpm); "
+    if checked.suspension:
+        line += f"suspension {checked.suspension:.1f} Hz; "
+    return line + f"ring {checked.ring_mass:.0f} kg"
+
+
+def told_of_pulse(scene: Scene, checked: Checked) -> str:
+    """Return a line on how fast and how far the pulse moves the ring."""
+    return (
+        f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
+        f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "
+        f"the ring would go {checked.reach:.3g} gaps far"
+    )
+
+
+def _speeds(full: float) -> dict[str, str]:
+    """Return start, stop and step of about `SPEEDS` speeds in round rpm, as texts.
+
+    Parameters
+    ----------
+    full : full speed, rad/s
+    """
+    step = full * RPM / SPEEDS
+    unit = 10.0 ** math.floor(math.log10(step))
+    step = min((f * unit for f in (1, 2, 2.5, 5, 10)), key=lambda s: abs(s - step))
+    last = math.floor(full * RPM / step + 1e-9) * step
+    bounds = {"start": 2 * step, "stop": last, "step": step}
+    return {name: f"{value:g} rpm" for name, value in bounds.items()}
+
+
+def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
+    """Return the text of a fan's campaign file: the template with all values."""
+    rotor, casing = scene.engine.rotor, scene.engine.casing
+    ring = {f"casing_{name}": value for name, value in casing.model_dump().items()}
+    values = {
+        **rotor.model_dump(), **ring, **scene.model_dump(),
+        "material": fan.material,
+        "model": told_of_model(checked),
+        "pulse_told": told_of_pulse(scene, checked).replace("; ", "\n# "),
+        "force_kn": f"{scene.force / 1e3:g}",
+        "pulse_ms": f"{scene.pulse * 1e3:g}",
+        "young": f"{rotor.young / 1e9:g}",
+        "casing_young": f"{casing.young / 1e9:g}",
+        "shaft": f"{rotor.centre_stiffness / 1e6:g}",
+        "support_frequency": casing.support_frequency,
+        "support_damping": casing.support_damping,
+        "longest": 4 * scene.duration,
+        "gap": f"{scene.gap * 1e3:.4g}", "wider": f"{scene.gap * 2e3:.4g}",
+        **_speeds(checked.full_speed),
+    }  # fmt: skip
+    text = resources.files("hpcwhirl.cli").joinpath("new.template").read_text("utf-8")
+    return Template(text).substitute(values)

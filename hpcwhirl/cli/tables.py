@@ -1,0 +1,69 @@
+"""Print columns as a table or as CSV, or turn them into records for JSON."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import legible, one_line
+
+AT_ONCE = (
+    10_000  # rows of CSV per pass: as Python objects they take 10 times the memory
+)
+Columns = Mapping[str, NDArray[Any]]
+Units = Mapping[str, str]
+
+
+def records(columns: Columns) -> list[dict[str, Any]]:
+    """Return the rows as a list of {column: value}."""
+    rows = zip(*(c.tolist() for c in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def print_csv(columns: Columns, units: Units, *, headed: bool = True) -> None:
+    """Print columns as CSV.
+
+    Parameters
+    ----------
+    columns : {name: values (rows,)}
+    units : {name: unit}, empty without one
+    headed : whether heads are ``name [unit]``, not names alone
+    """
+    out = csv.writer(sys.stdout, lineterminator="\n")
+    out.writerow(f"{n} [{units[n]}]" if headed and units[n] else n for n in columns)
+    rows = len(next(iter(columns.values())))
+    for start in range(0, rows, AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        cells = (map(_plain, c[part].tolist()) for c in columns.values())
+        out.writerows(zip(*cells, strict=True))
+
+
+def print_table(columns: Columns, units: Units, shown: int) -> None:
+    """Print the first `shown` rows as an aligned table, headed by names and units."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    for name, values in columns.items():
+        head = name + (f"\n{units[name]}" if units[name] else "")
+        right = values.dtype.kind in "iuf"
+        table.add_column(Text(head), justify="right" if right else "left")
+    for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
+        table.add_row(*(Text(_cell(value)) for value in row))
+    wide = None if sys.stdout.isatty() else 100_000  # a pipe gets whole lines
+    Console(width=wide).print(table)
+
+
+def _plain(value: Any) -> Any:
+    return legible(value) if isinstance(value, str) else value
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
+    return one_line(str(value))

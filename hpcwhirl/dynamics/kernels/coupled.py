@@ -1,0 +1,114 @@
+"""A rotor's modes that its rotation couples, in the loop of `bodies`.
+
+Modes of one nodal diameter stand together, and matrices have their blocks alone, each
+stored by columns.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from hpcwhirl.dynamics.kernels import modes, verbs
+from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.dynamics.kernels.verbs import does
+
+
+@njit(cache=True)
+def apply_blocks(matrix, starts, vector, sign, out):
+    """Add sign * matrix @ vector to out."""
+    at = 0
+    for b in range(len(starts) - 1):
+        first, size = starts[b], starts[b + 1] - starts[b]
+        into = out[first : first + size]
+        for c in range(size):
+            factor = sign * vector[first + c]
+            column = matrix[at : at + size]
+            for r in range(size):
+                into[r] += factor * column[r]
+            at += size
+
+
+@njit(cache=True)
+def form(matrix, starts, left, right):
+    """Return left @ matrix @ right."""
+    total, at = 0.0, 0
+    for b in range(len(starts) - 1):
+        first, size = starts[b], starts[b + 1] - starts[b]
+        for c in range(size):
+            part = 0.0
+            for r in range(size):
+                part += left[first + r] * matrix[at + r]
+            total += part * right[first + c]
+            at += size
+    return total
+
+
+@does(verbs.predict, CoupledBody)
+def predict(body, motion):
+    """By blocks."""
+    q, d, _, ahead, following, _, _ = motion
+    ahead[:] = 0.0
+    apply_blocks(body.keep, body.starts, d, 1.0, ahead)
+    apply_blocks(body.pull, body.starts, q, -1.0, ahead)
+    for m in range(len(q)):
+        following[m] = q[m] + ahead[m]
+
+
+@does(verbs.read, CoupledBody)
+def read(body, values, out):
+    """Sum the modes."""
+    rows = body.read
+    out[:] = 0.0
+    for m in range(len(values)):
+        factor, row = values[m], rows[m]
+        for j in range(len(out)):
+            out[j] += factor * row[j]
+
+
+_of_modes: list[tuple[Any, Any]] = [
+    (verbs.read_tips, modes.read_tips),
+    (verbs.collect, modes.collect),
+    (verbs.slide, modes.slide),
+]  # a row of modes is read and loaded alike, coupled or not
+for _verb, _function in _of_modes:
+    does(_verb, CoupledBody)(_function.py_func)
+
+
+@does(verbs.meet, CoupledBody)
+def meet(body, motion, mu, ledger):
+    """By blocks; what steps to is not needed any more and is work space."""
+    _, d, _, ahead, work, normal, drag = motion
+    for m in range(len(work)):
+        work[m] = normal[m] + mu * drag[m]
+    apply_blocks(body.give, body.starts, work, 1.0, ahead)
+    for m in range(len(ahead)):
+        mean = 0.5 * (ahead[m] + d[m])
+        ledger[ROTATION] += normal[m] * mean
+        ledger[FRICTION] += mu * drag[m] * mean
+
+
+@does(verbs.accept, CoupledBody)
+def accept(body, motion, step):
+    """By blocks: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
+    q, d, lost, ahead, _, _, _ = motion
+    for m in range(len(q)):
+        d[m] += ahead[m]
+    loss = form(body.damping, body.starts, d, d) / (4.0 * step)
+    lost[0] += loss + 0.5 * form(body.push, body.starts, d, q)
+    for m in range(len(q)):
+        d[m] = ahead[m]
+        q[m] += ahead[m]
+
+
+@does(verbs.energy, CoupledBody)
+def energy(body, values, increments, step):
+    """Jacobi's: 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}."""
+    before = values - increments
+    total = 0.5 * form(body.stiffness, body.starts, values, before)
+    for m in range(len(values)):
+        speed = increments[m] / step
+        total += 0.5 * speed * speed
+    return total

@@ -1,0 +1,440 @@
+"""What kernels take and keep, by name: each array once, with shape, unit and frame.
+
+Numba takes a NamedTuple as it takes a tuple; a kernel unpacks it once, at its top. N
+blades; bodies `b` (rotor) and `c` (casing); k slots, see `cyclic.widths`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Wall(NamedTuple):
+    """Where a casing stands at rest, and the lobes of a rigid one.
+
+    Attributes
+    ----------
+    gap : m
+    lobes : k, also of the loading
+    amplitude, growth, rise : A0, m; sigma, 1/s; s, see `contact.rigid_amplitude`
+    """
+
+    gap: float
+    lobes: int
+    amplitude: float
+    growth: float
+    rise: float
+
+
+class Load(NamedTuple):
+    """A pulse: F, N; tau, s; (nc,), the casing's modal load of a unit force."""
+
+    force: float
+    pulse: float
+    modal: Floats
+
+
+class Arrays(NamedTuple):
+    """What a scheme's kernel is called with, each of the scheme's own kind."""
+
+    load: Load
+    rotor: Any
+    casing: Any
+    contact: Any
+
+
+class Strides(NamedTuple):
+    """Steps between samples of the traces, and between rows of the evidence."""
+
+    traces: int
+    evidence: int
+
+
+class Tracks(NamedTuple):
+    """What is written of a march; samples, then rows of evidence.
+
+    Attributes
+    ----------
+    centre : (samples, 2), m, rotating frame
+    energy, impulse, fed, lost : (samples,), J, N s, J, J
+    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; none where not kept
+    rubbed : (samples,), J
+    casing : (samples, width), the scheme's own coordinates; none where not kept
+    evidence : (rows, COLUMNS), see `contact`
+    closed : (CLOSED,), J, the ledger at the last row of evidence
+    """
+
+    centre: Floats
+    energy: Floats
+    impulse: Floats
+    fed: Floats
+    lost: Floats
+    tips: Floats
+    blade_impulse: Floats
+    rubbed: Floats
+    casing: Floats
+    evidence: Floats
+    closed: Floats
+
+
+class BodiesState(NamedTuple):
+    """State of `bodies.march_bodies`.
+
+    Attributes
+    ----------
+    q_b, d_b, q_c, d_c : amplitudes or coordinates and their last increments
+    loss_b, loss_c : damping losses, J
+    gaps, older : (N,), m, of the last two steps
+    last : (N,), steps of last contacts
+    counter, ledger : see `contact`
+    impulse : (N,), N s
+    """
+
+    q_b: Floats
+    d_b: Floats
+    q_c: Floats
+    d_c: Floats
+    loss_b: Floats
+    loss_c: Floats
+    gaps: Floats
+    older: Floats
+    last: Integers
+    counter: Integers
+    ledger: Floats
+    impulse: Floats
+
+
+class CyclicState(NamedTuple):
+    """State of the kernels `cyclic` and `general`; a frame that turns with the blades.
+
+    Attributes
+    ----------
+    rotor, ring : amplitudes, and their increments in two places, see `passes`
+    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
+        of `general` behind the rotor's modal forces (2 m,), normal and tangential
+    gaps : (3, 2 wide) flat, folded, of three steps
+    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`
+    known : (N + 2,), blades of the last solution, see `circulant`
+    last, counter, ledger, impulse : as in `BodiesState`
+    """
+
+    rotor: Floats
+    ring: Floats
+    lam: Floats
+    gaps: Floats
+    sums_b: Floats
+    sums_c: Floats
+    known: Integers
+    last: Integers
+    counter: Integers
+    ledger: Floats
+    impulse: Floats
+
+
+class Ring(NamedTuple):
+    """What blades read of a casing: its kind (`contact`), size, element length, m."""
+
+    kind: int
+    size: int
+    length: float
+
+
+class Contact(NamedTuple):
+    """W of the rotor (N, N) and compliance (R, R), m/N; the ring."""
+
+    w_rotor: Floats
+    compliance: Floats
+    ring: Ring
+
+
+class ContactSpace(NamedTuple):
+    """Work space of `contact.complementarity`.
+
+    Attributes
+    ----------
+    response : (R,), m/N
+    w : (N, N), W transposed, m/N; have : (N,), whether a row of it is known
+    small, right : (N, N + 1), (N,), the equations of the active blades, then
+        multipliers
+    active, where : (N,), whether a blade is; (N + 1,), which are
+    chosen, held, left : (N,), (N,), (N + 1,), of `lemke` alone
+    """
+
+    response: Floats
+    w: Floats
+    have: Integers
+    small: Floats
+    right: Floats
+    active: Integers
+    where: Integers
+    chosen: Integers
+    held: Integers
+    left: Integers
+
+
+class ConstantSpace(NamedTuple):
+    """Work space of `circulant`, padded to vectors.
+
+    Attributes
+    ----------
+    push : (padded,), multipliers of the active blades, N
+    known : (N + 2,), in the state: the blades of the last solution, their number and
+        whether their inverse is sound
+    inverse : (padded, padded) flat, of the W of those
+    rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
+    where : (N + 1,), the active blades
+    fallback, near, lam, opened : of `contact.complementarity`, and its arguments
+    """
+
+    push: Floats
+    known: Integers
+    inverse: Floats
+    rows: Floats
+    where: Integers
+    fallback: ContactSpace
+    near: Floats
+    lam: Floats
+    opened: Floats
+
+
+class ModalBody(NamedTuple):
+    """A body as modes, see `timestep.recursion`.
+
+    Attributes
+    ----------
+    keep, pull, give, rate, omega : (m,)
+    read : (m, r), radial coordinates by modes; of the rotor tips, then x_o, y_o
+    radial, tangential : (r, m), what multipliers load; of the rotor tips alone
+    """
+
+    keep: Floats
+    pull: Floats
+    give: Floats
+    rate: Floats
+    omega: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+
+
+class CoupledBody(NamedTuple):
+    """A rotor's modes that its rotation couples, see `turning`.
+
+    Attributes
+    ----------
+    keep, pull, give, stiffness, damping, push : blocks of each diameter one after the
+        other, each by columns, flat
+    starts : (b + 1,), the first mode of each block, and m
+    read : (m, N + 2), radial coordinates by modes: tips, then x_o, y_o
+    radial, tangential : (N, m)
+    """
+
+    keep: Floats
+    pull: Floats
+    give: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+    starts: Integers
+    read: Floats
+    radial: Floats
+    tangential: Floats
+
+
+class DenseBody(NamedTuple):
+    """A body as matrices (n, n), each stored transposed, A = M/dt^2 + D/2dt.
+
+    Attributes
+    ----------
+    keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
+    mass, stiffness, damping : M, K, D
+    push : S (n, n), circulatory; (0, 0) of a body that has none
+    radial, tangential, centre : places of coordinates; the last of x_o, y_o, if any
+    """
+
+    keep: Floats
+    pull: Floats
+    inverse: Floats
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+    radial: Integers
+    tangential: Integers
+    centre: Integers
+
+
+class CyclicRotor(NamedTuple):
+    """Packed items (ITEMS size,), `passes`; hub (2, size), x_o, y_o; size 2 k rows."""
+
+    items: Floats
+    hub: Floats
+
+
+class CyclicCasing(NamedTuple):
+    """Packed items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
+
+    items: Floats
+    slot: int
+    sign: float
+
+
+class CyclicContact(NamedTuple):
+    """W to blade 0 (N,), m/N; turns (N, 2 k) and wave (2 k, wide), flat; flight."""
+
+    column: Floats
+    turns: Floats
+    wave: Floats
+    flight: Any
+
+
+class GeneralRotor(NamedTuple):
+    """A rotor as real modes, see `general`; tips counted negative.
+
+    Attributes
+    ----------
+    items : (ITEMS m,), see `passes`, where one mode is a column
+    read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
+    radial, tangential : (N, m) flat, of each tip
+    hub : (2, m) flat, x_o, y_o
+    reach : (m,), |tangential| of the tip that each mode moves most
+    """
+
+    items: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+
+
+class GeneralContact(NamedTuple):
+    """W (N, N), m/N, whose column j is what blade j opens; turns, wave as in cyclic."""
+
+    w: Floats
+    turns: Floats
+    wave: Floats
+
+
+class GeneralSpace(NamedTuple):
+    """Work space of the general kernel.
+
+    Attributes
+    ----------
+    spare : (m,), of the rotor's pass
+    spectrum : (2 k,), of the gaps, but for the rotor's part
+    slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
+    before : (N,), m, gaps before contact
+    contact : of `circulant`
+    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
+    wall : (2 k,), spectrum of a rigid casing, which is set
+    out, again : (2 wide,), folded: tips, counted negative, and gaps, m
+    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
+    ledger : all works entered, J
+    """
+
+    spare: Floats
+    spectrum: Floats
+    slip_b: Floats
+    slip_c: Floats
+    before: Floats
+    contact: ConstantSpace
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    wall: Floats
+    out: Floats
+    again: Floats
+    tips: Floats
+    ledger: Floats
+
+
+class SampleSpace(NamedTuple):
+    """Work space of `samples.sample_cyclic`.
+
+    Attributes
+    ----------
+    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
+    columns, wall : (2 k,), spectra; of the tips, and of a rigid casing, which is set
+    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
+    ledger : all works entered, J
+    again : (2 wide,), gaps, m
+    """
+
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    columns: Floats
+    tips: Floats
+    ledger: Floats
+    again: Floats
+    wall: Floats
+
+
+# of arrays, (name, array, values that it must have)
+Wanted = list[tuple[str, Floats | Integers, int]]
+
+
+class Sizes(NamedTuple):
+    """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
+
+    blades: int
+    rows: int
+    ring_rows: int
+    k: int
+    wide: int
+
+
+class CyclicSpace(NamedTuple):
+    """Work space of the cyclic kernel.
+
+    Attributes
+    ----------
+    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
+    rates : (2 wide,), m/s, of the gaps
+    slips : (4 k,) of the rotor, (2 k,) of the ring, see `passes.slip_of`
+    between : spectra of rotor and ring, of copies of a jump
+    before : (N,), m, gaps before contact
+    sample, contact : of `samples` and `circulant`
+    aside : of the exact flow: a state with copies of what a jump changes
+    """
+
+    out_b: Floats
+    out_c: Floats
+    spectrum: Floats
+    rates: Floats
+    slips: tuple[Floats, Floats]
+    between: tuple[Floats, Floats]
+    before: Floats
+    sample: SampleSpace
+    contact: ConstantSpace
+    aside: CyclicState
+
+
+class Flight(NamedTuple):
+    """What the exact scheme jumps with, see `flight`.
+
+    Attributes
+    ----------
+    total : steps of the run
+    certifiable : whether a certificate is possible
+    counts : (P,), steps of the jumps, the last those between rows of evidence
+    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size)
+    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,)
+    """
+
+    total: int
+    certifiable: bool
+    counts: Integers
+    jumps_b: Floats
+    jumps_c: Floats
+    bounds_b: Floats
+    bounds_c: Floats

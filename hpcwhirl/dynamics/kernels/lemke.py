@@ -1,0 +1,173 @@
+"""Contact of more blades than the bodies' modes can tell apart.
+
+Principal pivoting needs every part of W to be regular. A rigid disk has two modes for
+all its blades: beside a casing of harmonics 0 and 1 the rank of W is 3, and the blades
+that penetrate cannot all be closed to the point; few of them carry the load, the others
+stand clear. Which ones, Lemke's method finds: from a variable that opens all gaps at
+once it passes from one regular part of W to the next. It ends with a solution wherever
+there is one and x . W x >= 0 (Cottle, Pang and Stone, The Linear Complementarity
+Problem, 4.4), as for equal blades with friction. Multipliers may not be unique; then
+those found act on few blades. What the gaps do is unique.
+
+Where blades stand in line ties occur: in the exchanges alone, gaps are apart by some
+`APART` of the largest. The solution is that of the gaps as they are.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import rare
+from hpcwhirl.dynamics.kernels.pivoting import solve_active
+
+APART = 1e-12  # of the largest gap: more than round-off, less than what is told
+GOLDEN = 0.6180339887498949
+LEAST = 1e-11  # of the largest entry of W: what is less is no pivot
+CLOSED = 1e-10  # of the largest gap: how well gaps are closed
+
+
+@rare
+def set_out(gaps, w, chosen, size, unit, space):
+    """Write w = q + W z + z_0 of the blades chosen[:size]; unit : m/N, of W.
+
+    small (size, size + 1) : what z and, in its last column, z_0 open; right : q, made
+    apart; held, left : names of what each row and column stands for: w_i is i, z_i is
+    size + i, z_0 is 2 size
+    """
+    small, right, held, left = space.small, space.right, space.held, space.left
+    largest = 0.0
+    for r in range(size):
+        largest = max(largest, abs(gaps[chosen[r]]))
+    for r in range(size):
+        part = GOLDEN * (r + 1)
+        right[r] = gaps[chosen[r]] / largest + APART * (part - int(part))
+        held[r], left[r] = r, size + r
+        for s in range(size):
+            small[r, s] = w[chosen[s], chosen[r]] / unit
+        small[r, size] = 1.0
+    left[size] = 2 * size
+
+
+@rare
+def swap(size, row, column, space):
+    """Exchange what a row and a column stand for."""
+    small, right, held, left = space.small, space.right, space.held, space.left
+    inverse = 1.0 / small[row, column]
+    for s in range(size + 1):
+        small[row, s] *= -inverse
+    small[row, column] = inverse
+    right[row] *= -inverse
+    for r in range(size):
+        if r != row:
+            factor = small[r, column]
+            small[r, column] = 0.0
+            for s in range(size + 1):
+                small[r, s] += factor * small[row, s]
+            right[r] += factor * right[row]
+    held[row], left[column] = left[column], held[row]
+
+
+@rare
+def first_at_zero(size, column, space):
+    """Return the row that comes to zero first as a column grows, or -1."""
+    found, least = -1, 0.0
+    for r in range(size):
+        slope = -space.small[r, column]
+        if slope > LEAST:
+            ratio = space.right[r] / slope
+            if found < 0 or ratio < least:
+                found, least = r, ratio
+    return found
+
+
+@rare
+def carriers(size, space):
+    """Exchange until z_0 has left; return whether it has."""
+    row, column = 0, size
+    for r in range(size):
+        if space.right[r] < space.right[row]:
+            row = r
+    for _ in range(50 + 20 * size):
+        swap(size, row, column, space)
+        left = space.left[column]
+        if left == 2 * size:
+            return True
+        entering = left + size if left < size else left - size
+        for s in range(size + 1):
+            if space.left[s] == entering:
+                column = s
+        row = first_at_zero(size, column, space)
+        if row < 0:
+            return False
+    return False
+
+
+@rare
+def settle(gaps, lam, opened, space):
+    """Solve on the active blades but those that would pull; return their number.
+
+    Or -1 where their part of W is singular.
+    """
+    active, where, right = space.active, space.where, space.right
+    for _ in range(len(gaps) + 1):
+        size, pulls = 0, 0
+        for j in range(len(gaps)):
+            if active[j] == 1:
+                where[size] = j
+                size += 1
+        if not solve_active(gaps, space.w, where, size, opened, space.small, right):
+            return -1
+        for s in range(size):
+            if right[s] < 0.0:
+                active[where[s]] = 0
+                pulls += 1
+        if pulls == 0:
+            lam[:] = 0.0
+            for s in range(size):
+                lam[where[s]] = right[s]
+            return size
+    return -1
+
+
+@rare
+def widen(gaps, opened, chosen, size, largest):
+    """Add to chosen[:size] the blades left closed; return their number, all told.
+
+    Or -1 where one of those chosen is closed.
+    """
+    more = size
+    for j in range(len(gaps)):
+        if opened[j] < -CLOSED * largest:
+            chosen[more] = j
+            more += 1
+    for s in range(size):
+        if opened[chosen[s]] < -CLOSED * largest:
+            return -1
+    return more
+
+
+@rare
+def solve_singular(gaps, lam, opened, space):
+    """Solve as `circulant.pivot`, whatever the rank of W, each row of it being known.
+
+    Blades that do not penetrate take part once others have closed their gaps.
+    """
+    chosen, active, w = space.chosen, space.active, space.w
+    unit, largest, size = 0.0, 0.0, 0
+    for j in range(len(gaps)):
+        unit, largest = max(unit, w[j, j]), max(largest, abs(gaps[j]))
+        if gaps[j] < 0.0:
+            chosen[size] = j
+            size += 1
+    for _ in range(len(gaps)):
+        set_out(gaps, w, chosen, size, unit, space)
+        if unit == 0.0 or not carriers(size, space):
+            return -1
+        active[:] = 0
+        for r in range(size):
+            if size <= space.held[r] < 2 * size:
+                active[chosen[space.held[r] - size]] = 1
+        found = settle(gaps, lam, opened, space)
+        more = widen(gaps, opened, chosen, size, largest) if found >= 0 else -1
+        if more <= size:
+            return found if more == size else -1
+        size = more
+    return -1

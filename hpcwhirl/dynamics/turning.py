@@ -1,0 +1,112 @@
+"""Step matrices of a rotor with the terms of rotation, for the kernels.
+
+(M/dt^2 + (D + 2 Omega C)/2dt) x_{n+1} = f_n + (2M/dt^2 - K(Omega)) x_n
+    - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
+
+Coriolis forces, implicit, do no work: (d' + d) C (d' + d) = 0. D includes the supports'
+damping c_s; their skew part S in K(Omega) does the work (d' + d) S x_n / 2 per step,
+booked as damping. Together they are the loss of a damper that does not rotate, less the
+work of its torque on the rotation.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.waves import turning_matrices
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Turning(NamedTuple):
+    """Matrices of a step d' = keep d - pull x + inverse f, and of its ledger, (n, n).
+
+    Attributes
+    ----------
+    keep, pull, inverse : matrices of the step
+    mass, stiffness : symmetric, of the energy: kinetic plus Jacobi's potential
+    damping, push : D, symmetric, and S, skew, of the damping loss
+    """
+
+    keep: Floats
+    pull: Floats
+    inverse: Floats
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+
+
+def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
+    """Return the step matrices of a rotor with a spin.
+
+    basis : (n, m), for matrices in its coordinates; None: in those of the model
+    """
+    body, step = model.rotor, scene.solver.time_step
+    matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
+    if basis is not None:
+        matrices = [basis.T @ matrix @ basis for matrix in matrices]
+    mass, gyro, damping, stiffness, push = matrices
+    stiffness, damping = (stiffness + stiffness.T) / 2, (damping + damping.T) / 2
+    push, gyro = (push - push.T) / 2, (gyro - gyro.T) / 2
+    before = (damping + gyro) / (2 * step)
+    inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
+    return Turning(
+        inverse @ (mass / step**2 - before),
+        np.asarray(inverse @ (stiffness + push)),
+        np.asarray(inverse),
+        mass,
+        stiffness,
+        damping,
+        push,
+    )
+
+
+def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
+    """Return the blocks of modes that rotation couples: order (m,), starts (b + 1,).
+
+    `order` sorts modes by nodal diameter, `starts` are the first modes of each block.
+    Modes of unequal sectors form one block.
+    """
+    if not body.cyclic:
+        return np.arange(len(body.omega)), np.array([0, len(body.omega)])
+    order = np.argsort(body.diameter, kind="stable")
+    _, first = np.unique(body.diameter[order], return_index=True)
+    return order, np.append(first, len(order))
+
+
+def coupled_body(model: Model, scene: Scene) -> CoupledBody:
+    """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation."""
+    order, starts = by_diameter(model.rotor)
+    step = turning(model, scene, model.rotor.shapes[:, order])
+
+    def blocks(matrix: Floats) -> Floats:
+        ends = itertools.pairwise(starts)
+        return np.concatenate([matrix[a:b, a:b].T.ravel() for a, b in ends])
+
+    radial, tangential = (
+        rows[:, order] for rows in tip_rows(model.rotor, model.blades)
+    )
+    hub = centre_rows(model.rotor, model.blades)[:, order]
+    return CoupledBody(
+        keep=blocks(step.keep),
+        pull=blocks(step.pull),
+        give=blocks(step.inverse),
+        stiffness=blocks(step.stiffness),
+        damping=blocks(step.damping),
+        push=blocks(step.push),
+        starts=starts,
+        read=np.ascontiguousarray(np.vstack([radial, hub]).T),
+        radial=np.ascontiguousarray(radial),
+        tangential=np.ascontiguousarray(tangential),
+    )

@@ -1,1 +1,0 @@
-"""What this program costs and how exact it is: steps timed, settings compared."""

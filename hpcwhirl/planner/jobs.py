@@ -1,0 +1,86 @@
+"""Jobs and how they end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from hpcwhirl.scene.words import REGIMES, is_open, word_of
+
+OK = "ok"  # the status of what gave a result
+
+
+class Job(NamedTuple):
+    """One computation of a campaign.
+
+    Attributes
+    ----------
+    case : its number, which encodes its fidelity: see `refinement.rule.Family.number`
+    twin : 1 .. count, 0 for the case itself
+    stage : 0: as planned; n: for the n-th time that the campaign was extended to
+    """
+
+    case: int
+    twin: int = 0
+    stage: int = 0
+
+
+class Completion(NamedTuple):
+    """How a job ended.
+
+    Attributes
+    ----------
+    status : of its record
+    outcome, regime, whirl : of its row, if it has one
+    is_open : whether a longer run may tell what it does not
+    """
+
+    status: str
+    outcome: str = "none"
+    regime: str = "none"
+    whirl: str = "none"
+    is_open: bool = False
+
+    @property
+    def is_ok(self) -> bool:
+        """Whether it gave a result."""
+        return self.status == OK
+
+    @property
+    def word(self) -> str:
+        """The regime by which neighbours are compared, "" for none."""
+        word = word_of(self.status, self.outcome, self.regime)
+        return word if word in REGIMES else ""
+
+
+def completion_of(record: Mapping[str, Any]) -> Completion:
+    """Return how the job of a record ended."""
+    row = record.get("row") or {}
+    status = str(record["status"])
+    outcome, regime, whirl = (
+        str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
+    )
+    return Completion(status, outcome, regime, whirl, status == OK and is_open(row))
+
+
+class JobCode(NamedTuple):
+    """Jobs as single numbers, as ranks are sent them.
+
+    Attributes
+    ----------
+    cases : all numbers of cases are below it
+    twins : of a case
+    """
+
+    cases: int
+    twins: int
+
+    def encode(self, job: Job) -> int:
+        """Return the number of a job."""
+        return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
+
+    def decode(self, number: int) -> Job:
+        """Return the job of a number."""
+        rest, case = divmod(number, self.cases)
+        stage, twin = divmod(rest, 1 + self.twins)
+        return Job(case, twin, stage)

@@ -1,0 +1,220 @@
+"""The planner: the jobs that are left, from how jobs have ended."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.planner.jobs import Completion, Job
+from hpcwhirl.planner.kinds import Kind
+
+UNWANTED, FAILED, DONE = -3, -2, -1  # else the stage that is left, of a case or a twin
+Find = Callable[[Job], Completion | None]  # how a job ended, None if it has not
+Cases = NDArray[np.int64]
+
+
+def nothing(_job: Job) -> None:
+    """Find no job that has ended."""
+
+
+class Stages(NamedTuple):
+    """The stages of a campaign's cases beyond what is planned.
+
+    Attributes
+    ----------
+    last : number of the last one, of as many times that it was extended to
+    passed : (cases,), how many of them, the shortest, each case lasts anyway
+    """
+
+    last: int = 0
+    passed: NDArray[np.int8] | None = None
+
+    def after(self, case: int, stage: int) -> int | None:
+        """Return the stage that follows one of a case while it is open, if any."""
+        skipped = int(self.passed[case]) if self.passed is not None else 0
+        following = max(stage, skipped) + 1
+        return following if following <= self.last else None
+
+
+class Jobs(NamedTuple):
+    """Some jobs as columns, (jobs,) each.
+
+    Attributes
+    ----------
+    row : of their case, see `Planner.cases`
+    twin, stage : see `Job`
+    """
+
+    row: Cases
+    twin: Cases
+    stage: Cases
+
+
+class Planner:
+    """What is left to do of a campaign.
+
+    Parameters
+    ----------
+    kind : which cases there are
+    twins : how many a case has that has any
+    stages : of an extension
+    find : how jobs ended before: what follows from them is asked for only where it has
+        not ended either
+
+    Attributes
+    ----------
+    ends : {row: how its case ended, by the last stage that gave a result}; of a plain
+        campaign none is kept
+    """
+
+    def __init__(
+        self,
+        kind: Kind,
+        twins: int = 0,
+        stages: Stages = Stages(),  # noqa: B008 - immutable
+        find: Find = nothing,
+    ) -> None:
+        self.kind, self.twins, self.stages, self.find = kind, twins, stages, find
+        self.ends: dict[int, Completion] = {}
+        self._more: list[int] = []  # numbers of cases beyond the first
+        self._row: dict[int, int] = {}
+        self._state = array("b")  # (rows, 1 + twins)
+        self._add(kind.first)
+        self._states[list(kind.waiting), 0] = UNWANTED
+        if find is not nothing:
+            self._begin()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether a case is one job, and no case follows from another."""
+        return not (self.kind.grows or self.twins or self.stages.last)
+
+    @property
+    def cases(self) -> Sequence[int]:
+        """The number of the case of each row, in the order they came to be wanted."""
+        first = range(self.kind.first)
+        return [*first, *self._more] if self._more else first
+
+    def __len__(self) -> int:
+        """Return the number of rows, one a case that is wanted so far."""
+        return self.kind.first + len(self._more)
+
+    def row(self, case: int) -> int:
+        """Return the row of a wanted case."""
+        return case if case < self.kind.first else self._row[case]
+
+    def number(self, row: int) -> int:
+        """Return the number of the case of a row."""
+        return row if row < self.kind.first else self._more[row - self.kind.first]
+
+    def left(self) -> Jobs:
+        """Return the jobs that are left, by rows and twins."""
+        state = self._states
+        row, twin = np.nonzero(state >= 0)
+        return Jobs(row, twin, state[row, twin].astype(np.int64))
+
+    def rows_of(self, jobs: Jobs) -> Cases:
+        """Return the rows of the cases of some jobs, each once, ascending."""
+        return jobs.row if self.is_plain else np.unique(jobs.row)
+
+    @property
+    def open(self) -> NDArray[np.bool_]:
+        """Whether anything is left of each case and its twins, (rows,)."""
+        state = self._states
+        return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether the last job of each case, or of a twin, failed, (rows,)."""
+        return np.asarray((self._states == FAILED).any(axis=1))
+
+    @property
+    def failed_alone(self) -> NDArray[np.bool_]:
+        """Whether the last job of each case failed, whatever its twins did, (rows,)."""
+        return np.asarray(self._states[:, 0] == FAILED)
+
+    @property
+    def twinned(self) -> NDArray[np.bool_]:
+        """Which cases have twins, so far, (rows,)."""
+        return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
+
+    def complete(self, job: Job, end: Completion) -> list[Job]:
+        """Take in how a job that was left has ended; return those that follow."""
+        left, todo = list[Job](), [(job, end)]
+        while todo:
+            for follower in self._followers(*todo.pop()):
+                known = self.find(follower)
+                if known is None:
+                    left.append(follower)
+                else:
+                    todo.append((follower, known))
+        return left
+
+    def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
+        """Take in at once which cases have ended, of a plain campaign, (cases,) each.
+
+        ok : whether with a result
+        """
+        if not self.is_plain:
+            raise TypeError
+        self._states[ended, 0] = np.where(ok[ended], DONE, FAILED)
+
+    @property
+    def _states(self) -> NDArray[np.int8]:
+        """What is left of each case and its twins; (rows, 1 + twins), to be changed.
+
+        Nothing may be added while it is held.
+        """
+        return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
+
+    def _add(self, count: int) -> None:
+        self._state.frombytes(bytes([0, *[UNWANTED % 256] * self.twins]) * count)
+
+    def _begin(self) -> None:
+        for row in self.left().row.tolist():
+            job = Job(row)
+            end = self.find(job)
+            if end is not None:
+                self.complete(job, end)
+
+    def _followers(self, job: Job, end: Completion) -> list[Job]:
+        """Return what follows from how a job ended, whether that has ended or not."""
+        row = self.row(job.case)
+        at = row * (1 + self.twins) + job.twin
+        if self.is_plain:
+            self._state[at] = DONE if end.is_ok else FAILED
+            return []
+        if not job.twin and (end.is_ok or row not in self.ends):
+            self.ends[row] = end
+        stage = self.stages.after(job.case, job.stage) if end.is_open else None
+        if stage is not None:
+            self._state[at] = stage
+            return [job._replace(stage=stage)]
+        self._state[at] = DONE if end.is_ok else FAILED
+        if job.twin:
+            return []
+        cases, twinned = self.kind.after(job.case, self.ends[row])
+        return [*self._want(cases), *self._want_twins(twinned)]
+
+    def _want(self, cases: Sequence[int]) -> list[Job]:
+        for case in cases:
+            if case < self.kind.first:  # it has waited
+                self._state[case * (1 + self.twins)] = 0
+            else:
+                self._row[case] = len(self)
+                self._more.append(case)
+                self._add(1)
+        return list(map(Job, cases))
+
+    def _want_twins(self, cases: Sequence[int]) -> list[Job]:
+        found = []
+        for case in cases:
+            at = self.row(case) * (1 + self.twins)
+            for twin in range(1, 1 + self.twins):
+                self._state[at + twin] = 0
+                found.append(Job(case, twin))
+        return found

@@ -1,0 +1,133 @@
+"""Sobol' indices drawn: bars of one point, lines over one swept input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.labels import name_of
+from hpcwhirl.report.map.captions import engine_of
+from hpcwhirl.report.map.data import label_of
+from hpcwhirl.report.map.probabilities import varied
+from hpcwhirl.report.saving import save
+from hpcwhirl.scene.words import REGIMES
+
+if TYPE_CHECKING:
+    import xarray
+
+ORDERS = {"first": "alone (first order)", "total": "with others (total)"}
+LOOKS = {"first": "#2F6DB3", "total": "#F0AE45"}
+MOST_LINES = 7  # inputs that lines tell, those of the largest indices
+HIGH = 0.38  # of a bar
+
+
+def title_of(quantity: str) -> str:
+    """Return what a quantity is called: of a regime, its probability."""
+    return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
+
+
+def draw_sensitivity(
+    data: xarray.Dataset, found: xarray.Dataset, out: Path
+) -> list[Path]:
+    """Draw sensitivity.png and .svg and return their paths.
+
+    Parameters
+    ----------
+    data : results
+    found : of `analysis.sensitivity`
+    out : directory of the figures
+
+    Raises
+    ------
+    InputError
+        where the points differ in more than one input
+    """
+    over = varied(found)
+    if len(over) > 1:
+        msg = f"indices are drawn over one swept input, not {' and '.join(over)}: say "
+        raise InputError(msg + f"--at {over[-1]}=VALUE")
+    figure = _lines(data, found, over[0]) if over else _bars(found)
+    figure.suptitle(_heading(data, found), fontsize=10, parse_math=False)
+    return [save(figure, out / f"sensitivity.{kind}") for kind in ("png", "svg")]
+
+
+def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
+    """Return the engine and what the indices rest on."""
+    least, most = int(found["draws"].min()), int(found["draws"].max())
+    draws = f"{least}" if least == most else f"{least} to {most}"
+    dropped = int(found["dropped"].max())
+    text = f"{engine_of(data)}: Sobol' indices of {draws} pairs of draws; 95 %"
+    return text + (f"; up to {dropped} pairs without a number" if dropped else "")
+
+
+def _bars(found: xarray.Dataset) -> Any:
+    names, count = found["quantity"].values.tolist(), found.sizes["input"]
+    size = 2.0 + 2.8 * len(names), 1.6 + 0.55 * count
+    figure = Figure(figsize=size, layout="constrained")
+    row = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    at = np.arange(count)
+    for axes, name in zip(row, names, strict=True):
+        one = found.sel(quantity=name).isel(point=0)
+        for place, (order, told) in enumerate(ORDERS.items()):
+            value, away = _ends(one, order)
+            axes.barh(at + (place - 0.5) * HIGH, value, HIGH, color=LOOKS[order],
+                      xerr=away, capsize=2, ecolor="black", label=told)  # fmt: skip
+        _note(axes, one)
+        axes.axvline(0.0, c="grey", lw=0.6)
+        axes.set_title(title_of(name), fontsize=9, parse_math=False)
+        axes.set_xlim(min(-0.05, axes.get_xlim()[0]), max(1.05, axes.get_xlim()[1]))
+    labels = [name_of(name) for name in found["input"].values.tolist()]
+    row[0].set_yticks(at, labels, parse_math=False)
+    row[0].invert_yaxis()
+    handles, texts = row[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=2, fontsize=8,
+                  frameon=False)  # fmt: skip
+    return figure
+
+
+def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
+    """Return an index and how far its interval reaches to both sides."""
+    value, low, high = (
+        one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
+    )
+    return value, np.maximum(np.stack([value - low, high - value]), 0.0)
+
+
+def _note(axes: Any, one: xarray.Dataset) -> None:
+    """Say where there is no index."""
+    if not np.isfinite(one["first"]).any():
+        why = "does not vary" if int(one["draws"]) else "no draws left"
+        axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",
+                  color="grey")  # fmt: skip
+
+
+def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
+    names = found["quantity"].values.tolist()
+    figure = Figure(figsize=(11.0, 1.4 + 2.3 * len(names)), layout="constrained")
+    grid = figure.subplots(len(names), 2, sharex=True, squeeze=False)
+    order = np.argsort(found[over].to_numpy())
+    x, sorted_ = found[over].to_numpy()[order], found.isel(point=order)
+    largest = found["total"].max(["point", "quantity"]).fillna(-1.0).to_numpy()
+    shown = np.argsort(-largest, kind="stable")[:MOST_LINES]
+    for row, name in zip(grid, names, strict=True):
+        for axes, (kind, told) in zip(row, ORDERS.items(), strict=True):
+            for place, number in enumerate(shown):
+                one = sorted_.sel(quantity=name).isel(input=number)
+                ends = one[f"{kind}_low"].to_numpy(), one[f"{kind}_high"].to_numpy()
+                colour = colormaps["tab10"](place)
+                axes.fill_between(x, *ends, color=colour, alpha=0.2, lw=0)
+                axes.plot(x, one[kind].to_numpy(), "o-", ms=3, color=colour,
+                          label=name_of(str(one["input"].item())))  # fmt: skip
+            axes.axhline(0.0, c="grey", lw=0.6)
+            axes.set_title(f"{title_of(name)}: {told}", fontsize=9, parse_math=False)
+    for axes in grid[-1]:
+        axes.set_xlabel(label_of(data, over), parse_math=False)
+    handles, texts = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=4, fontsize=8,
+                  frameon=False)  # fmt: skip
+    return figure

@@ -1,0 +1,180 @@
+"""Which figures a campaign directory can give, and what traces each needs."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.report.figures import motions, shapes, sweeps, waves
+from hpcwhirl.report.saving import save
+from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.select import swept_of, where
+
+LONGEST = 80  # characters of the inputs in a file's name
+MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
+FULL = {"tips", "blade_impulse"}  # traces that `full` alone keeps
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of figure.
+
+    Attributes
+    ----------
+    draw : (results, line or case) -> figure
+    needs : traces without which there is none
+    of : a case; speeds, a line of cases that differ in speed alone; the engine, once
+    transient : whether `draw` takes `transient`, to show what is before the window
+    """
+
+    draw: Callable[..., Any]
+    needs: tuple[str, ...]
+    of: Literal["case", "speeds", "engine"]
+    transient: bool = False
+
+
+def _shapes(results: Results, line: list[int]) -> Any:
+    return shapes.draw_shapes_of(results.scene(line[0]))
+
+
+def _campbell(results: Results, line: list[int]) -> Any:
+    return waves.draw_campbell(results.scene(line[0]), results["speed"][line])
+
+
+KINDS = {
+    "frequency": Kind(sweeps.draw_frequency, ("centre", "tips"), "speeds"),
+    "cascade": Kind(sweeps.draw_cascade, ("centre",), "speeds", transient=True),
+    "bifurcation": Kind(sweeps.draw_bifurcation, ("centre",), "speeds", transient=True),
+    "interaction": Kind(waves.draw_interaction, (), "speeds"),
+    "growth": Kind(sweeps.draw_growth, (), "speeds"),
+    "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
+    "section": Kind(motions.draw_section, ("centre",), "case", transient=True),
+    "contributions": Kind(motions.draw_contributions, ("centre", "tips"), "case"),
+    "contacts": Kind(motions.draw_contacts, ("blade_impulse",), "case", transient=True),
+    "shapes": Kind(_shapes, (), "engine"),
+    "campbell": Kind(_campbell, (), "engine"),
+    "ledger": Kind(motions.draw_ledger, ("energy", "fed", "rubbed", "lost"), "case"),
+}
+
+
+def draw_figures(
+    folder: Path,
+    out: Path,
+    kinds: list[str] | None = None,
+    only: list[int] | None = None,
+    *,
+    transient: bool = False,
+) -> Iterator[Path | str]:
+    """Draw figures of a campaign; yield the path of each, or why there is none.
+
+    Parameters
+    ----------
+    folder : directory of a finished campaign
+    out : directory of the figures
+    kinds : names of `KINDS`; all if None
+    only : cases of the figures that show one case
+    transient : show what is before the window of the words, too
+    """
+    for name in kinds or []:
+        if name not in KINDS:
+            raise unknown("kind of figure", name, KINDS)
+    results = Results(folder)
+    _check(results, only)
+    for name in kinds or KINDS:
+        found = _lacking(results, KINDS[name]) or _wanted(results, KINDS[name], only)
+        if isinstance(found, str):
+            yield f"{name}: {found}"
+            continue
+        for part, of in found.items():
+            path = out / f"{name}{part}.png"
+            yield _drawn(name, results, of, path, transient=transient)
+
+
+def cases_at(folder: Path, settings: list[str]) -> list[int]:
+    """Return the finished cases that have the values of ``NAME=V`` settings."""
+    with Results(folder) as results:
+        found = where(settings, {name: results[name] for name in swept_of(results)})
+        chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
+        finished = sorted(chosen & set(results.finished()))
+        if chosen and not finished:
+            row = results.rows[min(chosen)]
+            why = f"{row['status']}: {row['message'] or 'no message'}"
+            msg = f"--at {' '.join(settings)}: case {min(chosen)} is {why}"
+            raise InputError(msg)
+        return finished
+
+
+def _check(results: Results, only: list[int] | None) -> None:
+    """Raise one line where there is nothing to draw, or not the case asked for."""
+    whole = results.finished()
+    if not whole:
+        msg = f"{results.path} has no finished case: nothing to draw"
+        raise InputError(msg)
+    bad = [i for i in only or [] if i not in whole]
+    if bad:
+        msg = f"--case must be a finished case, 0 to {len(results) - 1}, got {bad[0]}"
+        raise InputError(msg)
+
+
+def _lacking(results: Results, kind: Kind) -> str:
+    """Return why a campaign's traces do not give a kind of figure; "" where they do."""
+    lacking = [name for name in kind.needs if name not in results.kept]
+    if not lacking:
+        return ""
+    level = "full" if FULL & {*lacking} else "orbit"
+    return f"needs traces = {level}, the campaign kept none of {', '.join(lacking)}"
+
+
+def _wanted(
+    results: Results, kind: Kind, only: list[int] | None
+) -> dict[str, Any] | str:
+    """Return {part of a file's name: line or case} of a kind, or why it is too much."""
+    finished = only or results.finished()
+    if kind.of == "engine":
+        return {"": finished}
+    if kind.of == "case":
+        if only is None and len(finished) > MOST_CASES:
+            which = "say which with --case or --at"
+            return f"one figure a case, of {len(finished)}: {which}"
+        return {f"-{case:04d}": case for case in finished}
+    every = results.slices()
+    if len(every) == 1:
+        return {"": every[0]}
+    lines = [line for line in every if only is None or set(only) & {*line}]
+    if len(lines) > MOST_CASES:
+        return (
+            f"one figure for each of {len(lines)} combinations of the other inputs, "
+            f"at most {MOST_CASES}: say which with --at or --case"
+        )
+    return {_name_of(results.others(line[0], "=")): line for line in lines}
+
+
+def _name_of(inputs: str) -> str:
+    """Return inputs as a part of a file's name, of bounded length and one's own."""
+    plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", inputs).strip("-")
+    if len(plain) <= LONGEST:
+        return f"-{plain}"
+    return f"-{plain[:LONGEST]}-{hashlib.sha256(inputs.encode()).hexdigest()[:8]}"
+
+
+def _drawn(
+    name: str, results: Results, of: Any, path: Path, *, transient: bool
+) -> Path | str:
+    """Return the path of the figure of a line or a case, or why there is none."""
+    kind = KINDS[name]
+    try:
+        more = {"transient": transient} if kind.transient else {}
+        return save(kind.draw(results, of, **more), path)
+    except InputError as refused:
+        return (
+            f"{name}, case {of}: {refused}"
+            if kind.of == "case"
+            else (f"{name}: {refused}")
+        )

@@ -1,0 +1,272 @@
+"""Figures of one motion: orbits, traces, contributions, contacts, section, ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.contact_map import touches
+from hpcwhirl.analysis.participation import family_amplitudes
+from hpcwhirl.analysis.poincare import section
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.report.labels import axis_of, title_of
+from hpcwhirl.report.saving import save
+from hpcwhirl.scene.quantities import TRACES
+from hpcwhirl.store.reading.results_file import Results
+
+Floats = NDArray[np.float64]
+LIGHT, DARK = "#9ecae1", "#08306b"
+MOST_POINTS = 20_000
+WINDOW = "window of the words"  # steady or not: a divergent orbit is not
+
+
+def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
+    """Return the centre in the rotating frame, (n, 2), m: Eq. (12) undone."""
+    z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
+    return np.column_stack([z.real, z.imag])
+
+
+def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
+    """Return which samples lie in the window of the words."""
+    return np.asarray(time > row["end_time"] - row["window"])
+
+
+def unit_of(largest: float) -> tuple[float, str]:
+    """Return (factor, unit) for lengths up to `largest`, m."""
+    for factor, unit in ((1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
+        if largest * factor >= 0.1:
+            return factor, unit
+    return 1e12, "pm"
+
+
+def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
+    """Return the orbit in the static and in the rotating frame, in the window alone.
+
+    Parameters
+    ----------
+    cases, case : a campaign with traces, and a case of it
+    transient : draw what is before the window of the words, too
+    """
+    traces, row = cases.traces(case), cases.rows[case]
+    figure = Figure(figsize=(11, 5.4), layout="constrained")
+    frames = {
+        "static": (traces["centre"], "$X_o$", "$Y_o$"),
+        "rotating": (rotating(traces, row["speed"]), "$x_o$", "$y_o$"),
+    }
+    late = in_window(traces["time"], row)
+    for axes, (name, (path, x, y)) in zip(
+        figure.subplots(1, 2), frames.items(), strict=True
+    ):
+        draw_orbit(axes, path, late, row["gap"], transient=transient)
+        unit = axes.get_label()
+        axes.set(xlabel=f"{x}, {unit} ({name} frame)", ylabel=f"{y}, {unit}")
+    figure.suptitle(title_of(row))
+    return figure
+
+
+def draw_orbit(
+    axes: Any,
+    path: Floats,
+    late: NDArray[np.bool_],
+    gap: float,
+    *,
+    transient: bool,
+) -> None:
+    """Draw one orbit and, where it fits, the gap; the axes' label is the unit.
+
+    Parameters
+    ----------
+    axes : of matplotlib
+    path : (n, 2), m
+    late : (n,), which samples are in the window
+    gap : m
+    transient : whether the others are drawn
+    """
+    shown = path if transient else path[late]
+    factor, unit = unit_of(float(np.abs(shown).max(initial=0.0)))
+    axes.set_label(unit)
+    if transient:
+        axes.plot(*(factor * path[~late]).T, c=LIGHT, lw=0.5, label="transient")
+    axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label=WINDOW)
+    if 0.05 * gap < np.abs(shown).max(initial=0.0):
+        turn = np.linspace(0, 2 * np.pi, 200)
+        circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
+        axes.plot(*circle, "k--", lw=0.8, label="gap")
+    axes.set_aspect("equal", "datalim")
+    axes.legend(loc="upper right", fontsize=8)
+
+
+def draw_contributions(cases: Results, case: int) -> Any:
+    """Return |q_k|, k = 0 .. N // 2, of 1F and of the suspension (Figs. 10, 12, 14)."""
+    traces, row = cases.traces(case), cases.rows[case]
+    amplitude = family_amplitudes(
+        traces["tips"],
+        rotating(traces, row["speed"]),
+        row["sample_interval"],
+        resolve(cases.scene(case)).model,
+    )
+    figure = Figure(figsize=(11, 7.5), layout="constrained")
+    (whole, log), (second, hub) = figure.subplots(2, 2, sharex=True)
+    for axes, scale in ((whole, "linear"), (log, "log")):
+        _curves(axes, traces["time"], amplitude["1F"])
+        axes.set(yscale=scale, title=f"1F, {scale} scale")
+    _curves(second, traces["time"], amplitude["2F"])
+    second.set(title="2F", xlabel=axis_of("time"))
+    step = max(1, len(traces["time"]) // MOST_POINTS)
+    hub.plot(traces["time"][::step], amplitude["suspension"][::step, 1], c="C1", lw=0.7)
+    hub.set(title="suspension (k = 1)", xlabel=axis_of("time"))
+    top = np.nanmax(amplitude["1F"], initial=0.0)
+    log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
+    for axes in figure.axes:
+        axes.set_ylabel("|$q_k$|, m √kg")
+    figure.legend(handles=whole.get_legend_handles_labels()[0][::-1], title="k",
+                  loc="outside right center", fontsize=8)  # fmt: skip
+    figure.suptitle(f"Modal contributions. {title_of(row)}")
+    return figure
+
+
+def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
+    """Draw |q_k| (n, diameters): 0 and 1 in front, the others thin."""
+    step = max(1, len(time) // MOST_POINTS)
+    colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
+    for k in reversed(range(amplitude.shape[1])):
+        colour = {0: "#D55E00", 1: "#0072B2"}.get(k, colours[k])
+        axes.plot(time[::step], amplitude[::step, k], c=colour,
+                  lw=0.9 if k < 2 else 0.5, label=f"{k}")  # fmt: skip
+
+
+def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
+    """Return which blade touches where on the casing and when, with what impulse."""
+    traces, row = cases.traces(case), cases.rows[case]
+    found = touches(traces["time"], traces["blade_impulse"], row["speed"])
+    start = 0.0 if transient else row["end_time"] - row["window"]
+    shown = found.time >= start
+    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
+    for axes, (label, value) in zip(
+        figure.subplots(2, 1, sharex=True), places.items(), strict=True
+    ):
+        _dots(axes, found.time[shown], value[shown], found.impulse[shown])
+        axes.set(ylabel=label)
+    axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
+    axes.set_xlim(start, row["end_time"])
+    figure.axes[0].set_title(f"Contacts. {title_of(row)}")
+    if not shown.any():
+        figure.axes[0].text(0.5, 0.5, "no contact", transform=figure.axes[0].transAxes)
+        return figure
+    interval = 1e3 * row["sample_interval"]
+    label = f"normal impulse in {interval:g} ms, {TRACES['impulse'].unit}"
+    figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
+    return figure
+
+
+def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
+    top = float(impulse.max(initial=1e-12))
+    axes.scatter(time, value, s=3, c=impulse, lw=0, cmap="viridis_r",
+                 norm=LogNorm(1e-3 * top, top), rasterized=True)  # fmt: skip
+
+
+def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
+    """Return the once-per-revolution section of the static-frame orbit."""
+    traces, row = cases.traces(case), cases.rows[case]
+    late = in_window(traces["time"], row) | transient
+    points = section(traces["time"][late], traces["centre"][late], row["speed"])
+    factor, unit = unit_of(float(np.abs(points).max(initial=0.0)))
+    figure = Figure(figsize=(6.8, 6), layout="constrained")
+    axes = figure.subplots()
+    dots = axes.scatter(
+        factor * points[:, 0], factor * points[:, 1], c=np.arange(len(points)), s=8
+    )
+    axes.set_aspect("equal", "datalim")
+    axes.set(xlabel=f"$X_o$, {unit}", ylabel=f"$Y_o$, {unit} (static frame)")
+    axes.set_title(f"Once a revolution\n{title_of(row)}")
+    figure.colorbar(dots, label="revolution of the part shown")
+    return figure
+
+
+def draw_ledger(cases: Results, case: int) -> Any:
+    """Return where energy comes from and goes to over time."""
+    traces, row = cases.traces(case), cases.rows[case]
+    step = max(1, len(traces["time"]) // MOST_POINTS)
+    time = traces["time"][::step]
+    fed, rubbed = traces["fed"][::step], traces["rubbed"][::step]
+    terms = {
+        "energy of both bodies": traces["energy"][::step],
+        "fed by friction": rubbed,
+        "fed by transport over the ring": fed - rubbed,
+        "lost in damping and impacts": traces["lost"][::step],
+    }
+    figure = Figure(figsize=(10, 5), layout="constrained")
+    axes = figure.subplots()
+    for name, values in terms.items():
+        axes.plot(time, values, lw=1.0, label=name)
+    top = max(float(np.abs(v).max(initial=0.0)) for v in terms.values())
+    least = 10.0 ** np.ceil(np.log10(max(1e-5 * top, 1e-12)))
+    axes.set_yscale("symlog", linthresh=least)
+    axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
+    axes.set(
+        xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)
+    )
+    unit = TRACES["energy"].unit
+    axes.set_ylabel(f"{unit}, cumulative (linear within ±{least:g} {unit})")
+    axes.legend(fontsize=8)
+    return figure
+
+
+def draw_case(
+    folder: Path, traces: Mapping[str, Floats], row: Mapping[str, Any]
+) -> list[Path]:
+    """Draw orbit.png and traces.png of one run and return their paths.
+
+    Parameters
+    ----------
+    folder : directory of the figures
+    traces : `time` (n,), s; `centre` (n, 2), m, static frame; `energy`, `fed`,
+        `lost` (n,), J; perhaps `tips` (n, N, 2), m
+    row : numbers and words of the case
+    """
+    orbit = Figure(figsize=(6, 6), layout="constrained")
+    axes, late = orbit.subplots(), in_window(traces["time"], row)
+    draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
+    unit = axes.get_label()
+    axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
+    axes.set_title(title_of(row))
+    figures = {"orbit": orbit, "traces": draw_traces(traces, row)}
+    return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
+
+
+def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
+    """Return time traces: centre, energy and, if kept, the tips' extremes."""
+    tips = traces.get("tips")
+    panels = 3 if tips is not None else 2
+    figure = Figure(figsize=(9, 2.6 * panels), layout="constrained")
+    axes = figure.subplots(panels, 1, sharex=True)
+    step = max(1, len(traces["time"]) // MOST_POINTS)
+    time = traces["time"][::step]
+    for place, name in enumerate(("$X_o$", "$Y_o$")):
+        axes[0].plot(time, 1e3 * traces["centre"][::step, place], lw=0.5, label=name)
+    axes[0].set(ylabel="centre, mm (static)", title=title_of(row))
+    for name in ("energy", "fed", "lost"):
+        axes[1].plot(time, np.abs(traces[name][::step]), lw=0.8, label=name)
+    moved = any(np.any(traces[name]) for name in ("energy", "fed", "lost"))
+    axes[1].set(
+        ylabel=f"{TRACES['energy'].unit} (absolute value)",
+        yscale="log" if moved else "linear",
+    )
+    if tips is not None:
+        for place, name in enumerate(("radial", "tangential")):
+            peak = np.abs(1e3 * tips[::step, :, place]).max(axis=1)
+            axes[2].plot(time, peak, lw=0.5, label=f"largest {name}")
+        axes[2].set(ylabel="tips, mm (rotating)")
+    for panel in axes:
+        panel.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
+        panel.legend(loc="upper right", fontsize=8)
+    axes[-1].set_xlabel(axis_of("time"))
+    return figure

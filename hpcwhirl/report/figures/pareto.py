@@ -1,0 +1,209 @@
+"""Speed against accuracy: table, Pareto front and figure of what was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.report.saving import save
+
+Facts = Mapping[str, Any]
+COLUMNS = {
+    "orbit_radius": "orbit radius",
+    "contact_impulse": "contact impulse",
+    "centre_peak": "centre's peak",
+    "tip_peak": "tips' peak",
+    "line_frequency": "line",
+    "growth_rate": "ln amplitude",
+}
+SMALLEST = 1e-7  # of an error, in the figure
+
+
+@dataclass(frozen=True)
+class Row:
+    """A setting over all scenes.
+
+    Attributes
+    ----------
+    axis, label : which
+    cost : computing time over that of the scenes as given
+    spread : largest less smallest of the repeats' times, over the median
+    agree, runs : runs whose words are the reference's, and all
+    errors : {number: (median over the scenes, largest)}, relative
+    score : median over the scenes of the largest error of a scene
+    ledger : largest |ledger_error|
+    refused : why scenes did not take the setting
+    unstable : whether a run was
+    front : nothing measured is both sooner and closer with as many right words
+    """
+
+    axis: str
+    label: str
+    cost: float
+    spread: float
+    agree: int
+    runs: int
+    errors: dict[str, tuple[float, float]]
+    score: float
+    ledger: float
+    refused: tuple[str, ...]
+    unstable: bool = False
+    front: bool = False
+
+
+def table_of(facts: Facts) -> list[Row]:
+    """Return a row for each setting, in the order of trial, the front marked.
+
+    Parameters
+    ----------
+    facts : of `benchmark.tradeoff.Tradeoff.facts`; the first setting is the scene's own
+    """
+    found: dict[tuple[str, str], list[Facts]] = {}
+    for row in facts["compared"]:
+        found.setdefault((row["axis"], row["label"]), []).append(row)
+    base = {row["scene"]: float(np.median(row["seconds"]))
+            for row in next(iter(found.values()))}  # fmt: skip
+    rows = [_row(axis, label, group, base) for (axis, label), group in found.items()]
+    marked = {id(row) for row in front_of(rows)}
+    return [replace(row, front=id(row) in marked) for row in rows]
+
+
+def _row(
+    axis: str, label: str, group: Sequence[Facts], base: Mapping[str, float]
+) -> Row:
+    done = [row for row in group if not row["refused"]]
+    refused = tuple(sorted({row["refused"] for row in group if row["refused"]}))
+    if not done:
+        return Row(axis, label, math.inf, 0.0, 0, 0, {}, math.inf, 0.0, refused)
+    times = np.array([row["seconds"] for row in done])  # (scenes, repeats)
+    usual = sum(base[row["scene"]] for row in done)
+    per_run = times.sum(axis=0)
+    errors = {}
+    for name in COLUMNS:
+        values = [row["errors"][name] for row in done if name in row["errors"]]
+        if values:
+            errors[name] = float(np.median(values)), max(values)
+    return Row(
+        axis,
+        label,
+        float(np.median(per_run)) / usual,
+        float(np.ptp(per_run) / np.median(per_run)),
+        sum(row["agree"] for row in done),
+        sum(len(row["words"]) for row in done),
+        errors,
+        float(np.median([row["score"] for row in done])),
+        max(row["ledger"] for row in done),
+        refused,
+        any(word.startswith("unstable") for row in done for word in row["words"]),
+    )
+
+
+def front_of(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no other beats in cost, words and score; cheapest first."""
+    whole = [
+        row
+        for row in rows
+        if not (row.refused or row.unstable) and row.axis != "duration"
+    ]
+
+    def beaten(row: Row) -> bool:
+        mine = (row.cost, row.runs - row.agree, row.score)
+        for other in whole:
+            its = (other.cost, other.runs - other.agree, other.score)
+            if its != mine and all(a <= b for a, b in zip(its, mine, strict=True)):
+                return True
+        return False
+
+    return sorted((r for r in whole if not beaten(r)), key=lambda row: row.cost)
+
+
+def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
+    """Return {number: (median, largest)} over the scenes of what twins differ by."""
+    floors, out = facts["floors"].values(), {}
+    for name in COLUMNS:
+        values = [floor[name] for floor in floors if name in floor]
+        if values:
+            out[name] = float(np.median(values)), max(values)
+    return out
+
+
+def percent(value: float) -> str:
+    """Return a relative number in per cent, two digits."""
+    if not math.isfinite(value):
+        return "—"
+    return "0" if value == 0.0 else f"{100 * value:.2g} %"
+
+
+def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
+    return [
+        f"{percent(errors[n][0])} ({percent(errors[n][1])})" if n in errors else "—"
+        for n in COLUMNS
+    ]
+
+
+def markdown(facts: Facts) -> str:
+    """Return the table in Markdown: one line a setting, the front in bold."""
+    rows, kinds = table_of(facts), len(facts["words"])
+    names = " | ".join(COLUMNS.values())
+    lines = [
+        f"| setting | times the cost | words | {names} |",
+        "|" + "---|" * (3 + len(COLUMNS)),
+    ]
+    axis = ""
+    for row in rows:
+        if row.axis != axis:
+            axis = row.axis
+            lines.append(f"| *{axis}* |" + " |" * (2 + len(COLUMNS)))
+        if not row.runs:
+            lines.append(f"| {row.label} | refused: {row.refused[0]} |"
+                         + " |" * (1 + len(COLUMNS)))  # fmt: skip
+            continue
+        label = f"**{row.label}**" if row.front else row.label
+        cost = f"{row.cost:.3g} (± {50 * row.spread:.0f} %)"
+        words = f"{row.agree} of {row.runs}"
+        words += f" (elsewhere refused: {row.refused[0]})" if row.refused else ""
+        lines.append(
+            "| " + " | ".join([label, cost, words, *_cells(row.errors)]) + " |"
+        )
+    floor = " | ".join(["*twins of the reference*", "", "", *_cells(floor_row(facts))])
+    lines.append(f"| {floor} |")
+    note = (
+        f"Errors: median over {kinds} scenes (largest). Bold: on the Pareto front. "
+        "± is half the spread over the repeats."
+    )
+    return "\n".join([*lines, "", note, ""])
+
+
+def draw_tradeoff(facts: Facts, path: Path) -> Path:
+    """Draw cost against error, by axis, with front and floor; return the path."""
+    from matplotlib.figure import Figure
+
+    rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    axes = figure.subplots()
+    for name in dict.fromkeys(row.axis for row in rows):
+        own = [row for row in rows if row.axis == name]
+        costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]
+        shape, size = ("*", 12) if name == "as given" else ("o", 5)
+        axes.plot(costs, scores, shape, ms=size, label=name)
+    front = sorted((row for row in rows if row.front), key=lambda row: row.cost)
+    axes.step([r.cost for r in front], [max(r.score, SMALLEST) for r in front],
+              where="post", c="black", lw=0.8, label="front")  # fmt: skip
+    for row in front:
+        axes.annotate(row.label, (row.cost, max(row.score, SMALLEST)), fontsize=7,
+                      xytext=(4, 4), textcoords="offset points")  # fmt: skip
+    floor = max((value[0] for value in floor_row(facts).values()), default=0.0)
+    if floor > 0.0:
+        axes.axhline(floor, c="grey", ls=":", lw=1.0, label="twins differ by (median)")
+    axes.margins(x=0.2)
+    axes.set(xscale="log", yscale="log",
+             xlabel="computing time over that of the scenes as given",
+             ylabel="largest relative error, median over the scenes",
+             title=f"Speed against accuracy, {facts.get('machine', '')}")  # fmt: skip
+    axes.legend(fontsize=8)
+    return save(figure, path)

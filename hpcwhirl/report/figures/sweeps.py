@@ -1,0 +1,212 @@
+"""Figures over many speeds: maps of frequency, cascades, bifurcations, growth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.cascade import after_revolutions, cascade
+from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
+from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.report.figures.motions import in_window, rotating
+from hpcwhirl.report.figures.waves import (
+    centre_top,
+    heading,
+    regime_legend,
+    rotating_top,
+    shown_word,
+)
+from hpcwhirl.report.labels import SEQUENTIAL, axis_of
+from hpcwhirl.report.map.axes import cell_edges
+from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.words import SHOWN
+from hpcwhirl.store.reading.results_file import Results
+
+Floats = NDArray[np.float64]
+STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
+FEW_TURNS = 50  # drawn as larger dots
+DECADES = 4.0  # shown below the largest amplitude
+AT_REST = 1e-9  # mm
+
+
+def _mesh(
+    axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
+) -> Any:
+    """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades.
+
+    What is nowhere above `least` is at rest, and nothing of it is drawn.
+    """
+    largest = float(np.nanmax(amplitude, initial=0.0))
+    if largest <= least:
+        axes.text(0.5, 0.5, f"at rest (≤ {largest:.1g} mm)", color="white",
+                  ha="center", transform=axes.transAxes)  # fmt: skip
+        largest = 1.0
+    norm = LogNorm(largest * 10.0**-DECADES, largest)
+    shown = np.maximum(amplitude, largest * 10.0**-DECADES)
+    return axes.pcolormesh(
+        cell_edges(speeds), edges, shown, norm=norm, cmap=SEQUENTIAL, rasterized=True
+    )
+
+
+def frequency_spectra(
+    cases: Results, line: list[int], blade: int = 0
+) -> dict[str, list[tuple[Floats, Floats]]]:
+    """Return spectra (Hz, m) of a blade's tip and of the centre, after revolution 5.
+
+    Both in the rotating frame: the tip's tangential displacement, and x_o.
+
+    Parameters
+    ----------
+    cases : a campaign with `tips`
+    line : its cases, in the order wanted
+    blade : 0 .. N - 1
+    """
+    out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
+        if len(traces["time"][part]) < 16:  # ended before
+            part = slice(0, None)
+        signals = {
+            "tip": traces["tips"][part, blade, 1],
+            "centre": rotating(traces, row["speed"])[part, 0],
+        }
+        for name, signal in signals.items():
+            out[name].append(amplitude_spectrum(signal, row["sample_interval"]))
+    return out
+
+
+def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
+    """Return speed-frequency maps of a tip and of the centre (Figs. 6 and 7)."""
+    speeds = np.array([cases.rows[i]["speed"] for i in line])
+    spectra = frequency_spectra(cases, line)
+    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
+    edges = np.linspace(0.0, rotating_top(cases, line), 301)
+    for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
+        amplitude = 1e3 * cascade(spectra[place], edges)
+        mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
+        axes.set(
+            xlabel=axis_of("speed"),
+            ylabel=axis_of("frequency") + " (rotating frame)",
+            title=label,
+        )
+        if (amplitude > AT_REST).any():
+            figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
+    figure.suptitle(
+        title or f"After revolution {STEADY_AFTER:g}. {heading(cases, line)}"
+    )
+    return figure
+
+
+def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) -> Any:
+    """Return the full-spectrum cascade of the static-frame centre, in the window."""
+    top = centre_top(cases, line)
+    edges = np.linspace(-top, top, 401)
+    speeds = np.array([cases.rows[i]["speed"] for i in line])
+    spectra = []
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        z = traces["centre"] @ np.array([1.0, 1j])
+        part = in_window(traces["time"], row) | transient
+        omega, amplitude = full_spectrum(z[part], row["sample_interval"])
+        turned = -1 if row["speed"] < 0 else 1
+        spectra.append((turned * omega[::turned], amplitude[::turned]))
+    figure = Figure(figsize=(8.5, 6), layout="constrained")
+    axes = figure.subplots()
+    mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra, edges))
+    axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
+    axes.axhline(0.0, c="w", lw=0.6)
+    axes.set(
+        xlabel=axis_of("speed"),
+        ylabel="ω, rad/s, static frame:\nbackward < 0 < forward",
+        title=f"Full spectrum of the centre, {heading(cases, line)}\n(dashed: ω = Ω)",
+        ylim=(-top, top),
+    )
+    figure.colorbar(mesh, ax=axes, label="radius of the line's circle, mm")
+    return figure
+
+
+def draw_bifurcation(
+    cases: Results, line: list[int], *, transient: bool = False
+) -> Any:
+    """Return X_o and |Z| once a revolution over the speed, in the window."""
+    figure = Figure(figsize=(10, 6), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for case in line:
+        traces, row = cases.traces(case), cases.rows[case]
+        part = in_window(traces["time"], row) | transient
+        points = section(traces["time"][part], traces["centre"][part], row["speed"])
+        at = np.full(len(points), row["speed"])
+        colour = SHOWN[shown_word(row)].stroke
+        look = {"c": colour, "mew": 0, "ms": 2 if len(points) > FEW_TURNS else 5}
+        upper.plot(at, 1e3 * points[:, 0], ".", **look)
+        lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
+    gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
+    upper.set_yscale("symlog", linthresh=gap)
+    lower.axhline(gap, c="k", ls="--", lw=0.8)
+    lower.set(yscale="log", xlabel=axis_of("speed"), ylabel="|Z|, mm (dashed: gap)")
+    if lower.get_ylim()[0] < 1e-6 * gap:
+        lower.set_ylim(bottom=1e-6 * gap)
+    upper.set_ylabel("$X_o$, mm, static frame\n(linear within the gap)")
+    upper.set_title(f"Once a revolution, {heading(cases, line)}")
+    regime_legend(figure, cases, line)
+    return figure
+
+
+def draw_growth(cases: Results, line: list[int]) -> Any:
+    """Return measured growth over the speed beside the linear check, and its feeding.
+
+    Linear: contacts of nodal diameter k = the lobes held closed, and the springs in
+    their place that let motion grow fastest; both of roots below `SLOW`.
+    """
+    rows = [cases.rows[i] for i in line]
+    linear = [_linear(cases, i) for i in line]
+    speeds = np.array([row["speed"] for row in rows])
+    figure = Figure(figsize=(10, 7), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for name, look in (("slow", "k-"), ("sprung", "k:")):
+        label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
+        upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
+    for row in rows:
+        shown = SHOWN[shown_word(row)]
+        upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
+                   mec=shown.stroke, ms=5)  # fmt: skip
+    upper.axhline(0.0, c="grey", lw=0.6)
+    unit = ROW["growth_rate"].unit
+    upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
+    upper.set_title(f"Growth, {heading(cases, line)}")
+    upper.legend(fontsize=8, title=f"roots below {SLOW / 2 / np.pi:g} Hz")
+    _feeding(lower, rows)
+    regime_legend(figure, cases, line)
+    return figure
+
+
+def _linear(cases: Results, case: int) -> dict[str, float]:
+    scene = cases.scene(case)
+    around = scene.nodal_diameter % scene.engine.rotor.blades
+    k = min(around, scene.engine.rotor.blades - around)  # as the tips see the lobes
+    return growth_of_diameter(resolve(scene).model, k, scene.speed, scene.friction)
+
+
+def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
+    """Draw work of friction and of transport over what is lost, in the window."""
+    touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
+    speeds = [r["speed"] for r in touching]
+    for name, label, marker in (
+        ("late_friction", "friction", "o"),
+        ("late_rotation", "transport over the deformed ring", "x"),
+    ):
+        share = [r[name] / r["late_lost"] for r in touching]
+        axes.plot(speeds, share, marker, ms=5, mfc="none", label=label)
+    axes.axhline(1.0, c="grey", lw=0.6, ls="--")
+    axes.set_yscale("symlog", linthresh=1.0)
+    axes.margins(y=0.1)
+    axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
+    axes.legend(fontsize=8)

@@ -1,0 +1,172 @@
+"""An axis of a map: where cases lie on it, how far cells reach, what ticks say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.store.reading.select import value_text
+
+Floats = NDArray[np.float64]
+WIDEST = 5.0  # largest over least value, from which an axis may be logarithmic
+MOST_TICKS = 14  # values told one by one
+LONGEST = 26  # characters of a text on an axis
+WIDE, HIGH = 6.5, 13.0  # points of a letter and of a line
+TOLD = 0.6  # share of the levels for which there must be room, else ticks are even
+ALONE = 0.5  # half the width of a cell that has no neighbour, over its value
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a map.
+
+    Attributes
+    ----------
+    name : variable of the file, "" where nothing is swept
+    label : with unit
+    place : (n,), position of each case
+    levels : (m,), the positions there are, ascending
+    names : (m,) of texts; empty where the axis is to scale
+    scale : "linear" or "log"
+    whole : whether only whole numbers mean something
+    factor : of the input's own unit, to that of the label
+    """
+
+    name: str
+    label: str
+    place: Floats
+    levels: Floats
+    names: tuple[str, ...] = ()
+    scale: str = "linear"
+    whole: bool = False
+    factor: float = 1.0
+
+    @property
+    def index(self) -> NDArray[np.intp]:
+        """Number of the level of each case, (n,)."""
+        return np.searchsorted(self.levels, self.place)
+
+    def edges(self) -> Floats:
+        """Return the edges of cells, (m + 1,), midway between levels to scale."""
+        return cell_edges(self.levels, self.scale)
+
+    def middles(self, rows: NDArray[np.intp]) -> Floats:
+        """Return the middle on paper of the cells of some cases."""
+        edges = straight(self.edges(), self.scale)
+        middle = (edges[:-1] + edges[1:]) / 2
+        where = np.exp(middle) if self.scale == "log" else middle
+        return np.asarray(where[self.index[rows]])
+
+    def scaled(self) -> Floats:
+        """Return the positions of the cases, (n,), where the axis is straight."""
+        return np.log(self.place) if self.scale == "log" else self.place
+
+    def widths(self, points: float) -> Floats:
+        """Return the size of each level's cell on an axis of so many points, (m,)."""
+        edges = straight(self.edges(), self.scale)
+        return points * np.diff(edges) / np.ptp(edges)
+
+    def ticks(self, points: float, *, upright: bool) -> tuple[Floats, tuple[str, ...]]:
+        """Return the levels told one by one and their texts; none where too many.
+
+        Parameters
+        ----------
+        points : length of the axis
+        upright : whether texts stand above each other, as on a vertical axis
+        """
+        many = len(self.levels) > MOST_TICKS and not self.names
+        if not self.name or many:
+            return np.array([]), ()
+        texts = self.names or distinct(self.levels)
+        at = straight(self.levels, self.scale)
+        places = points * (at - at[0]) / (np.ptp(at) or 1.0)
+        kept: list[int] = []
+        for i, text in enumerate(texts):
+            room = HIGH if upright else 0.5 * WIDE * (len(text) + len(texts[i - 1])) + 5
+            if not kept or places[i] - places[kept[-1]] >= room or self.names:
+                kept.append(i)
+        if len(kept) < TOLD * len(texts):
+            return np.array([]), ()
+        return self.levels[kept], tuple(texts[i] for i in kept)
+
+
+def straight(values: Floats, scale: str) -> Floats:
+    """Return values where their scale is linear."""
+    return np.log(values) if scale == "log" else values
+
+
+def distinct(values: Floats) -> tuple[str, ...]:
+    """Return the shortest texts of numbers, ascending, that tell them apart."""
+    for digits in range(3, 10):
+        texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
+        shown = np.array([float(text) for text in texts])
+        if np.allclose(shown, values, rtol=1e-3, atol=0) and len({*texts}) == len(
+            texts
+        ):
+            return texts
+    return tuple(value_text(value) for value in values)
+
+
+def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
+    """Return the (m + 1,) edges of cells around ascending levels (m,)."""
+    at = straight(levels, scale)
+    if len(at) == 1:
+        half = ALONE * abs(at[0]) or ALONE
+        return np.array([at[0] - half, at[0] + half])
+    middle = (at[1:] + at[:-1]) / 2
+    edges = np.r_[2 * at[0] - middle[0], middle, 2 * at[-1] - middle[-1]]
+    return np.asarray(np.exp(edges) if scale == "log" else edges)
+
+
+def scale_of(levels: Floats) -> str:
+    """Return "log" where levels are spread more evenly by their logarithms."""
+    if len(levels) < 3 or levels[0] <= 0 or levels[-1] < WIDEST * levels[0]:
+        return "linear"
+    return min(("linear", "log"), key=lambda s: _unevenness(straight(levels, s)))
+
+
+def _unevenness(values: Floats) -> float:
+    """Return the Kolmogorov distance of ascending values from an even spread."""
+    share = (values - values[0]) / np.ptp(values)
+    return float(abs(share - np.linspace(0.0, 1.0, len(values))).max())
+
+
+def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) -> Axis:
+    """Return the axis of an input.
+
+    Parameters
+    ----------
+    name, values : variable, and its value in each case, (n,)
+    label : of the axis
+    factor : of numbers, to the unit of the label
+    """
+    if values.dtype.kind in "iufb":
+        place = factor * values.astype(float)
+        levels = np.unique(place)
+        whole = values.dtype.kind in "iub" or name == "nodal_diameter"
+        scale = "linear" if whole else scale_of(levels)
+        return Axis(name, label, place, levels, scale=scale, whole=whole, factor=factor)
+    texts = values.astype(str)
+    order = list(dict.fromkeys(texts.tolist()))  # as the campaign lists them
+    number = {text: i for i, text in enumerate(order)}
+    place = np.array([number[text] for text in texts.tolist()], dtype=float)
+    levels = np.arange(len(order), dtype=float)
+    return Axis(name, label, place, levels, short_names(order))
+
+
+def no_axis(count: int) -> Axis:
+    """Return the axis of one level on which cases lie where nothing is swept."""
+    return Axis("", "", np.zeros(count), np.zeros(1))
+
+
+def short_names(texts: list[str]) -> tuple[str, ...]:
+    """Return texts that fit an axis; a shortened one has its number in front."""
+    if all(len(text) <= LONGEST for text in texts):
+        return tuple(texts)
+    return tuple(
+        f"#{i + 1} {text if len(text) <= LONGEST else text[: LONGEST - 1] + '…'}"
+        for i, text in enumerate(texts)
+    )

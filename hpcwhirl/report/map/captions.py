@@ -1,0 +1,220 @@
+"""What a map says in words: title, panels, legend, notes."""
+
+from __future__ import annotations
+
+import textwrap
+import tomllib
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report.labels import value_of
+from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
+from hpcwhirl.report.map.data import FIXED, RPM, Picture, Wish
+from hpcwhirl.scene import title_of as named
+from hpcwhirl.scene.words import SHOWN, WHIRLS
+from hpcwhirl.store.reading.credibility import SHARED, find_credibility
+from hpcwhirl.store.reading.select import value_text
+from hpcwhirl.store.reading.shares import COUNT, SURE
+from hpcwhirl.store.results.cells import Refined
+
+if TYPE_CHECKING:
+    import xarray
+
+NO_BREAK = "\xa0"
+LETTERS_AN_INCH = 13  # of a title
+KEY = 0.7  # in, of a key of a legend without its words
+LETTERS_OF_KEY = 14  # an inch, of these
+
+
+def engine_of(data: xarray.Dataset) -> str:
+    """Return the name of the engine, from the scene or the title of the file."""
+    try:
+        scene = tomllib.loads(str(data.attrs["scene"]))
+        own = scene["engine"]
+        return named(str(own["name"]), str(own.get("file", "")))
+    except (KeyError, TypeError, tomllib.TOMLDecodeError):
+        return str(data.attrs.get("title", "hpcwhirl campaign")).rpartition(", ")[2]
+
+
+def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -> str:
+    """Return engine, inputs that all cases share, duration, preset; notes below.
+
+    Of a campaign with twins these tell how many cases keep their word in them.
+    """
+    shown = {*picture.panels[0], picture.x.name, picture.y.name}
+    names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
+    parts = shared(data, names, picture.case, rpm=wish.rpm)
+    if "duration" not in shown:  # some may have gone on for longer
+        end = np.unique(data["duration"].to_numpy()[picture.case])
+        parts.append(" to ".join(value_text(t) for t in np.unique(end[[0, -1]])) + " s")
+    if data.attrs.get("preset"):
+        parts.append(f"preset {data.attrs['preset']}{_confirming(data)}")
+    whole = ", ".join(part.replace(" ", NO_BREAK) for part in parts)
+    notes = f"{engine_of(data)}: {whole}", *picture.along, *_twins(data, picture)
+    wide = max(int(LETTERS_AN_INCH * width), 30)
+    return "\n".join(textwrap.fill(note, wide) for note in notes).replace(NO_BREAK, " ")
+
+
+def shared(
+    data: xarray.Dataset,
+    names: Sequence[str],
+    case: NDArray[np.intp] | slice = slice(None),
+    *,
+    rpm: bool = False,
+) -> list[str]:
+    """Return ``symbol = value unit`` of the inputs that some cases have in common."""
+    parts = []
+    for name in names:
+        known = set(data[name].to_numpy()[case].tolist())
+        unit = str(data[name].attrs.get("units", ""))
+        if len(known) == 1 and rpm and name == "speed":
+            parts.append(value_of(name, RPM * known.pop(), "rpm"))
+        elif len(known) == 1:
+            parts.append(value_of(name, known.pop(), unit))
+    return parts
+
+
+def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
+    """Return what twins say of the words of the cases shown."""
+    if COUNT not in data:
+        return []
+    found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
+    if found is None or not found.cases:
+        return []
+    by = ["coloured by most of twins and case"] * (picture.colours.name == "regime")
+    return ["; ".join([*by, str(found)])]
+
+
+def _confirming(data: xarray.Dataset) -> str:
+    """Return by which preset boundaries are confirmed, if any."""
+    if "fidelity" not in data or not (data["fidelity"] == 1).any():
+        return ""
+    second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
+    return f", boundaries {second[0]}"
+
+
+def panel_title(values: dict[str, Any]) -> str:
+    """Return what the cases of a panel share, with units."""
+    return ", ".join(value_of(name, value) for name, value in values.items())
+
+
+def add_legend(
+    figure: Any,
+    blocks: Sequence[Any],
+    layers: Sequence[Colours],
+    picture: Picture,
+    more: Sequence[Any],
+    *,
+    lettered: bool,
+) -> None:
+    """Tell the words that occur, and how many cases have each.
+
+    Below the panels, or beside those of each layer where there are several.
+
+    Parameters
+    ----------
+    figure : of the map
+    blocks : (rows, columns) of axes for each layer
+    layers, picture : what they show
+    more : further lines of the first layer's legend
+    lettered : whether letters and markers of whirl are drawn in the cells
+    """
+    for block, colours in zip(blocks, layers, strict=True):
+        counts = Counter(colours.kind.tolist())
+        keys = [_key(word, counts[word], colours, picture, lettered=lettered)
+                for word in colours.looks if counts[word]]  # fmt: skip
+        keys += _refined_keys(picture.refined)
+        if lettered and colours.name != "whirl":
+            good = ~np.isin(picture.word, list(HATCHES))
+            keys += _whirl_keys(set(picture.whirl[good].tolist()))
+        keys += more if colours is layers[0] else []
+        if len(layers) > 1:
+            block[0, -1].legend(handles=keys, loc="upper left", fontsize=8,
+                                bbox_to_anchor=(1.0, 1.0), frameon=False)  # fmt: skip
+        elif keys:
+            figure.legend(handles=keys, loc="outside lower center", fontsize=8,
+                          ncols=_columns(keys, figure.get_figwidth()),
+                          frameon=False)  # fmt: skip
+
+
+def _columns(keys: Sequence[Any], width: float) -> int:
+    """Return into how many columns of a legend, as wide as its longest, a width goes.
+
+    width : of the figure, in
+    """
+    longest = max(len(str(key.get_label())) for key in keys)
+    return max(int(width / max(1.6, KEY + longest / LETTERS_OF_KEY)), 1)
+
+
+def _key(
+    word: str, count: int, colours: Colours, picture: Picture, *, lettered: bool
+) -> Any:
+    look = colours.looks[word]
+    label = f"{look.letter}  " * lettered + f"{look.told}: {count}"
+    if picture.scattered:
+        return Line2D([], [], ls="", marker=look.marker, mfc=look.colour, mec="black",
+                      mew=0.5, label=label)  # fmt: skip
+    hatch = colours.hatch(word)
+    return Patch(fc=colours.fill(word), ec=HATCHED, lw=0.5, hatch=hatch and hatch[0],
+                 label=label)  # fmt: skip
+
+
+def _refined_keys(refined: Refined | None) -> list[Any]:
+    """Return the keys of what the map of a refined campaign marks."""
+    if refined is None:
+        return []
+    cells = refined.cells
+    keys: list[Any] = []
+    if len(refined.lines) or (len(refined.over) == 1 and len(refined.panel)):
+        label = "boundary, half way between cases"
+        keys.append(Line2D([], [], c="black", lw=1.0, label=label))
+    if cells.confirmed.any():
+        label = f"confirmed cell: {int(cells.confirmed.sum())}"
+        keys.append(Patch(fc="none", ec="black", lw=0.5, label=label))
+    speckle = int((cells.state == STATES.index("speckle")).sum())
+    if speckle:
+        label = f"speckle: {speckle} cells"
+        keys.append(Patch(fc="#BBBBBB", ec="white", hatch="....", lw=0, label=label))
+    return keys
+
+
+def _whirl_keys(found: set[str]) -> list[Any]:
+    look: dict[str, Any] = {"c": "black", "ls": "", "mfc": "white", "ms": 4.5}
+    return [
+        Line2D([], [], marker=of.marker, label=word, **look)
+        for word, of in WHIRLS.items()
+        if word in found - {"none"}
+    ]
+
+
+def twin_keys(
+    data: xarray.Dataset, picture: Picture, unsure: NDArray[np.bool_]
+) -> list[Any]:
+    """Return lines of a legend: unsure cells, and those of another word than their own.
+
+    Parameters
+    ----------
+    data, picture : the results, and what is shown of them
+    unsure : (n,), which cases' words too few of their twins share
+    """
+    labels = {}
+    if unsure.any():
+        few = f"fewer than {float(data.attrs[SURE]):.0%} of twins agree"
+        labels[f"{few}: {int(unsure.sum())}"] = "white"
+    if picture.colours.name == "regime":
+        pairs = zip(picture.colours.kind.tolist(), picture.word.tolist(), strict=True)
+        for (most, own), count in sorted(Counter(pairs).items()):
+            if most != own:
+                by = f"{SHOWN[most].told} by most twins, itself {SHOWN[own].told}"
+                labels[f"{by}: {count}"] = SHOWN[most].colour
+    return [
+        Patch(fc=fill, ec=UNSURE[1], lw=0.5, hatch=UNSURE[0], label=label)
+        for label, fill in labels.items()
+    ]

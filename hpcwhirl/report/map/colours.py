@@ -1,0 +1,182 @@
+"""What the colour of a case tells: its regime, its whirl, or a number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.columns import numbers, source_of
+from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.errors import InputError, nearest
+from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import variable_of
+from hpcwhirl.store.reading.shares import MAJORITY
+
+if TYPE_CHECKING:
+    import xarray
+
+Floats = NDArray[np.float64]
+DECADES = 100.0  # largest over least number from which a scale is logarithmic
+KEPT = 1e-4  # of the largest, down to which a signed scale is logarithmic
+INK = "#000000"
+HATCHED = "#8A8A8A"
+HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
+UNSURE = "\\\\\\\\", "#3A3A3A"  # of cases whose word too few of their twins share
+
+
+@dataclass(frozen=True)
+class Colours:
+    """What the colours tell.
+
+    Attributes
+    ----------
+    name, label : what is shown, and with its unit
+    kind : (n,), the word by which a case is coloured; "" for its number
+    number : (n,) or None
+    looks : of the words that may be kinds
+    """
+
+    name: str
+    label: str
+    kind: NDArray[np.str_]
+    number: Floats | None
+    looks: dict[str, Look]
+
+    def words(self, kind: NDArray[np.str_]) -> list[str]:
+        """Return the words that occur among some cases, in the order of `looks`."""
+        found = set(np.unique(kind).tolist())
+        return [word for word in self.looks if word in found]
+
+    def fill(self, word: str) -> str:
+        """Return the fill of a word; beside a colour bar, white under a hatch."""
+        return self.looks[word].colour if self.number is None else "#FFFFFF"
+
+    def hatch(self, word: str) -> tuple[str, str] | None:
+        """Return (pattern, colour) of a word's hatch; None where its colour is enough.
+
+        Beside colours of words `missing` alone has one.
+        """
+        if word not in HATCHES or (self.number is None and word != "missing"):
+            return None
+        return HATCHES[word], HATCHED
+
+    def norm(self) -> Any:
+        """Return Matplotlib's norm of the numbers: logarithmic over decades."""
+        from matplotlib.colors import LogNorm, Normalize, SymLogNorm
+
+        known = self._known()
+        if self.name.startswith("share"):
+            return Normalize(0.0, 1.0)
+        least, most = float(known.min(initial=np.inf)), float(known.max(initial=0.0))
+        if least < 0.0 < most:
+            size = max(-least, most)
+            small = np.percentile(abs(known[known != 0]), 10)
+            if small * DECADES < size:
+                return SymLogNorm(max(small, KEPT * size), vmin=-size, vmax=size)
+            return Normalize(-size, size)
+        if least < 0.0 or not most:
+            return Normalize(min(least, 0.0), most or 1.0)
+        positive = float(known[known > 0].min())
+        if most >= DECADES * positive:
+            return LogNorm(positive, most, clip=True)
+        return Normalize(least, most)
+
+    def map(self) -> str:
+        """Return the name of the colour map: about zero where numbers have signs."""
+        known = self._known()
+        signed = known.min(initial=0) < 0 < known.max(initial=0)
+        return DIVERGING if signed else SEQUENTIAL
+
+    def _known(self) -> Floats:
+        number = self.number if self.number is not None else np.zeros(0)
+        return np.asarray(number[(self.kind == "") & np.isfinite(number)])
+
+
+def colours_of(
+    data: xarray.Dataset,
+    name: str,
+    case: NDArray[np.intp],
+    word: NDArray[np.str_],
+    whirl: NDArray[np.str_],
+) -> Colours:
+    """Return what the colours of a map tell.
+
+    Parameters
+    ----------
+    data : results
+    name : "regime", where there are twins that of most of them and the case, "whirl",
+        or a number: an expression over the file's variables
+    case, word, whirl : (n,), of the cases shown, their own
+    """
+    bad = np.isin(word, list(BAD))
+    if name == "regime":
+        return Colours(name, "", by_majority(data, case, word), None, SHOWN)
+    if name == "whirl":
+        return Colours(name, "", np.where(bad, word, whirl), None, WHIRLS | BAD)
+    number, label = _numbers(data, name)
+    shown = number[case]
+    kind = np.where(bad, word, np.where(np.isfinite(shown), "", "failed"))
+    return Colours(name, label, kind, shown, BAD)
+
+
+def by_majority(
+    data: xarray.Dataset, case: NDArray[np.intp], word: NDArray[np.str_]
+) -> NDArray[np.str_]:
+    """Return the word that each case is coloured by: of most of its twins and itself.
+
+    Parameters
+    ----------
+    data : of `open_results`
+    case, word : (n,), numbers of some cases, and their own words: those of cases
+        without twins
+    """
+    if MAJORITY not in data:
+        return word
+    most = words(data[MAJORITY])[case]
+    return np.asarray(np.where(most == "none", word, most))
+
+
+def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
+    """Return (values of all cases, label) of an expression."""
+    source = source_of(data)
+    known = [
+        str(n) for n, v in data.variables.items()
+        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
+    ]  # fmt: skip
+
+    def variable(name: str) -> str:
+        if name in data:
+            if data[name].dims == ("case",):
+                return name
+            msg = f"'{name}' is not one number a case"
+            raise InputError(msg)
+        try:
+            return variable_of(name, known, "number")
+        except InputError:
+            hint = nearest(name, ["regime", "whirl", *known])
+            msg = f"unknown '{name}'{hint or ': regime, whirl or a number'}"
+            raise InputError(msg) from None
+
+    values = numbers(text, replace(source, variable=variable), "--colour")
+    return values, _label(data, text, variable)
+
+
+def _label(data: xarray.Dataset, text: str, variable: Callable[[str], str]) -> str:
+    """Return what a colour bar says: names in words, units where they are plain."""
+    program = parse(text)
+    if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
+        return text.strip()
+    parts = [variable(str(step.value)) for step in program if step.does == "name"]
+    units = [str(data[part].attrs.get("units", "")) for part in parts]
+    plain = [part.replace("_", " ") for part in parts]
+    if len(parts) == 1:
+        return with_unit(plain[0], units[0])
+    unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"
+    return f"{plain[0]} over {plain[1]}{unit}"

@@ -1,0 +1,139 @@
+"""Critical speeds on a map: Eq. 13 and the super-harmonics of the casing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.rotation import critical_of
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.labels import eq13_of
+from hpcwhirl.report.map.axes import Axis, straight
+from hpcwhirl.report.map.data import RPM, Picture
+from hpcwhirl.scene import Scene
+from hpcwhirl.store.reading.results_file import Results
+
+ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
+CLOSE = 0.035  # of the axis: nearer than that, names would be over each other
+MOST_MODELS = 7  # along the other axis; between them the curve is straight
+Floats = NDArray[np.float64]
+Rows = list[dict[str, Any]]  # of `critical_of_families`
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A level of the axis across the speed: its cell's ends, and a case there."""
+
+    low: float
+    high: float
+    case: int
+
+
+def mark_critical(
+    panels: Iterable[Any], picture: Picture, folder: Path, *, rpm: bool
+) -> None:
+    """Draw where Omega = (omega_bd + n omega_c) / k in every panel, named by family.
+
+    Parameters
+    ----------
+    panels : axes, those of further panels than there are not used
+    picture : what is shown
+    folder : the campaign's directory, whose plan has the scenes
+    rpm : whether speeds are in rpm
+    """
+    if "speed" not in {picture.x.name, picture.y.name}:
+        msg = "--critical marks speeds: speed must be on an axis"
+        raise InputError(msg)
+    results = Results(folder)
+    upright = picture.x.name == "speed"
+    across = picture.y if upright else picture.x
+    for number, axes in zip(range(len(picture.panels)), panels, strict=False):
+        found = _levels(across, picture, number)
+        lines = [(level, speeds_of(results.scene(level.case))) for level in found]
+        _draw(axes, lines, RPM if rpm else 1.0, upright=upright)
+
+
+def speeds_of(scene: Scene) -> Rows:
+    """Return `critical_of` the scene's own nodal diameter."""
+    k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
+    return [row for row in rows if row["nodal_diameter"] == k]
+
+
+def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
+    """Return levels at which models are made: all of few, some of many."""
+    rows = np.flatnonzero(picture.panel == number)
+    index = across.index[rows]
+    chosen = np.unique(index)
+    cells = across.edges()
+    low, high = cells[chosen], cells[chosen + 1]
+    if len(chosen) > MOST_MODELS and not across.names and not across.whole:
+        some = np.linspace(0, len(chosen) - 1, MOST_MODELS).round().astype(int)
+        low, high = _halfway(across, chosen[some])
+        chosen = chosen[some]
+    first = [int(picture.case[rows[np.argmax(index == i)]]) for i in chosen]
+    return [
+        _Level(float(a), float(b), case)
+        for a, b, case in zip(low, high, first, strict=True)
+    ]
+
+
+def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Return lower and upper ends of wider cells around the chosen levels."""
+    at = straight(across.levels[chosen], across.scale)
+    middle = (at[1:] + at[:-1]) / 2
+    inner = np.exp(middle) if across.scale == "log" else middle
+    ends = across.edges()
+    return np.r_[ends[0], inner], np.r_[inner, ends[-1]]
+
+
+def _draw(
+    axes: Any, lines: list[tuple[_Level, Rows]], factor: float, *, upright: bool
+) -> None:
+    """Draw a piece of line for each level and wave, within the axis of the speed."""
+    along, across = axes.get_xlim(), axes.get_ylim()
+    along, across = (along, across) if upright else (across, along)
+    low, high = sorted(along)
+    named: dict[str, float] = {}
+    for level, rows in lines[::-1]:  # names stand where the lines end
+        for row in rows:
+            at = factor * row["speed"]
+            if not low <= at <= high:
+                continue
+            _piece(axes, row, at, level, upright=upright)
+            text = eq13_of(row["family"]) if row["order"] == 1 else f"n={row['order']}"
+            near = (abs(at - other) for other in named.values())
+            if text not in named and min(near, default=high) > CLOSE * (high - low):
+                named[text] = at
+                _name(axes, text, (at, min(level.high, max(across))), upright=upright)
+
+
+def _piece(
+    axes: Any, row: dict[str, Any], at: float, level: _Level, *, upright: bool
+) -> None:
+    """Draw a critical speed across a level."""
+    ends, order = ([at, at], [level.low, level.high]), row["order"]
+    main = row["family"] == "1F"
+    axes.plot(
+        *(ends if upright else ends[::-1]), scalex=False, scaley=False, c="black",
+        ls=("-" if main else "-.") if order == 1 else "--",
+        lw=1.6 if order == 1 else 0.8,
+        gid=f"n{order}" if main else f"n{order} {row['family']}",
+    )  # fmt: skip
+
+
+def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> None:
+    """Write which line it is at its end, on white."""
+    look = {"fontsize": 6.5, "textcoords": "offset points"}
+    box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
+    if upright:  # two lines: a wide name is over the neighbours'
+        axes.annotate(text.replace(", ", ",\n"), at, (0, -2), ha="center", va="top",
+                      bbox=box, **look)  # fmt: skip
+    else:
+        axes.annotate(text, at[::-1], (-2, 0), ha="right", va="center", bbox=box,
+                      **look)  # fmt: skip

@@ -1,0 +1,339 @@
+"""What a map shows, before anything is drawn: axes, panels and a word for each case."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.labels import name_of
+from hpcwhirl.report.map.axes import Axis, axis_of, no_axis, scale_of
+from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.store.directory.refined import PLACE
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import (
+    MOST_SHOWN,
+    swept_of,
+    value_text,
+    variable_of,
+    where,
+)
+from hpcwhirl.store.reading.shares import MAJORITY, words_of
+from hpcwhirl.store.results.cells import Refined
+
+if TYPE_CHECKING:
+    import xarray
+
+AUTOMATIC = 12  # panels drawn without being asked for
+MOST_PANELS = 60
+FEW = 12  # values of an input that may be panels
+RPM = 30.0 / np.pi  # of 1 rad/s
+FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
+Columns = dict[str, NDArray[Any]]
+Cells = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of a map; what is not said is chosen.
+
+    Attributes
+    ----------
+    x, y, panels : names of swept inputs
+    at : settings that a case must have, ``NAME=V``
+    colour : "regime", "whirl", a number of the file, or one over another
+    rpm : speeds in revolutions a minute
+    critical : mark the speeds of Eq. 13
+    """
+
+    x: str | None = None
+    y: str | None = None
+    panels: tuple[str, ...] = ()
+    at: tuple[str, ...] = ()
+    colour: str = "regime"
+    rpm: bool = False
+    critical: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The data of a map.
+
+    Attributes
+    ----------
+    case : (n,), numbers of the cases shown
+    inputs : {swept variable: (n,)}
+    x, y : axes
+    panel : (n,), number of each case's panel
+    panels : values of the panels' inputs, {variable: value} each
+    word, whirl : (n,), of each case
+    majority : (n,), word of most of a case's twins and itself; None without twins
+    colours : what the colour tells
+    along : notes on inputs that differ and are neither axis nor panel
+    scattered : whether the cases are no grid
+    free : whether an input differs that no axis and no panel tells
+    refined : cells and boundaries of a refined campaign; None: each case has its own
+    """
+
+    case: NDArray[np.int64]
+    inputs: Columns
+    x: Axis
+    y: Axis
+    panel: Cells
+    panels: list[dict[str, Any]]
+    word: NDArray[np.str_]
+    whirl: NDArray[np.str_]
+    colours: Colours
+    along: list[str] = field(default_factory=list)
+    scattered: bool = False
+    free: bool = False
+    refined: Refined | None = None
+    majority: NDArray[np.str_] | None = None
+
+    @property
+    def gridded(self) -> bool:
+        """Whether each case has a cell of a grid."""
+        return not self.scattered and self.refined is None
+
+    def __len__(self) -> int:
+        """Return the number of cases shown."""
+        return len(self.case)
+
+    def counts(self) -> Counter[str]:
+        """Return {word: cases} of what is shown."""
+        return Counter(self.word.tolist())
+
+
+def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
+    """Return what a map of a campaign shows.
+
+    Raises
+    ------
+    InputError
+        where an axis was not swept, or cases would be hidden behind others
+    """
+    inputs: Columns = {n: data[n].to_numpy() for n in swept_of(data)}
+    shown = where(wish.at, inputs)
+    case = np.arange(data.sizes["case"]) if shown is None else np.flatnonzero(shown)
+    case = case[_shown_cases(data, wish)[case]]
+    own = {name: values[case] for name, values in inputs.items()}
+    x, y = _axes(own, wish)
+    panels, along = _panels(own, x, y, wish)
+    panel, values = _numbered(own, panels, len(case))
+    word = words_of(*(words(data[n])[case] for n in ("status", "outcome", "regime")))
+    whirl = words(data["whirl"])[case]
+    across, up = _axis(data, x, own, wish, case), _axis(data, y, own, wish, case)
+    scattered = _scattered(across, up, panel)
+    return Picture(
+        case, own, across, up, panel, values, word, whirl,
+        colours_of(data, wish.colour, case, word, whirl),
+        along, scattered, any(" from case to case" in note for note in along),
+        majority=by_majority(data, case, word) if MAJORITY in data else None,
+    )  # fmt: skip
+
+
+def with_cells(
+    picture: Picture, data: xarray.Dataset, refined: Refined | None
+) -> Picture:
+    """Return a picture that is drawn by cells, where an axis is a refined input."""
+    if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
+        return picture
+    x, y = (_scaled(axis, data, refined) for axis in (picture.x, picture.y))
+    return replace(picture, x=x, y=y, refined=refined, scattered=False)
+
+
+def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
+    """Return an axis with the scale of its coarse values: finer ones crowd."""
+    if axis.name not in refined.over:
+        return axis
+    coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
+    log = refined.scale[refined.over.index(axis.name)] == "log"
+    return replace(axis, scale="log" if log else scale_of(coarse))
+
+
+def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
+    """Return which cases a map shows: of a refined campaign the finest of each point.
+
+    Where three inputs are refined, panels are coarse values of the one that is no axis,
+    unless `at` asks for others.
+    """
+    found = np.ones(data.sizes["case"], dtype=bool)
+    if "final" not in data:
+        return found
+    found &= data["final"].to_numpy() == 1
+    over = [str(n).removeprefix(PLACE) for n in data if str(n).startswith(PLACE)]
+    if len(over) <= 2:
+        return found
+    coarse = data["level"].to_numpy() == 0
+    own = {n: data[n].to_numpy()[coarse] for n in swept_of(data)}
+    axes = _axes(own, wish)
+    asked = {variable_of(text.partition("=")[0].strip(), own) for text in wish.at}
+    for name in set(over) - {*axes} - asked:
+        found &= data[PLACE + name].to_numpy() % 1.0 == 0.0
+    return found
+
+
+def varied(inputs: Columns) -> list[str]:
+    """Return the inputs that differ between the cases."""
+    return [name for name, values in inputs.items() if len(set(values.tolist())) > 1]
+
+
+def levels(values: NDArray[Any]) -> list[Any]:
+    """Return the values there are: numbers ascending, texts as they come."""
+    found = list(dict.fromkeys(values.tolist()))
+    return found if isinstance(found[0], str) else sorted(found)
+
+
+def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
+    """Return the variables of both axes, "" for none."""
+    asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
+    taken = {variable_of(n, inputs) for n in wish.panels}
+    both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
+    if len(both) > 1 or (asked[0] and asked[0] == asked[1]):
+        msg = f"{both[0]} can only be one of --x, --y and --panel"
+        raise InputError(msg)
+    open_to = [n for n in varied(inputs) if n not in {*asked, *taken}]
+    order = _by_levels(inputs, open_to)
+    x = asked[0] or ("speed" if "speed" in open_to else (order or [""])[0])
+    if asked[1]:
+        return x, asked[1]
+    rest = [n for n in order if n != x and not (x and _follows(inputs, n, x))]
+    return x, (rest or [""])[0]
+
+
+def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
+    """Return names, numbers before texts, those with the most values first."""
+
+    def key(name: str) -> tuple[bool, int]:
+        values = inputs[name]
+        return values.dtype.kind not in "iufb", -len(set(values.tolist()))
+
+    return sorted(names, key=key)
+
+
+def _follows(inputs: Columns, name: str, by: str) -> bool:
+    """Return whether an input is told by another, as in [zip].
+
+    Where no value of `by` comes twice, everything would follow it: then it has to
+    rise or fall with it.
+    """
+    pairs = set(zip(inputs[by].tolist(), inputs[name].tolist(), strict=True))
+    known = {value for value, _ in pairs}
+    if len(pairs) != len(known):
+        return False
+    if len(known) < len(inputs[by]):
+        return True
+    both = [inputs[by], inputs[name]]
+    if any(values.dtype.kind not in "iufb" for values in both):
+        return False
+    steps = np.diff(both[1][np.argsort(both[0])])
+    return bool((steps > 0).all() or (steps < 0).all())
+
+
+def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
+    """Return the inputs of the panels, and notes on those that are told by neither."""
+    panels = [variable_of(n, inputs) for n in wish.panels]
+    along, left = [], []
+    for name in varied(inputs):
+        if name in {x, y, *panels}:
+            continue
+        by = next((n for n in (x, y) if n and _follows(inputs, name, n)), None)
+        if by:
+            along.append(f"{name} goes with {by}: {span(inputs[name])}")
+        else:
+            left.append(name)
+    for name in left:
+        few = len(levels(inputs[name])) <= FEW
+        if few or _hidden(inputs, [x, y, *panels]):
+            panels.append(name)
+        else:
+            along.append(f"{name} differs from case to case: {span(inputs[name])}")
+    if len(panels) == 2 and not wish.panels:  # the one with fewer values goes down
+        panels.sort(key=lambda name: len(levels(inputs[name])))
+    _check_panels(inputs, panels, [x, y], asked=bool(wish.panels))
+    return panels, along
+
+
+def span(values: NDArray[Any]) -> str:
+    """Return from where to where values go."""
+    known = levels(values)
+    if isinstance(known[0], str):
+        return f"{len(known)} values"
+    return f"{known[0]:.4g} to {known[-1]:.4g}"
+
+
+def _hidden(inputs: Columns, names: Sequence[str]) -> int:
+    """Return how many cases share all of the named inputs with one before them."""
+    keys = [inputs[n].tolist() for n in names if n]
+    count = len(next(iter(inputs.values()), np.zeros(1)))
+    return count - len(set(zip(*keys, strict=True))) if keys else count - 1
+
+
+def _check_panels(
+    inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
+) -> None:
+    """Raise one line that says which --at is wanted where panels are too many."""
+    count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
+    most = MOST_PANELS if asked else AUTOMATIC
+    if count > most:
+        wanted = " or ".join(f"--at {n}={_some(inputs[n])}" for n in panels)
+        msg = f"{count} panels of {' and '.join(panels)} are too many, at most {most}: "
+        raise InputError(msg + f"say {wanted}")
+    hidden = _hidden(inputs, [*axes, *panels])
+    if hidden:
+        shown = " and ".join(filter(None, axes)) or "inputs"
+        msg = f"{hidden} cases have the same {shown} as "
+        raise InputError(msg + "others and would be hidden: choose other axes or --at")
+
+
+def _some(values: NDArray[Any]) -> str:
+    known = levels(values)
+    some = [value_text(v) for v in known[:MOST_SHOWN]]
+    return "|".join(some) + ("|…" if len(known) > len(some) else "")
+
+
+def _numbered(
+    inputs: Columns, panels: list[str], count: int
+) -> tuple[Cells, list[dict[str, Any]]]:
+    """Return the panel of each case, and what each panel has in common."""
+    if not panels:
+        return np.zeros(count, dtype=np.intp), [{}]
+    order = [{v: i for i, v in enumerate(levels(inputs[n]))} for n in panels]
+    keys = list(zip(*(inputs[n].tolist() for n in panels), strict=True))
+    known = sorted(
+        set(keys), key=lambda key: [o[v] for o, v in zip(order, key, strict=True)]
+    )
+    number = {key: i for i, key in enumerate(known)}
+    values = [dict(zip(panels, key, strict=True)) for key in known]
+    return np.array([number[key] for key in keys], dtype=np.intp), values
+
+
+def _axis(
+    data: xarray.Dataset, name: str, inputs: Columns, wish: Wish, case: Cells
+) -> Axis:
+    if not name:
+        return no_axis(len(case))
+    turned = wish.rpm and name == "speed"
+    label = label_of(data, name, rpm=turned)
+    return axis_of(name, inputs[name], label, RPM if turned else 1.0)
+
+
+def label_of(data: xarray.Dataset, name: str, *, rpm: bool = False) -> str:
+    """Return what an axis of a variable says."""
+    unit = "rpm" if rpm else str(data[name].attrs.get("units", ""))
+    return with_unit(name_of(name), unit)
+
+
+def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:
+    """Return whether the cases leave more than a third of the grid's cells empty."""
+    cells = sum(
+        len(np.unique(x.place[panel == p])) * len(np.unique(y.place[panel == p]))
+        for p in np.unique(panel)
+    )
+    return len(panel) > 5 and 2 * cells > 3 * len(panel)

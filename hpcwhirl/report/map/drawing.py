@@ -1,0 +1,248 @@
+"""Panels of a map: a cell for each case of a grid, or points over the nearest case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import NDArray
+
+from hpcwhirl.report.map.axes import Axis, straight
+from hpcwhirl.report.map.colours import HATCHES, INK, Colours
+from hpcwhirl.report.map.data import Picture
+from hpcwhirl.scene.words import BAD, WHIRLS
+
+FEW_LEVELS = 12
+COVER = 0.35  # share of a panel that points cover, if they may be so large
+RASTER = 480, 320  # cells on which the nearest of scattered cases is shown
+FAINT = 0.45  # opacity of that raster, behind the points
+NO_CELL = -1
+NARROW = 9.0  # points that a letter or a marker needs
+MOST_DRAWN = 2000  # shapes drawn as such in an SVG; more are one image
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Part:
+    """The cases of one panel.
+
+    Attributes
+    ----------
+    x, y : axes of the whole map
+    rows : (n,), numbers of the panel's cases among those of the map
+    colours : what the colours tell
+    whirl : (n,), of these cases
+    size : of the panel, points
+    lettered : whether letters and markers tell what the colour tells, too
+    """
+
+    x: Axis
+    y: Axis
+    rows: Ints
+    colours: Colours
+    whirl: NDArray[np.str_]
+    size: tuple[float, float]
+    lettered: bool
+
+    @property
+    def kind(self) -> NDArray[np.str_]:
+        """Return the words of these cases, "" where a number is shown."""
+        return self.colours.kind[self.rows]
+
+    @property
+    def number(self) -> Floats:
+        """Return the numbers of these cases, NaN where a word is shown."""
+        if self.colours.number is None:
+            return np.full(len(self.rows), np.nan)
+        return np.where(self.kind == "", self.colours.number[self.rows], np.nan)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Which case of a part each cell of a panel shows.
+
+    Attributes
+    ----------
+    x, y : (m + 1,) and (k + 1,), edges of the cells
+    case : (k, m), among those of the part; `NO_CELL` where there is none
+    """
+
+    x: Floats
+    y: Floats
+    case: Ints
+
+
+def grid_of(part: Part) -> Mesh:
+    """Return the cells of a grid, to scale, one for each case."""
+    case = np.full((len(part.y.levels), len(part.x.levels)), NO_CELL)
+    case[part.y.index[part.rows], part.x.index[part.rows]] = range(len(part.rows))
+    return Mesh(part.x.edges(), part.y.edges(), case)
+
+
+def raster_of(part: Part) -> Mesh:
+    """Return small cells that each show the nearest case that gave a result.
+
+    Distances are those on the paper, both axes one long.
+    """
+    from scipy.spatial import cKDTree
+
+    edges, middles, places = [], [], []
+    for axis, count in zip((part.x, part.y), RASTER, strict=True):
+        low, high = straight(np.asarray(limits_of(axis)), axis.scale)
+        at = np.linspace(low, high, count + 1)
+        edges.append(np.exp(at) if axis.scale == "log" else at)
+        middles.append((np.arange(count) + 0.5) / count)
+        places.append((axis.scaled()[part.rows] - low) / (high - low))
+    whole = np.flatnonzero(~np.isin(part.kind, list(BAD)))
+    if not len(whole):
+        return Mesh(edges[0], edges[1], np.full(RASTER[::-1], NO_CELL))
+    pixels = np.stack(np.meshgrid(*middles), axis=-1)
+    nearest = cKDTree(np.transpose(places)[whole]).query(pixels)[1]
+    return Mesh(edges[0], edges[1], whole[nearest])
+
+
+def limits_of(axis: Axis) -> tuple[float, float]:
+    """Return limits of an axis a little beyond its scattered cases."""
+    at = np.unique(axis.scaled())
+    more = 0.02 * np.ptp(at) or 0.5
+    if len(at) <= FEW_LEVELS:  # as far as the cells of a grid would reach
+        more = 0.5 * np.ptp(at) / max(len(at) - 1, 1) or 0.5
+    low, high = at[0] - more, at[-1] + more
+    return (np.exp(low), np.exp(high)) if axis.scale == "log" else (low, high)
+
+
+def draw_grid(axes: Any, part: Part) -> Any:
+    """Draw a cell for each case; return the mesh of numbers, if any."""
+    line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
+    drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
+    if part.lettered:
+        _letters(axes, part)
+    return drawn
+
+
+def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
+    """Draw a point for each case, over the nearest one; return that of numbers.
+
+    free : whether an input differs that the axes do not tell, so that the plane
+        between cases means nothing
+    """
+    axes.set(xlim=limits_of(part.x), ylim=limits_of(part.y))
+    if not free:
+        draw_mesh(axes, part, raster_of(part), "nearest", alpha=FAINT)
+    return _points(axes, part)
+
+
+def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
+    """Colour cells as the cases that they show; return the mesh of numbers, if any."""
+    colours, drawn = part.colours, None
+    look |= {"rasterized": True}
+    if colours.number is not None:
+        values = np.append(part.number, np.nan)[mesh.case]
+        drawn = axes.pcolormesh(mesh.x, mesh.y, np.ma.masked_invalid(values),
+                                norm=colours.norm(), cmap=colours.map(),
+                                gid="numbers", **look)  # fmt: skip
+    words = colours.words(part.kind)
+    codes = np.append(_codes(words, part.kind), NO_CELL)[mesh.case]
+    if words:
+        fills = ListedColormap([colours.fill(word) for word in words])
+        axes.pcolormesh(mesh.x, mesh.y, np.ma.masked_equal(codes, NO_CELL), cmap=fills,
+                        vmin=-0.5, vmax=len(words) - 0.5,
+                        gid=" ".join([name, *words]), **look)  # fmt: skip
+    for i, word in enumerate(words):
+        if look_of_hatch := colours.hatch(word):
+            hatch(axes, runs(mesh, codes == i), look_of_hatch, f"hatch {word}")
+    return drawn
+
+
+def _codes(words: Sequence[str], kind: NDArray[np.str_]) -> Ints:
+    """Return each case's place among the words, `NO_CELL` for none."""
+    place = {word: i for i, word in enumerate(words)}
+    return np.array([place.get(word, NO_CELL) for word in kind.tolist()], dtype=np.intp)
+
+
+def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
+    """Return rectangles that cover the wanted cells, one for each run in a row."""
+    boxes = []
+    for row in np.flatnonzero(wanted.any(axis=1)):
+        ends = np.flatnonzero(np.diff(np.r_[0, wanted[row].astype(int), 0]))
+        low, high = mesh.y[row : row + 2]
+        for left, right in mesh.x[ends].reshape(-1, 2):
+            boxes.append(
+                np.array([[left, low], [right, low], [right, high], [left, high]])
+            )
+    return boxes
+
+
+def hatch(
+    axes: Any, polygons: Sequence[Floats], look: tuple[str, str], name: str
+) -> None:
+    """Hatch polygons as one patch: many of them cost little more than one.
+
+    look : pattern and colour
+    """
+    whole = Path.make_compound_path(*(Path(p, closed=False) for p in polygons))
+    axes.add_artist(PathPatch(whole, facecolor="none", edgecolor=look[1], lw=0.0,
+                              hatch=look[0], gid=name, rasterized=True))  # fmt: skip
+
+
+def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
+    """Return rectangles that cover a panel's cells which show chosen cases of a map."""
+    mesh = raster_of(part) if picture.scattered else grid_of(part)
+    return runs(mesh, np.append(chosen[part.rows], [False])[mesh.case])
+
+
+def rooms(part: Part) -> tuple[Mask, Mask]:
+    """Return which cells have room for a letter over a marker, which for a row."""
+    wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
+    high = part.y.widths(part.size[1])[part.y.index[part.rows]]
+    stacked = (wide >= NARROW) & (high >= 2 * NARROW)
+    return stacked, ~stacked & (wide >= 2 * NARROW) & (high >= NARROW)
+
+
+def _letters(axes: Any, part: Part) -> None:
+    """Write a letter into each cell, and a marker of whirl below or beside it."""
+    x, y = part.x.middles(part.rows), part.y.middles(part.rows)
+    stacked, beside = rooms(part)
+    plain = part.colours.number is None
+    for (right, up), chosen in (((0.0, 4.5), stacked), ((-4.5, 0.0), beside)):
+        for i in np.flatnonzero(chosen & (part.kind != "")):
+            look = part.colours.looks[part.kind[i]]
+            axes.annotate(look.letter, (x[i], y[i]), (right, up), fontsize=8,
+                          color=look.ink if plain else INK, ha="center", va="center",
+                          textcoords="offset points")  # fmt: skip
+        if part.colours.name == "whirl":  # the letter tells it
+            continue
+        marked = chosen & ~np.isin(part.kind, list(HATCHES))
+        shift = ScaledTranslation(-right / 72 * plain, -up / 72 * plain,
+                                  axes.figure.dpi_scale_trans)  # fmt: skip
+        for word, look in WHIRLS.items():
+            own = marked & (part.whirl == word)
+            if word != "none" and own.any():
+                axes.plot(x[own], y[own], look.marker, c="black", ms=4.5, mfc="white",
+                          mew=0.8, transform=axes.transData + shift,
+                          gid=f"whirl {word}")  # fmt: skip
+
+
+def _points(axes: Any, part: Part) -> Any:
+    """Draw a point for each case, its shape the word's; return that of numbers."""
+    x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
+    size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
+    look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",
+            "rasterized": len(x) > MOST_DRAWN}  # fmt: skip
+    colours, own, drawn = part.colours, kind == "", None
+    if own.any():
+        drawn = axes.scatter(x[own], y[own], c=part.number[own], norm=colours.norm(),
+                             cmap=colours.map(), gid="numbers", **look)  # fmt: skip
+    for word in colours.words(kind):
+        own, of = kind == word, colours.looks[word]
+        axes.scatter(x[own], y[own], c=of.colour, marker=of.marker,
+                     gid=f"points {word}", **look)  # fmt: skip
+    return drawn

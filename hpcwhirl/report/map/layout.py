@@ -1,0 +1,231 @@
+"""A map on paper: how many panels of what size, and what stands around them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
+from numpy.typing import NDArray
+
+from hpcwhirl.report.map.axes import Axis
+from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
+from hpcwhirl.report.map.colours import UNSURE, Colours, colours_of
+from hpcwhirl.report.map.critical import mark_critical
+from hpcwhirl.report.map.data import Picture, Wish
+from hpcwhirl.report.map.drawing import (
+    Part,
+    cells_of,
+    draw_grid,
+    draw_scattered,
+    hatch,
+    rooms,
+)
+from hpcwhirl.report.map.refined import draw_refined, refined_cells
+from hpcwhirl.store.reading.shares import SURE
+
+if TYPE_CHECKING:
+    import xarray
+
+LETTERED = 300  # cells, up to which letters and markers are drawn
+READABLE = 0.5  # share of the cells that a letter must fit into
+WIDEST, LOWEST = 9.5, 5.6  # in, of the only panel
+PAGE = 13.0  # in, of all columns together
+A_LEVEL = 1.1  # in, of a level on an axis of few
+BESIDE = 0.9, 0.45  # in, of a panel's width and height that ticks and labels take
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """How a map is laid out.
+
+    Attributes
+    ----------
+    picture : what is shown
+    rows, columns : of panels
+    width, height : of a panel with its labels, in
+    lettered : whether letters and markers are drawn in the cells
+    """
+
+    picture: Picture
+    rows: int
+    columns: int
+    width: float
+    height: float
+    lettered: bool = False
+
+    @property
+    def points(self) -> tuple[float, float]:
+        """Width and height of a panel without its labels, points."""
+        return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
+
+    def part(self, number: int, colours: Colours) -> Part:
+        """Return the cases of a panel."""
+        picture = self.picture
+        rows = np.flatnonzero(picture.panel == number)
+        return Part(picture.x, picture.y, rows, colours, picture.whirl[rows],
+                    self.points, self.lettered)  # fmt: skip
+
+    def fits(self) -> NDArray[np.bool_]:
+        """Return which cells have room for a letter and a marker."""
+        colours, numbers = self.picture.colours, range(len(self.picture.panels))
+        parts = [self.part(number, colours) for number in numbers]
+        return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
+
+
+def sheet_of(picture: Picture) -> Sheet:
+    """Return the layout of a map."""
+    rows = _rows(picture)
+    columns = -(-len(picture.panels) // rows)
+    width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
+    few = BESIDE[1] + A_LEVEL * len(picture.y.levels)
+    height = min(0.62 * width, LOWEST, few) if picture.y.name else 1.9
+    if picture.y.names:
+        height = BESIDE[1] + 0.55 * len(picture.y.levels)
+    plain = Sheet(picture, rows, columns, width, max(height, 1.5))
+    lettered = picture.gridded and len(picture) <= LETTERED
+    lettered = lettered and bool(plain.fits().mean() >= READABLE)
+    return replace(plain, lettered=lettered)
+
+
+def _narrower(axis: Axis, width: float) -> float:
+    """Return a panel's width, less where an axis has few levels."""
+    few = BESIDE[0] + A_LEVEL * (len(axis.levels) + 1)
+    return float(min(width, max(few, 3.4)))
+
+
+def _rows(picture: Picture) -> int:
+    """Return the rows of panels; of two inputs, one along each side."""
+    count, names = len(picture.panels), list(picture.panels[0])
+    if len(names) == 2:
+        sides = [len({panel[n] for panel in picture.panels}) for n in names]
+        if sides[0] * sides[1] == count and max(sides) <= 6:
+            return sides[0]
+    return 1 if count <= 3 else (2 if count <= 8 else int(np.ceil(np.sqrt(count))))
+
+
+def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) -> Any:
+    """Return the figure of a map.
+
+    Parameters
+    ----------
+    data : results
+    picture, wish : what is shown, and what was asked
+    folder : the campaign's directory
+    """
+    sheet = sheet_of(picture)
+    layers = _layers(data, sheet)
+    beside = 1.7 if len(layers) > 1 else 0.0  # legends
+    size = sheet.width * sheet.columns + beside, sheet.height * sheet.rows * len(layers)
+    figure = Figure(figsize=(size[0], size[1] + 1.1), layout="constrained")
+    grid = figure.subplots(sheet.rows * len(layers), sheet.columns, squeeze=False,
+                           sharex=True, sharey=True)  # fmt: skip
+    blocks = np.split(grid, len(layers))
+    for block, colours in zip(blocks, layers, strict=True):
+        _layer(figure, block.ravel(), sheet, colours, named=len(layers) > 1)
+    more = _mark_unsure(data, blocks[0].ravel(), sheet)
+    _decorate(grid, sheet)
+    for block in blocks if wish.critical else []:
+        mark_critical(block.ravel(), picture, folder, rpm=wish.rpm)
+    add_legend(figure, blocks, layers, picture, more, lettered=sheet.lettered)
+    figure.suptitle(title_of(data, picture, wish, size[0]), fontsize=10,
+                    parse_math=False)  # fmt: skip
+    return figure
+
+
+def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
+    """Hatch cases whose word too few of their twins share; return a legend's lines."""
+    picture = sheet.picture
+    if "word_share" not in data or SURE not in data.attrs:
+        return []
+    if picture.scattered and picture.free:  # points alone
+        return []
+    unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
+    for number, axes in enumerate(panels[: len(picture.panels)]):
+        part = sheet.part(number, picture.colours)
+        if picture.refined is not None:
+            cells: Any = refined_cells(part, picture, picture.refined, unsure)
+        else:
+            cells = cells_of(part, picture, unsure)
+        if len(cells):
+            hatch(axes, cells, UNSURE, "hatch chosen")
+    return twin_keys(data, picture, unsure)
+
+
+def _layers(data: xarray.Dataset, sheet: Sheet) -> list[Colours]:
+    """Return what is shown in rows of panels below each other.
+
+    Where a marker does not tell the whirl of every case, it has panels of its own
+    below the regimes.
+    """
+    picture = sheet.picture
+    if picture.colours.name != "regime" or len(np.unique(picture.whirl)) == 1:
+        return [picture.colours]
+    if sheet.lettered and sheet.fits().all():
+        return [picture.colours]
+    whirls = colours_of(data, "whirl", picture.case, picture.word, picture.whirl)
+    return [picture.colours, whirls]
+
+
+def _layer(
+    figure: Any, panels: NDArray[Any], sheet: Sheet, colours: Colours, *, named: bool
+) -> None:
+    """Draw all panels of one layer, titles and colour bar."""
+    drawn = None
+    for axes in panels[len(sheet.picture.panels) :]:
+        axes.set_visible(False)
+    for number, values in enumerate(sheet.picture.panels):
+        axes, part = panels[number], sheet.part(number, colours)
+        if sheet.picture.refined is not None:
+            found = draw_refined(axes, part, sheet.picture, sheet.picture.refined)
+        elif sheet.picture.scattered:
+            found = draw_scattered(axes, part, free=sheet.picture.free)
+        else:
+            found = draw_grid(axes, part)
+        drawn = found or drawn
+        parts = [colours.name if named else "", panel_title(values)]
+        axes.set_title(": ".join(filter(None, parts)), fontsize=9, parse_math=False)
+    if drawn is not None:
+        bar = figure.colorbar(drawn, ax=list(panels), pad=0.01, aspect=30)
+        bar.set_label(colours.label, parse_math=False)
+
+
+def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
+    """Scale, limit, tick and name the axes."""
+    picture = sheet.picture
+    for axes in grid.ravel():
+        axes.set(xscale=picture.x.scale, yscale=picture.y.scale)
+        _ticks(axes.xaxis, picture.x, sheet.points[0])
+        _ticks(axes.yaxis, picture.y, sheet.points[1])
+        if picture.gridded:
+            axes.set(xlim=picture.x.edges()[[0, -1]], ylim=picture.y.edges()[[0, -1]])
+        axes.label_outer()
+    for axes in grid[-1]:
+        axes.set_xlabel(picture.x.label, parse_math=False)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(picture.y.label, parse_math=False)
+    for above, below in zip(grid[:-1].ravel(), grid[1:].ravel(), strict=True):
+        if not below.get_visible() and above.get_visible():
+            above.tick_params(labelbottom=True)
+            above.set_xlabel(picture.x.label, parse_math=False)
+
+
+def _ticks(own: Any, axis: Any, points: float) -> None:
+    upright = own.axis_name == "y"
+    if not axis.name:
+        own.set_ticks([])
+        return
+    places, texts = axis.ticks(points, upright=upright)
+    if not len(places):
+        if axis.scale == "linear" and axis.whole:
+            own.get_major_locator().set_params(integer=True)
+        return
+    long = not upright and 6.5 * sum(map(len, texts)) > points
+    across = "right" if long or upright else "center"
+    turned = 30 if long else 0
+    own.set_ticks(places, texts, parse_math=False, rotation=turned, ha=across)
+    own.set_minor_locator(NullLocator())
+    own.set_minor_formatter(NullFormatter())

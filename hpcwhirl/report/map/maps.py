@@ -1,0 +1,169 @@
+"""Maps read, drawn and written: regimes, whirl or a number over swept inputs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.map.data import FIXED, Picture, Wish, picture_of, with_cells
+from hpcwhirl.report.page.build import NAME, is_stale
+from hpcwhirl.report.saving import save
+from hpcwhirl.safe_open import open_regular
+from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.results.cells import read_refined
+
+if TYPE_CHECKING:
+    import xarray
+
+MADE_BY = {
+    "map.png": "hpcwhirl map {}",
+    "map.csv": "hpcwhirl map {} --csv",
+    NAME: "hpcwhirl report {}",
+    "figures": "hpcwhirl figures {}",
+}
+KEY = "Description"  # of the files' metadata: how the map was asked for
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A map, drawn: the figure, what it shows, and how it was asked for.
+
+    Of a campaign whose inputs were drawn it shows shares, see `analysis.shares`.
+    """
+
+    figure: Any
+    picture: Picture | None
+    wish: Wish
+    shares: Any = None
+
+    def write_table(self, path: Path) -> Path:
+        """Write what is shown as CSV; return the path."""
+        from hpcwhirl.report.map.probabilities import shares_table
+
+        shown = self.picture
+        rows = shares_table(self.shares) if shown is None else picture_table(shown)
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        write_whole(path, text.getvalue().encode())
+        return path
+
+
+def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
+    """Yield the head and a line for each case that a map shows.
+
+    Columns: case, the swept inputs in SI units, panel, position on the axes in the
+    units drawn, word, whirl, the word of most twins and the case where it has twins
+    and, where the colour is a number, that number.
+    """
+    columns = {"case": picture.case, **picture.inputs, "panel": picture.panel}
+    columns |= {f"x: {picture.x.label}": picture.x.place}
+    columns |= {f"y: {picture.y.label}": picture.y.place}
+    columns |= {"word": picture.word, "whirl": picture.whirl}
+    if picture.majority is not None:
+        columns["word by majority"] = picture.majority
+    if picture.colours.number is not None:
+        columns[picture.colours.label] = picture.colours.number
+    yield [*columns]
+    yield from zip(*(column.tolist() for column in columns.values()), strict=True)
+
+
+def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
+    """Draw map.png and map.svg of a campaign and return their paths.
+
+    Parameters
+    ----------
+    results : `results.h5`
+    out : directory of the figures
+    wish : axes, panels and colour; what it leaves open is chosen
+    """
+    return save_map(drawing_of(results, wish or Wish()), out)
+
+
+def drawing_of(results: Path, wish: Wish) -> Drawing:
+    """Return the map of a campaign; only columns of numbers are read, no traces."""
+    from hpcwhirl.report.map.layout import figure_of
+    from hpcwhirl.report.map.probabilities import wants_shares
+
+    with open_results(results) as data:
+        if not data.sizes.get("case"):
+            msg = f"{results} has no cases: nothing to draw"
+            raise InputError(msg)
+        with reading(results):
+            if wants_shares(data, wish):
+                return _drawing_of_shares(data, wish, results.parent)
+            picture = with_cells(picture_of(data, wish), data, read_refined(results))
+            for name in (*FIXED, "duration"):  # what the title tells
+                data[name].load()
+        figure = figure_of(data, picture, wish, results.parent)
+    return Drawing(figure, picture, wish)
+
+
+def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawing:
+    from hpcwhirl.report.map import layout, probabilities
+
+    found = probabilities.shares_shown(data, wish)
+    if len(probabilities.varied(found)) < 2:
+        figure = probabilities.figure_of_shares(data, found, wish)
+        return Drawing(figure, None, wish, found)
+    cases = probabilities.as_cases(data, found)
+    over = replace(wish, colour=probabilities.SHARE, at=())
+    picture = picture_of(cases, over)
+    drawn = probabilities.draws_note(data, found)
+    picture = replace(picture, along=[*picture.along, drawn])
+    figure = layout.figure_of(cases, picture, over, folder)
+    return Drawing(figure, None, wish, found)
+
+
+def save_map(drawing: Drawing, out: Path, stem: str = "map") -> list[Path]:
+    """Write a map as PNG and SVG, each whole or not at all; return their paths."""
+    told = {KEY: json.dumps(asdict(drawing.wish))}
+    paths = [out / f"{stem}.png", out / f"{stem}.svg"]
+    for path in paths:
+        save(drawing.figure, path, dpi=140, metadata=told)
+        drawing.figure.set_layout_engine("none")  # it is laid out now
+    return paths
+
+
+def wish_of(path: Path) -> Wish | None:
+    """Return how a map.png was asked for; None where there is none that tells."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with open_regular(path) as file, Image.open(file) as image:
+            asked = json.loads(image.info[KEY])
+        lists = {n: tuple(asked[n]) for n in ("panels", "at")}
+        return Wish(**{**asked, **lists})
+    except (OSError, KeyError, TypeError, ValueError, UnidentifiedImageError):
+        return None
+
+
+def refresh(folder: Path) -> tuple[list[Path], list[str]]:
+    """Draw a campaign's map again as it was asked for, and tell what is left stale.
+
+    Returns
+    -------
+    paths drawn, and a line for each file that still shows what was there before
+    """
+    drawn, why = [], ""
+    wish = wish_of(folder / "map.png")
+    if wish is not None:
+        try:
+            drawn = draw_map(folder / "results.h5", folder, wish)
+        except InputError as refused:
+            why = f" ({refused})"
+    lines = [
+        f"{folder / name} is stale{why if name == 'map.png' else ''}: "
+        + command.format(folder)
+        for name, command in MADE_BY.items()
+        if (folder / name).exists() and folder / name not in drawn
+        if name != NAME or is_stale(folder)
+    ]
+    return drawn, lines

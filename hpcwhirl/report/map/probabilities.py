@@ -1,0 +1,145 @@
+"""How probable each regime is, drawn: bars, lines over one input, maps over two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hpcwhirl.analysis.shares import shares
+from hpcwhirl.report.map.captions import engine_of, shared
+from hpcwhirl.report.map.data import FIXED, RPM, Wish, label_of
+from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.store.reading.select import value_text, variable_of, where
+from hpcwhirl.store.results.sampled import drawn_of, is_sampled
+
+if TYPE_CHECKING:
+    import xarray
+
+SHARE = "share_of_cases"  # a variable, which conditions can name
+SHARE_LABEL = SHARE.replace("_", " ")
+PANEL = "motion"  # an input of the map: which regime's share a panel shows
+BARS = 0.55  # of a bar's room
+
+
+def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
+    """Return whether a map shows shares: inputs were drawn, and none is asked for."""
+    if not is_sampled(data) or wish.colour != "regime":
+        return False
+    named = [wish.x, wish.y, *wish.panels, *(at.partition("=")[0] for at in wish.at)]
+    drawn, known = drawn_of(data), list(map(str, data.variables))
+    asked = {variable_of(name.strip(), known) for name in named if name}
+    return not asked & set(drawn.inputs)
+
+
+def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
+    """Return the shares of the points that a map shows, see `analysis.shares`."""
+    found = shares(data)
+    inputs = {n: found[n].to_numpy() for n in drawn_of(data).swept}
+    chosen = where(wish.at, inputs)
+    return found if chosen is None else found.isel(point=np.flatnonzero(chosen))
+
+
+def varied(found: xarray.Dataset) -> list[str]:
+    """Return the swept inputs in which the points differ."""
+    names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    return [n for n in names if n != "point" and len(set(found[n].values.tolist())) > 1]
+
+
+def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
+    """Return shares as what a map of cases shows: a case for each point and regime.
+
+    Regimes that no case has are left out.
+    """
+    seen = found.sel(regime=(found["count"].sum("point") > 0).to_numpy())
+    many = seen.sizes["regime"]
+    first = data.isel(case=np.searchsorted(drawn_of(data).point, found["point"]))
+    names = [*dict.fromkeys([*FIXED, "duration", *varied(found)])]
+    out = first[[*names, "status", "outcome", "regime", "whirl"]]
+    out = out.drop_vars("case", errors="ignore").isel(
+        case=np.repeat(np.arange(found.sizes["point"]), many)
+    )
+    attrs = data.attrs | {"swept": " ".join([*varied(found), PANEL])}
+    words = {n: (("case",), np.full(out.sizes["case"], word, dtype=object))
+             for n, word in (("status", "ok"), ("outcome", "completed"),
+                             ("regime", "damped"), ("whirl", "none"))}  # fmt: skip
+    # of the first draw: NaN differs from NaN, so that no title tells it as common
+    drawn = {*drawn_of(data).inputs} & {*FIXED, "duration"}
+    none = np.full(out.sizes["case"], np.nan)
+    out = out.assign({name: ("case", none, out[name].attrs) for name in drawn})
+    share = seen["share"].to_numpy().ravel()
+    motion = np.tile(seen["regime"].to_numpy().astype(object), found.sizes["point"])
+    return out.assign(
+        {**words, PANEL: ("case", motion), SHARE: ("case", share, {"units": "1"})}
+    ).assign_attrs(attrs)
+
+
+def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, wish: Wish) -> Any:
+    """Return the figure of shares over one swept input, or of one point."""
+    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+    axes, over = figure.subplots(), varied(found)
+    if over:
+        _lines(axes, found, over[0], label_of(data, over[0], rpm=wish.rpm))
+        if wish.rpm and over[0] == "speed":
+            axes.xaxis.set_major_formatter(lambda x, _: value_text(round(RPM * x)))
+    else:
+        _bars(axes, found)
+    fixed = ", ".join(shared(data, [n for n in (*FIXED, "duration") if n not in over]))
+    drawn = f"{draws_note(data, found)}; intervals: 95 % (Wilson)"
+    text = f"{engine_of(data)}: {fixed}\n{drawn}"
+    figure.suptitle(text, fontsize=10, parse_math=False)
+    return figure
+
+
+def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
+    """Return what was drawn how often, and what gave no regime."""
+    low, high = int(found["cases"].min()), int(found["cases"].max())
+    cases = f"{low}" if low == high else f"{low} to {high}"
+    names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)
+    lost = int(found["lost"].sum())
+    text = f"drawn: {names}, {cases} times a point"
+    return text + (f"; {lost} without a regime left out" if lost else "")
+
+
+def _lines(axes: Any, found: xarray.Dataset, over: str, label: str) -> None:
+    order = np.argsort(found[over].to_numpy())
+    x = found[over].to_numpy()[order]
+    for place, (word, look) in enumerate(REGIMES.items()):
+        one = found.isel(regime=place, point=order)
+        if not one["count"].sum():
+            continue
+        ends = one["share_low"].to_numpy(), one["share_high"].to_numpy()
+        axes.fill_between(x, *ends, color=look.stroke, alpha=0.2, lw=0,
+                          gid=f"interval {word}")  # fmt: skip
+        axes.plot(x, one["share"].to_numpy(), marker=look.marker, ms=4, c=look.stroke,
+                  label=look.told, gid=f"share {word}")  # fmt: skip
+    axes.set_xlabel(label, parse_math=False)
+    axes.set(ylabel=SHARE_LABEL, ylim=(-0.02, 1.02))
+    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+
+
+def _bars(axes: Any, found: xarray.Dataset) -> None:
+    one = found.isel(point=0)
+    share = np.nan_to_num(one["share"].to_numpy())
+    ends = one["share_low"].to_numpy(), one["share_high"].to_numpy()
+    away = np.abs(np.stack([share - ends[0], ends[1] - share]))
+    looks = list(REGIMES.values())
+    axes.barh([look.told for look in looks], share, BARS, xerr=away, capsize=3,
+              color=[look.colour for look in looks], ecolor="black")  # fmt: skip
+    axes.invert_yaxis()
+    axes.set(xlabel=SHARE_LABEL, xlim=(0.0, 1.02))
+
+
+def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:
+    """Yield the head and a line for each point and regime."""
+    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    numbers = ["count", "share", "share_low", "share_high"]
+    yield [*swept, "cases", "lost", "regime", *numbers]
+    for at in range(found.sizes["point"]):
+        point = found.isel(point=at)
+        head = [point[n].item() for n in [*swept, "cases", "lost"]]
+        for word in REGIMES:
+            own = point.sel(regime=word)
+            yield [*head, word, *(own[n].item() for n in numbers)]

@@ -1,0 +1,184 @@
+"""Panels of a refined campaign's map: cells at their own sizes, and boundaries."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+from numpy.typing import NDArray
+
+from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report.map.axes import Axis
+from hpcwhirl.report.map.colours import INK
+from hpcwhirl.report.map.data import Picture
+from hpcwhirl.report.map.drawing import MOST_DRAWN, Mask, Part, hatch
+from hpcwhirl.store.results.cells import Refined
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "speckle": {"hatch": "....", "linewidth": 0.0, "edgecolor": "#FFFFFF"},
+    "confirmed": {"linewidth": 0.3, "edgecolor": INK, "alpha": 0.45},
+}
+MOST_EDGED = 300  # cases of a map whose cells have white edges
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
+    """Draw a panel; return the mesh of numbers, if any."""
+    rows, boxes, number = _boxes(part, picture, refined)
+    drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
+    _outline(axes, refined, boxes, number)
+    _draw_lines(axes, part, picture, refined)
+    axes.set(xlim=_limits(part.x, boxes[:, :2]), ylim=_limits(part.y, boxes[:, 2:]))
+    return drawn
+
+
+def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
+    """Draw a polygon for each of a part's rows; return that of numbers, if any."""
+    edged, drawn = len(part.x.place) <= MOST_EDGED, None
+    line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
+                            "linewidths": 0.6 if edged else 0.2,
+                            "rasterized": not edged}  # fmt: skip
+    colours, own = part.colours, part.kind == ""
+    if own.any():
+        mine = list(polygons[own])
+        drawn = PolyCollection(mine, array=part.number[own], norm=colours.norm(),
+                               cmap=colours.map(), gid="numbers", **line)  # fmt: skip
+        axes.add_collection(drawn, autolim=False)
+    for word in colours.words(part.kind):
+        mine = list(polygons[part.kind == word])
+        cells = PolyCollection(mine, facecolor=colours.fill(word),
+                               gid=f"cells {word}", **line)  # fmt: skip
+        axes.add_collection(cells, autolim=False)
+        if look := colours.hatch(word):
+            hatch(axes, mine, look, f"hatch {word}")
+    return drawn
+
+
+def refined_cells(
+    part: Part, picture: Picture, refined: Refined, chosen: Mask
+) -> Floats:
+    """Return the parts of cells whose nearest case is a chosen one of the map."""
+    rows, boxes, _ = _boxes(part, picture, refined)
+    return _corners(boxes[chosen[rows]])
+
+
+def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
+    return (float(ends.min()), float(ends.max())) if axis.name else (-0.5, 0.5)
+
+
+def _boxes(part: Part, picture: Picture, refined: Refined) -> tuple[Ints, Floats, Ints]:
+    """Return what is nearest to each corner of each cell within it.
+
+    Returns
+    -------
+    rows : (k,), of the picture
+    boxes : (k, 4), left, right, bottom, top
+    number : (k,), of the cell
+    """
+    own = np.full(1 + max(picture.case.max(), refined.cells.corner.max()), -1)
+    own[picture.case[part.rows]] = part.rows
+    found = own[refined.cells.corner]
+    count, rows, boxes, number = len(refined.over), [], [], []
+    for i in range(1 << count):
+        keep = (found[:, i] >= 0) & _in_plane(part, refined, found, i)
+        ends = []
+        for axis in (part.x, part.y):
+            low, high, there = _ends(axis, refined, found, i)
+            keep &= there
+            ends += [low, high]
+        rows.append(found[keep, i])
+        boxes.append(np.column_stack(ends)[keep])
+        number.append(np.flatnonzero(keep))
+    return np.concatenate(rows), np.concatenate(boxes), np.concatenate(number)
+
+
+def _bit(refined: Refined, name: str) -> int:
+    return 1 << (len(refined.over) - 1 - refined.over.index(name))
+
+
+def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
+    """Return whether a cell shows this corner where a refined input is no axis.
+
+    A plane between two cells is that of the upper one, but for the last plane.
+    """
+    keep = np.ones(len(found), dtype=bool)
+    for name in refined.over:
+        if name not in (part.x.name, part.y.name):
+            bit = _bit(refined, name)
+            if i & bit:
+                keep &= refined.last[name][refined.cells.corner[:, i]]
+    return keep
+
+
+def _ends(
+    axis: Axis, refined: Refined, found: Ints, i: int
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Return from where to where a corner is the nearest, and whether that is known."""
+    own = found[:, i]
+    if axis.name not in refined.over:
+        edges, level = axis.edges(), axis.index[own]
+        return edges[level], edges[level + 1], np.ones(len(own), dtype=bool)
+    mate = found[:, i ^ _bit(refined, axis.name)]
+    at = axis.scaled()
+    ends = np.sort([at[own], (at[own] + at[mate]) / 2], axis=0)
+    ends = np.exp(ends) if axis.scale == "log" else ends
+    return ends[0], ends[1], mate >= 0
+
+
+def _corners(boxes: Floats) -> NDArray[np.float64]:
+    """Return the corners of boxes, (k, 4, 2)."""
+    left, right, low, high = boxes.T
+    x, y = [left, right, right, left], [low, low, high, high]
+    return np.stack([np.transpose(x), np.transpose(y)], axis=-1)
+
+
+def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
+    """Hatch speckle, and outline confirmed cells."""
+    speckle = refined.cells.state == STATES.index("speckle")
+    for name, wanted in (("speckle", speckle), ("confirmed", refined.cells.confirmed)):
+        shown = np.unique(number[wanted.astype(bool)[number]])
+        whole = np.stack([np.full(len(speckle), sign * np.inf)
+                          for sign in (1, -1, 1, -1)], axis=-1)  # fmt: skip
+        for side, least in enumerate((np.minimum, np.maximum) * 2):
+            least.at(whole[:, side], number, boxes[:, side])
+        if len(shown):
+            cells = list(_corners(whole[shown]))
+            patch = PolyCollection(cells, facecolor="none", gid=name,
+                                   rasterized=len(cells) > MOST_DRAWN,
+                                   **LOOKS[name])  # fmt: skip
+            axes.add_collection(patch, autolim=False)
+
+
+def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
+    """Draw boundaries: lines of two refined inputs, bars of one."""
+    panels = np.unique(refined.panel_of[picture.case[part.rows]])
+    if {*refined.over} == {part.x.name, part.y.name}:
+        lines = _lines(part, refined, panels)
+    elif refined.over == [part.x.name]:
+        lines = _bars(part, picture, refined, panels)
+    else:
+        return
+    drawn = LineCollection(list(lines), colors=INK, linewidths=1.0, gid="boundary",
+                           rasterized=len(lines) > MOST_DRAWN)  # fmt: skip
+    axes.add_collection(drawn, autolim=False)
+
+
+def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
+    """Return the ends of lines, (s, 2, xy)."""
+    ends = refined.lines[np.isin(refined.panel[refined.lines[:, 0]], panels)]
+    both = [axis.factor * refined.at[axis.name][ends] for axis in (part.x, part.y)]
+    return np.stack(both, axis=-1)
+
+
+def _bars(part: Part, picture: Picture, refined: Refined, panels: Ints) -> Floats:
+    """Return upright bars over the height of their panel's row, (s, 2, xy)."""
+    edges, bars = part.y.edges(), []
+    for panel in panels:
+        rows = part.rows[refined.panel_of[picture.case[part.rows]] == panel]
+        x = part.x.factor * refined.at[part.x.name][refined.panel == panel]
+        for level in np.unique(part.y.index[rows]):
+            bars += [[(v, edges[level]), (v, edges[level + 1])] for v in x]
+    return np.array(bars, dtype=float).reshape(-1, 2, 2)

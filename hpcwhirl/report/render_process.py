@@ -1,0 +1,104 @@
+"""The map of a campaign, drawn in a process of its own.
+
+What a map imports and draws takes some 90 MB, which would be the largest part of what
+rank 0 of a long campaign ever has. The process is a fresh one, never a fork of one that
+has begun MPI, and it ends with the one that began it. It hears no signal that ends a
+campaign: a finished campaign is drawn to its end.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+from hpcwhirl.early_signals import SIGNALS
+from hpcwhirl.errors import (
+    InputError,
+    MissingFileError,
+    NoRoomError,
+    StoreError,
+    WhirlError,
+)
+from hpcwhirl.launch import fate, interpreter, without_mpi
+
+# the first that an error is one of tells what it is
+TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
+        MemoryError, ImportError)  # fmt: skip
+
+
+def draw_apart(results: Path, out: Path) -> list[Path]:
+    """Draw map.png and map.svg by `report.map.maps.draw_map` in another process.
+
+    Where this process has what it takes already, or cannot begin another, it draws.
+
+    Raises
+    ------
+    WhirlError, MemoryError, ImportError
+        as `draw_map` has raised it there; `StoreError` where that process was killed
+    RuntimeError
+        where it failed otherwise: it has printed its traceback
+    """
+    if not {"matplotlib", "xarray"} <= sys.modules.keys():
+        try:
+            process = _begun(results, out)
+        except OSError:  # no more processes, or no memory for one
+            pass
+        else:
+            return _drawn(process, out)
+    from hpcwhirl.report.map.maps import draw_map
+
+    return draw_map(results, out)
+
+
+def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
+    words = interpreter(__name__, str(results), str(out))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # a child inherits it
+    try:
+        return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
+    """Wait for the process; return the paths or raise what it tells."""
+    with process:  # its input stays open meanwhile
+        told = process.stdout.read() if process.stdout else b""
+    if told:
+        kind, text, paths = json.loads(told)
+        if kind is not None:
+            raise TOLD[kind](text)
+        return [Path(path) for path in paths]
+    text = f"the map is not drawn: its process {fate(process.returncode)}"
+    if process.returncode < 0:
+        msg = f"{text}; the results are whole: hpcwhirl map {out}"
+        raise StoreError(msg)
+    raise RuntimeError(text)
+
+
+def main() -> None:
+    """Draw the map of some results into a directory; whatever prints goes to stderr."""
+    with os.fdopen(os.dup(1), "w") as sink:
+        os.dup2(2, 1)
+        threading.Thread(target=_end_with_parent, daemon=True).start()
+        without_mpi()
+        kind, text, paths = None, "", []
+        try:
+            from hpcwhirl.report.map.maps import draw_map
+
+            paths = draw_map(Path(sys.argv[1]), Path(sys.argv[2]))
+        except TOLD as failed:
+            kind = [isinstance(failed, one) for one in TOLD].index(True)
+            text = str(failed)
+        json.dump([kind, text, [str(path) for path in paths]], sink)
+
+
+def _end_with_parent() -> None:
+    """End this process as its input ends."""
+    while os.read(0, 1):
+        pass
+    os._exit(1)

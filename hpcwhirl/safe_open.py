@@ -1,0 +1,65 @@
+"""Open regular files only, so that no read blocks or goes on for ever.
+
+Opening a FIFO without a writer blocks, and a device may have no end. Every file that is
+named by a user or found in a campaign's directory is opened here.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+NOT_REGULAR = "not a regular file"
+
+
+def open_regular(path: Path | str, mode: str = "rb", buffering: int = -1) -> Any:
+    """Open a regular file as `open` does; symbolic links are followed.
+
+    Raises
+    ------
+    OSError
+        as `open`, and for a FIFO, a socket, a device or a directory
+    """
+    with suppress(FileNotFoundError):
+        check_regular(path)  # before opening: that alone may act on a device
+    return open(path, mode, buffering, opener=_opener)
+
+
+def _opener(path: str, flags: int) -> int:
+    """Open without blocking on a FIFO; raise OSError unless the file is regular."""
+    handle = os.open(path, flags | os.O_NONBLOCK, 0o666)
+    try:
+        _refuse(os.fstat(handle), path)
+    except BaseException:
+        os.close(handle)
+        raise
+    return handle
+
+
+def check_regular(path: Path | str) -> int:
+    """Return the size of a regular file in bytes; raise OSError for anything else."""
+    try:
+        state = os.stat(path)  # noqa: PTH116 - a name with NUL is an OSError here
+    except ValueError as failed:
+        raise OSError(errno.EINVAL, str(failed), str(path)) from None
+    _refuse(state, path)
+    return state.st_size
+
+
+def read_regular(path: Path | str) -> bytes:
+    """Return the content of a regular file."""
+    with open_regular(path) as file:
+        data: bytes = file.read()
+        return data
+
+
+def _refuse(state: os.stat_result, path: Path | str) -> None:
+    """Raise OSError unless a file status is that of a regular file."""
+    if stat.S_ISDIR(state.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(state.st_mode):
+        raise OSError(errno.EINVAL, NOT_REGULAR, str(path))

@@ -1,0 +1,255 @@
+"""Validation of all cases of a table without building a `Scene` for each.
+
+Each value of an input is checked once, however many cases have it. The rules between
+inputs, see `rules`, are evaluated for all cases at once, on columns instead of numbers.
+The error is that of `scene_from` for the first case that breaks a rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, partial
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
+
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.scene.digests import fragment
+from hpcwhirl.scene.files import apply_settings, flatten, takes_list
+from hpcwhirl.scene.inputs import Inputs, Scene
+from hpcwhirl.scene.quantities import LEAVES
+from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
+from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
+
+Array = NDArray[Any]
+# function from an input's name to its value, or (cases,) values; a list as its length
+Columns = Callable[[str], Any]
+Condition = Callable[[Columns], Any]
+AT_ONCE = 1 << 18  # cases whose columns are evaluated together
+STRICT = ConfigDict(strict=True)
+
+
+def end_times(get: Columns) -> Any:
+    """Return the engine time that each case lasts, s, see `Scene.end_time`."""
+    return end_time(get("duration"), get("revolutions"), get("speed"))
+
+
+def _rules(
+    model: type[Inputs] = Scene, prefix: str = ""
+) -> Iterator[tuple[tuple[str, ...], Rule]]:
+    """Yield (full names of the inputs, rule) of a table and of the tables inside it."""
+    for rule in model.RULES:
+        yield tuple(prefix + name for name in rule.inputs), rule
+    for name, field in model.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, Inputs):
+            yield from _rules(kind, f"{prefix}{name}.")
+
+
+RULES = tuple(_rules())
+
+
+@cache
+def _adapter(name: str) -> TypeAdapter[Any]:
+    field = next(field for leaf, field in LEAVES if leaf == name)
+    kind = Annotated[field.annotation, *field.metadata]  # type: ignore[name-defined]
+    return TypeAdapter(Annotated[list[kind], FailFast()], config=STRICT)
+
+
+def first_refused(name: str, values: Values) -> int:
+    """Return the index of the first value that an input does not allow; -1: none."""
+    try:
+        _adapter(name).validate_python(listed(values))
+    except ValidationError as failed:
+        return int(failed.errors(include_url=False)[0]["loc"][0])
+    return -1
+
+
+class Many:
+    """The cases of a table as columns: one array of values per input.
+
+    Parameters
+    ----------
+    base : scene with the inputs that all cases share
+    table : the inputs that each case sets
+    """
+
+    def __init__(self, base: Scene, table: Table) -> None:
+        self.base, self.table = base, table
+        self.shared = flatten(base)
+        self.columns = {n: table.column(n, self.shared[n]) for n in table.names}
+        self._known_numbers: dict[str, Array] = {}
+
+    def numbers(self, name: str, values: Values) -> Array:
+        """Return values of an input as an array; lists become their lengths."""
+        if takes_list(name):
+            return np.array([len(value) for value in values])
+        if isinstance(values, np.ndarray):
+            return values
+        words = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=object if words else None)
+
+    def chunks(self, count: int | None = None) -> Iterator[Array]:
+        """Yield the case numbers, up to `count`, in arrays of at most `AT_ONCE`."""
+        most = len(self.table) if count is None else count
+        for start in range(0, most, AT_ONCE):
+            yield np.arange(start, min(start + AT_ONCE, most))
+
+    def check(self) -> None:
+        """Raise the InputError of the first case that is not allowed, if any is not."""
+        wrong = self.first_wrong()
+        if wrong < len(self.table):
+            apply_settings(self.base, self.table[wrong])
+            msg = f"case {wrong} breaks a rule that its scene does not know"
+            raise WhirlError(msg)
+
+    def first_wrong(self) -> int:
+        """Return the first case that is not allowed, or the number of cases."""
+        wrong = self._first_wrong_value()
+        for inputs, rule in RULES:
+            wrong = self._first_wrong(rule, inputs, wrong)
+        return wrong
+
+    def _first_wrong_value(self) -> int:
+        """Return the first case with a value that its input does not allow.
+
+        The number of cases if there is none.
+        """
+        wrong = len(self.table)
+        for name, column in self.columns.items():
+            place = first_refused(name, column.values)
+            if place >= 0:
+                wrong = min(wrong, column.case_of(place))
+        return wrong
+
+    def _first_wrong(self, rule: Rule, inputs: tuple[str, ...], before: int) -> int:
+        """Return the first case below `before` that breaks a rule, else `before`."""
+        swept = {n: self.columns[n] for n in inputs if n in self.columns}
+        cases = self.table.first_of(swept)
+        cases = cases[: np.searchsorted(cases, before)]
+        if not swept or not len(cases):
+            return before
+        values = {n: self._known(n, column, cases) for n, column in swept.items()}
+
+        def broken(get: Columns) -> Any:
+            return np.logical_not(rule.holds(*map(get, inputs)))
+
+        wrong = self._first(cases, broken, values)
+        return before if wrong is None else wrong
+
+    def first_where(self, holds: Condition, inputs: tuple[str, ...]) -> int | None:
+        """Return the first case that meets a condition on some inputs; None: none."""
+        swept = (n for n in inputs if n in self.columns)
+        return self._first(self.table.first_of(swept), holds)
+
+    def _first(
+        self, chosen: Array, holds: Condition, values: dict[str, Array] | None = None
+    ) -> int | None:
+        """Return the first chosen case that meets a condition; None: none does."""
+        for start in range(0, len(chosen), AT_ONCE):
+            cases = chosen[start : start + AT_ONCE]
+            mask = holds(self.all(cases, values))
+            met = np.flatnonzero(np.broadcast_to(mask, cases.shape))
+            if len(met):
+                return int(cases[met[0]])
+        return None
+
+    def _known(self, name: str, column: Column, cases: Array) -> Array:
+        """Return the values of an input up to the last one that these cases have."""
+        most = 1 + int(column.codes(cases).max())
+        return self.numbers(name, column.values[:most])
+
+    def values(self, name: str) -> Array:
+        """Return an input's values in all cases, (cases,); a list as its length."""
+        cases = np.arange(len(self.table))
+        return np.broadcast_to(self.all(cases)(name), cases.shape)
+
+    def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
+        """Return a getter: name of an input -> one value, or (cases,) if it is swept.
+
+        Parameters
+        ----------
+        cases : numbers of cases
+        numbers : {swept input: its values, see `numbers`}; None: those of the table
+        """
+
+        def get(name: str) -> Any:
+            if name not in self.columns:
+                value = self.shared[name]
+                return len(value) if isinstance(value, list) else value
+            known = numbers[name] if numbers else self._numbers_of(name)
+            return self.columns[name].of(cases, known)
+
+        return get
+
+    def _numbers_of(self, name: str) -> Array:
+        if name not in self._known_numbers:
+            values = self.numbers(name, self.columns[name].values)
+            self._known_numbers[name] = values
+        return self._known_numbers[name]
+
+    def last_ends(self) -> Iterator[Array]:
+        """Yield the engine times at which cases end at the latest, s, in chunks."""
+        for cases in self.chunks():
+            ends = last_end(*map(self.all(cases), LASTS))
+            yield np.broadcast_to(ends, cases.shape)
+
+    def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
+        """Return labels, (m,), equal for cases with equal values of some inputs.
+
+        Parameters
+        ----------
+        names : the inputs; those that no case sets are ignored
+        cases : (m,), numbers of cases; None: all
+        """
+        parts = []
+        for name in names:
+            if name in self.columns:
+                column, text = self.columns[name], partial(fragment, name)
+                parts.append((column, distinct(column.values, text)))
+        chosen = np.arange(len(self.table)) if cases is None else cases
+        return labels(parts, chosen)
+
+    def first_of(self, cases: Array, names: Iterable[str]) -> list[int]:
+        """Return, of some cases, the first with each combination of inputs, ascending.
+
+        Lists count as equal if their lengths are.
+        """
+        swept = [(n, self.columns[n]) for n in names if n in self.columns]
+        parts = [
+            (c, distinct(list(map(len, c.values)) if takes_list(n) else c.values))
+            for n, c in swept
+        ]
+        kind = labels(parts, cases)
+        first = np.sort(np.unique(kind, return_index=True)[1])
+        return [int(case) for case in cases[first]]
+
+    def kinds(self, names: Iterable[str]) -> Array:
+        """Return the first case with each combination of some inputs, ascending."""
+        swept = [name for name in names if name in self.columns]
+        cases = self.table.first_of(swept)
+        kind = self.labels(swept, cases)
+        return cases[np.sort(np.unique(kind, return_index=True)[1])]
+
+    def twice(self) -> tuple[int, int] | None:
+        """Return the first case that repeats an earlier one: (earlier, it), or None."""
+        if self._is_plain_product():
+            return None
+        _, first, kind = np.unique(
+            self.labels(self.columns), return_index=True, return_inverse=True
+        )
+        again = np.flatnonzero(first[kind] != np.arange(len(kind)))
+        return (int(first[kind[again[0]]]), int(again[0])) if len(again) else None
+
+    def _is_plain_product(self) -> bool:
+        """Return whether the table is a product of single inputs without repetition."""
+        blocks = self.table.blocks
+        if len(blocks) != 1 or any(len(axis.names) > 1 for axis in blocks[0]):
+            return False
+        return all(
+            distinct(axis.columns[0], partial(fragment, axis.names[0])).max() + 1
+            == len(axis)
+            for axis in blocks[0]
+        )

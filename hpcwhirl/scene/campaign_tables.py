@@ -1,0 +1,429 @@
+"""The tables that only a campaign file has, as frozen, validated data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from hpcwhirl.errors import InputError, as_table, shown
+from hpcwhirl.scene.files import (
+    IN_UNITS,
+    MISTUNING,
+    by_full_name,
+    full_name,
+    is_number,
+    is_whole,
+    takes_list,
+    undotted,
+    value_in_si,
+)
+from hpcwhirl.scene.laws import KEY, Law, law_of, parameters
+from hpcwhirl.scene.presets import preset_names
+from hpcwhirl.scene.quantities import WHOLE
+from hpcwhirl.scene.swept import MOST_CASES
+from hpcwhirl.scene.table_model import UNKNOWN_WORD, TableModel, key
+from hpcwhirl.scene.units import in_si, told_of
+
+RETRIES = ("failed", "timeout", "crashed")  # statuses that retry may name
+MOST_ON_PAGE = 2000  # cases up to which report = "auto" writes the page
+
+
+def _seconds(default: float | None, meaning: str) -> Any:
+    return key(default, meaning, "a number of seconds > 0", gt=0)
+
+
+def _flag(meaning: str) -> Any:
+    return key(default=False, meaning=meaning)
+
+
+def walltime_seconds(text: str) -> float:
+    """Parse ``HH:MM:SS`` as seconds; hours have no upper limit.
+
+    Raises
+    ------
+    ValueError
+        for another format, or zero
+    """
+    parts = text.split(":")
+    plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
+    if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
+        msg = f"must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
+        raise ValueError(msg)
+    hours, minutes, seconds = map(int, parts)
+    total = 3600.0 * hours + 60.0 * minutes + seconds
+    if total == 0.0:
+        msg = f"must be > 00:00:00, got {shown(text)}"
+        raise ValueError(msg)
+    return total
+
+
+def _walltime(text: str) -> str:
+    walltime_seconds(text)
+    return text
+
+
+def _path(text: str) -> str:
+    if not text.strip() or not text.isprintable():
+        msg = f"must be the path of a directory, got {shown(text)}"
+        raise ValueError(msg)
+    return text
+
+
+def _statuses(given: Any) -> Any:
+    """Return the set of statuses in a text or list of texts, separated by commas."""
+    texts = [given] if isinstance(given, str) else given
+    if not isinstance(texts, list) or not all(isinstance(one, str) for one in texts):
+        return given  # a set is valid; other types are refused by pydantic
+    words = [word.strip() for text in texts for word in text.split(",")]
+    for word in words:
+        if word not in RETRIES:
+            context = {"word": word, "known": RETRIES}
+            raise PydanticCustomError(UNKNOWN_WORD, "{word}", context)
+    return frozenset(words)
+
+
+class Campaign(TableModel):
+    """The table [campaign]: how a campaign is run; no result depends on it."""
+
+    out: Annotated[str, AfterValidator(_path)] = key(
+        "campaign",
+        "directory of the campaign; if it holds one already, that is continued",
+        "the path of a directory",
+    )
+    retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(
+        frozenset(),
+        "compute cases of this status again, or of several, separated by commas; also "
+        "those whose traces are damaged",
+        f"{' | '.join(RETRIES)}, or a list of them",
+    )
+    walltime: Annotated[str, AfterValidator(_walltime)] | None = key(
+        None,
+        "stop shortly before the command has run so long; it can be continued",
+        'a text such as "01:50:00"',
+    )
+    patience: float = _seconds(
+        30.0,
+        "time that ranks have to stop once asked to; then the job ends with exit code "
+        "75 without those that hang; finished cases are kept",
+    )
+    case_limit: float | None = _seconds(
+        None, "computing time of a case, over all calls, before it gets status timeout"
+    )
+    max_fails: int | None = key(
+        None, "end with exit code 1 once so many cases of a call gave no result", gt=0
+    )
+    save_every: float = _seconds(
+        600.0, "computing time of a case between saved states, from which it continues"
+    )
+    keep_states: bool = _flag(
+        "keep the last states of undecided cases, from which --extend continues"
+    )
+    isolate: bool = _flag(
+        "compute each case in a process of its own; a crash gives a row with status "
+        "crashed and does not end the campaign"
+    )
+    report: Literal["auto", "yes", "no"] = key(
+        "auto", f"write report.html; auto: for up to {MOST_ON_PAGE} cases"
+    )
+
+    def with_options(self, other: Campaign) -> Campaign:
+        """Return the table with the keys that another one sets."""
+        return self.model_copy(
+            update={name: getattr(other, name) for name in other.model_fields_set}
+        )
+
+
+MOST_SEED = 2**53  # largest whole number that every JSON reader keeps
+LEAST_SPREAD = 1e-12  # relative change at which doubles still differ between twins
+
+
+def _spread(given: Any) -> dict[str, float]:
+    """Return {full dotted input: spread}, after checks, sorted by input."""
+    if not isinstance(given, Mapping) or not given:
+        msg = f"must be a table such as {{force = 1e-6}}, got {shown(given)}"
+        raise ValueError(msg)
+    pairs = ((n, (n, spread)) for n, spread in undotted(given, lambda _: False))
+    found = {}
+    for full, (name, spread) in by_full_name(pairs, "[twins] spread").items():
+        allowed = f"a number >= {LEAST_SPREAD:g} and < 1"
+        if full in IN_UNITS:
+            if is_number(spread) and LEAST_SPREAD <= spread < 1.0:
+                found[full] = float(spread)
+                continue
+        else:
+            allowed = "of an input that is a real number"
+        msg = f"{name} must be {allowed}, got {shown(spread)}"
+        raise ValueError(msg)
+    return dict(sorted(found.items()))
+
+
+class TwinsTable(TableModel):
+    """The table [twins]: perturbed copies of cases, which show how certain a word is.
+
+    `spread` is {full dotted input: largest relative change}.
+    """
+
+    count: int = key(16, "perturbed twins of a case", ge=2, le=1000)
+    of: Literal["all", "boundary", "speckle", "even"] = key(
+        "all",
+        "of which cases: all; those with a neighbour of another regime; those in "
+        "speckle of [refine]; a sample of those at no boundary",
+    )
+    spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key(
+        {"force": 1e-6},
+        "largest relative change of inputs",
+        "a table such as {force = 1e-6}",
+    )
+    sure: float = key(
+        0.9,
+        "share of twins from which their word counts as that of the case",
+        "a number > 0, at most 1",
+        gt=0,
+        le=1,
+    )
+    seed: int = key(0, "another one perturbs, and samples, anew", ge=0, le=MOST_SEED)
+    sample: int = key(
+        200, "with of = even: how many of those cases have twins, at random", ge=1
+    )
+
+    @model_validator(mode="after")
+    def _samples_even_ones(self) -> Self:
+        if self.of != "even" and "sample" in self.model_fields_set:
+            msg = f'sample must be given with of = "even" alone, got {self.sample}'
+            raise ValueError(msg)
+        return self
+
+    def as_plan(self) -> dict[str, Any]:
+        """Return the table as plain data for a plan, from which it is restored."""
+        return self.model_dump(exclude=set() if self.of == "even" else {"sample"})
+
+
+SALTELLI, LATIN = "saltelli", "latin_hypercube"
+IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
+
+
+def _is_law(table: Mapping[str, Any]) -> bool:
+    return KEY in table or not all(isinstance(v, Mapping) for v in table.values())
+
+
+def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
+    """Return {full dotted input: validated law}."""
+    found = {}
+    pairs = ((name, (name, law)) for name, law in undotted(given, _is_law))
+    for full, (name, law) in by_full_name(pairs, "[sample]").items():
+        if full not in IN_UNITS and not takes_list(full):
+            msg = f"[sample] {name} must be an input of any number between: sweep it"
+            raise InputError(msg)
+        found[full] = law_of(name, law)
+    if not found:
+        msg = "must have an input and its distribution, such as "
+        msg += f'gap = {{ {KEY} = "uniform", low = 1e-4, high = 2e-4 }}'
+        raise InputError("[sample] " + msg)
+    return found
+
+
+class SampleTable(TableModel):
+    """The table [sample]: how inputs are drawn.
+
+    `laws` is {full dotted input: its law} in the order of the file, in which inputs are
+    keys of the table like the others.
+    """
+
+    method: Literal["random", "sobol", "halton", "latin_hypercube", "saltelli"] = key(
+        "sobol", "how points are drawn; saltelli is what hpcwhirl sensitivity needs"
+    )
+    seed: int = key(0, "the same draws for the same seed", ge=0, le=MOST_SEED)
+    count: int = key(
+        ...,
+        "draws at each point of a sweep, of saltelli pairs of draws; a power of 2 with "
+        "sobol and saltelli",
+        ge=1,
+        le=MOST_CASES,
+    )
+    laws: Annotated[dict[str, Any], BeforeValidator(_laws)] = key(
+        ..., parameters(), f"{{{KEY}, and its parameters}}"
+    )
+    tuned: bool = _flag("each point has the tuned engine, too, before its draws")
+
+    @classmethod
+    def of(cls, given: Any) -> Self:
+        """Return the validated table; raises as `read`."""
+        table = as_table("[sample]", given)
+        keys = {n: v for n, v in table.items() if n in cls.model_fields and n != "laws"}
+        laws = {n: v for n, v in table.items() if n not in keys}
+        return cls.read(keys | {"laws": laws}, "[sample]")
+
+    @model_validator(mode="after")
+    def _balanced(self) -> Self:
+        if self.method in IN_TWOS and self.count & (self.count - 1):
+            below = 1 << (self.count.bit_length() - 1)
+            msg = f"count must be a power of 2 with method {self.method}, such as "
+            raise ValueError(msg + f"{below} or {2 * below}, got {self.count}")
+        if self.method == SALTELLI and len(self.laws) < 2:
+            msg = f"method {SALTELLI} must have two inputs at least, got "
+            raise ValueError(msg + ", ".join(self.laws))
+        others = [n for n in self.laws if n != MISTUNING]
+        if self.tuned and (others or self.method == SALTELLI):
+            msg = "tuned goes with draws of mistuning alone, not with "
+            raise ValueError(msg + ", ".join(others or [f"method {self.method}"]))
+        return self
+
+
+MOST_LEVELS = 16
+MOST_OVER = 3
+
+
+def _over(given: Any) -> tuple[str, ...]:
+    names = [given] if isinstance(given, str) else given
+    is_list = isinstance(names, list) and 0 < len(names) <= MOST_OVER
+    if not is_list or not all(isinstance(name, str) for name in names):
+        msg = f"must be one to {MOST_OVER} numeric inputs of [sweep], got "
+        raise ValueError(msg + shown(given))
+    over = tuple(full_name(name) for name in names)
+    if len(set(over)) < len(over):
+        msg = f"names an input twice: {', '.join(over)}"
+        raise ValueError(msg)
+    return over
+
+
+def _preset(given: Any) -> Any:
+    names = preset_names()
+    if given not in names:
+        msg = f"must be one of {', '.join(names)}, got {shown(given)}"
+        raise ValueError(msg)
+    return given
+
+
+def _budget(given: Any) -> Any:
+    kinds = ("cases", "core_hours")
+    if not isinstance(given, Mapping) or len(given) != 1 or not {*given} <= {*kinds}:
+        msg = "must be {cases = N} or {core_hours = H}, got "
+        raise ValueError(msg + shown(given))
+    ((kind, amount),) = given.items()
+    if not is_number(amount) or not 0 < amount < math.inf:
+        msg = f"[refine] budget: {kind} must be a number > 0, got {shown(amount)}"
+        raise InputError(msg)
+    return {kind: float(amount)}
+
+
+def _scale(name: str, given: Any, _: Mapping[str, Any]) -> Any:
+    if given not in SCALES:
+        msg = f"must be one of {', '.join(SCALES)}, got {shown(given)}"
+        raise ValueError(msg)
+    if given == "log" and name in WHOLE:
+        msg = f"[refine] scale of {name}: an input of whole numbers is linear"
+        raise InputError(msg)
+    return given
+
+
+def _level(_: str, given: Any, __: Mapping[str, Any]) -> int:
+    if not is_whole(given) or not 0 <= given <= MOST_LEVELS:
+        msg = f"must be a whole number from 0 to {MOST_LEVELS}, got {shown(given)}"
+        raise ValueError(msg)
+    return given
+
+
+def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
+    """Return the finest step of an input in SI; relative on a logarithmic scale."""
+    if scales.get(name) == "log":
+        given = told_of(f"[refine] resolution of {name}", lambda: in_si(given, "1"))
+    else:
+        given = value_in_si(name, given)
+    if not is_number(given) or not 0 < given < math.inf:
+        msg = f"must be a number > 0, got {shown(given)}"
+        raise ValueError(msg)
+    return given
+
+
+SCALES = ("linear", "log")
+_EACH = {"scale": _scale, "levels": _level, "resolution": _resolution}
+Preset = Annotated[str, BeforeValidator(_preset)]
+
+
+class Refine(TableModel):
+    """The table [refine]: inputs whose grid is refined where words differ.
+
+    `scale`, `levels` and `resolution` are {full dotted input: value} for inputs of
+    `over`, also if the file has one value for all of them.
+    """
+
+    over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(
+        ...,
+        "what is refined; other swept inputs are panels, each refined by itself",
+        f"one to {MOST_OVER} numeric inputs of [sweep]",
+    )
+    scale: dict[str, Any] = key(
+        {}, "how a cell is halved", "linear | log, or {input = scale}; else linear"
+    )
+    levels: dict[str, Any] = key(
+        {},
+        "how often a cell of the coarse grid may be halved",
+        f"0 to {MOST_LEVELS}, or {{input = levels}}",
+    )
+    resolution: dict[str, Any] = key(
+        {},
+        "the finest step wanted; with a log scale relative, 0.05 is 5 percent",
+        "a number > 0, or {input = number}; instead of levels",
+    )
+    words: Literal["regime", "whirl", "both"] = key(
+        "regime", "cells are split where these differ at their corners"
+    )
+    speckle: int = key(
+        2,
+        "levels in which a cell stays mixed in most of its parts that make it speckle, "
+        "which is not split on",
+        "a whole number of levels, 0 for never",
+        ge=0,
+        le=MOST_LEVELS,
+    )
+    budget: Annotated[dict[str, float], BeforeValidator(_budget)] | None = key(
+        None,
+        "most that is computed; coarse cells first",
+        "{cases = N} or {core_hours = H}",
+    )
+    first: Preset | None = key(
+        None, "of all cases, those computed again aside", "a preset"
+    )
+    confirm: Preset | None = key(
+        None, "by which cases at boundaries are computed again", "a preset"
+    )
+
+    @field_validator("scale", "levels", "resolution", mode="before")
+    @classmethod
+    def _of_each(cls, given: Any, info: ValidationInfo) -> dict[str, Any]:
+        """Return {input: validated value} from one value for all inputs, or a table."""
+        over: Sequence[str] = info.data.get("over", ())
+        what = info.field_name or ""
+        values = given if isinstance(given, Mapping) else dict.fromkeys(over, given)
+        found = {}
+        for short, value in values.items():
+            name = full_name(short)
+            if over and name not in over:
+                msg = f"{name}: not among over = {', '.join(over)}"
+                raise ValueError(msg)
+            try:
+                found[name] = _EACH[what](name, value, info.data.get("scale", {}))
+            except InputError:
+                raise
+            except ValueError as failed:
+                msg = f"of {name} {failed}"
+                raise ValueError(msg) from None
+        return found
+
+    @model_validator(mode="after")
+    def _has_an_end(self) -> Self:
+        for name in self.over:
+            if (name in self.levels) == (name in self.resolution):
+                msg = f"wants either levels or resolution of {name}"
+                raise ValueError(msg)
+        return self

@@ -1,0 +1,149 @@
+"""Probability distributions from which the inputs of [sample] are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from hpcwhirl.errors import InputError, shown, unknown
+from hpcwhirl.scene.files import value_in_si
+from hpcwhirl.scene.table_model import TableModel, key, key_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+KEY = "distribution"
+LEAST = 2.0**-64  # least coordinate of a point: at 0 a normal law is infinite
+
+
+class Law(TableModel):
+    """A distribution: its parameters in order, and what SciPy makes of them."""
+
+    RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
+    distribution: str
+
+    def frozen(self) -> Any:
+        """Return the distribution of SciPy with these parameters."""
+        raise NotImplementedError
+
+
+class _Uniform(Law):
+    low: float = key(...)
+    high: float = key(...)
+
+    def frozen(self) -> Any:
+        from scipy.stats import uniform
+
+        return uniform(self.low, self.high - self.low)
+
+
+class _Loguniform(Law):
+    low: float = key(..., gt=0)
+    high: float = key(...)
+
+    def frozen(self) -> Any:
+        from scipy.stats import loguniform
+
+        return loguniform(self.low, self.high)
+
+
+class _Normal(Law):
+    mean: float = key(...)
+    deviation: float = key(..., gt=0)
+
+    def frozen(self) -> Any:
+        from scipy.stats import norm
+
+        return norm(self.mean, self.deviation)
+
+
+class _Lognormal(Law):
+    RELATIVE: ClassVar[tuple[str, ...]] = ("deviation",)
+    median: float = key(..., gt=0)
+    deviation: float = key(..., "of the logarithm", gt=0)
+
+    def frozen(self) -> Any:
+        from scipy.stats import lognorm
+
+        return lognorm(self.deviation, scale=self.median)
+
+
+class _TruncatedNormal(Law):
+    mean: float = key(...)
+    deviation: float = key(..., gt=0)
+    low: float = key(...)
+    high: float = key(...)
+
+    def frozen(self) -> Any:
+        from scipy.stats import truncnorm
+
+        ends = ((end - self.mean) / self.deviation for end in (self.low, self.high))
+        return truncnorm(*ends, self.mean, self.deviation)
+
+
+LAWS: dict[str, type[Law]] = {
+    "uniform": _Uniform,
+    "loguniform": _Loguniform,
+    "normal": _Normal,
+    "lognormal": _Lognormal,
+    "truncated_normal": _TruncatedNormal,
+}
+
+
+def law_of(name: str, given: Any) -> Law:
+    """Return the validated law of an input.
+
+    Parameters
+    ----------
+    name : name of the input
+    given : table with the key `distribution` and its parameters
+
+    Raises
+    ------
+    InputError
+        for an unknown distribution or wrong parameters
+    """
+    where = f"[sample] {name}"
+    if not isinstance(given, Mapping) or KEY not in given:
+        example = f'{{ {KEY} = "normal", mean = 1.0, deviation = 0.1 }}'
+        msg = f"{where} must be a table such as {example}, got {shown(given)}"
+        raise InputError(msg)
+    word = given[KEY]
+    if not isinstance(word, str) or word not in LAWS:
+        raise unknown(f"{KEY} of {where}", str(word), LAWS)
+    plain = {KEY, *LAWS[word].RELATIVE}
+    values = {k: v if k in plain else value_in_si(name, v) for k, v in given.items()}
+    law = LAWS[word].read(values, where, lambda key: f"{where}: {key}")
+    ends = getattr(law, "low", 0.0), getattr(law, "high", 1.0)
+    if not ends[0] < ends[1]:
+        msg = f"{where}: high must be > low, got {ends[0]} and {ends[1]}"
+        raise InputError(msg)
+    return law
+
+
+def parameters() -> str:
+    """Return a text that lists the distributions and their parameters for users."""
+    found = []
+    for word, law in LAWS.items():
+        pairs = (
+            (n, key_of(f).meaning) for n, f in law.model_fields.items() if n != KEY
+        )
+        told = ", ".join(f"{name} {meaning}".strip() for name, meaning in pairs)
+        found.append(f"{word} ({told})")
+    return "; ".join(found)
+
+
+def drawn(law: Law, unit: Floats) -> Floats:
+    """Return the quantiles of a law: draws of the input, of the shape of `unit`.
+
+    Parameters
+    ----------
+    law : a law, see `law_of`
+    unit : any shape, probabilities in [0, 1)
+    """
+    import numpy as np  # not needed to list the tables
+
+    return np.asarray(law.frozen().ppf(np.maximum(unit, LEAST)), dtype=float)

@@ -1,0 +1,191 @@
+"""Rules between inputs of a scene, which hold for one case or for many at once.
+
+A rule is arithmetic on scalars or arrays: a scene's model evaluates it on the inputs of
+one case, `batch_validation` on columns. The models of `inputs` list their rules.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+from typing import Any
+
+AS_THE_REST = -1.0  # damping ratio that stands for that of the other modes
+MOST_STEPS = 1e13  # steps of a case, at most
+MOST_GAP = 10.0  # gap over tip radius, at most
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A condition on several inputs of a table, or of tables inside it.
+
+    Attributes
+    ----------
+    inputs : dotted names of the inputs, relative to the table
+    holds : function from their values, scalars or (cases,), to whether they are
+        allowed; a list is passed as its length
+    message : function from the values of a case that breaks the rule to its error
+    """
+
+    inputs: tuple[str, ...]
+    holds: Callable[..., Any]
+    message: Callable[..., str]
+
+    @cached_property
+    def _read(self) -> attrgetter[tuple[Any, ...]]:
+        return attrgetter(*self.inputs)
+
+    def check(self, table: object) -> None:
+        """Raise ValueError if the inputs of a table, an object, break the rule."""
+        values = [len(v) if isinstance(v, tuple) else v for v in self._read(table)]
+        if not self.holds(*values):
+            raise ValueError(self.message(*values))
+
+
+def choose(condition: Any, yes: Any, no: Any) -> Any:
+    """Return `yes` where a condition holds, else `no`; all scalars or (cases,)."""
+    if isinstance(condition, bool):
+        return yes if condition else no
+    import numpy as np  # not needed for a single scene
+
+    return np.where(condition, yes, no)
+
+
+def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
+    """Return the engine time of a run, s: of its revolutions if > 0, else `duration`.
+
+    Parameters
+    ----------
+    duration, revolutions, speed : s, 1 and rad/s, each a scalar or (cases,)
+    """
+    turns = revolutions > 0
+    if turns is False:
+        return duration
+    if turns is True and isinstance(speed, int | float):
+        return revolutions * 2 * math.pi / abs(speed)
+    import numpy as np
+
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        angle = np.asarray(revolutions, dtype=float) * 2 * math.pi
+        return np.where(turns, angle / np.abs(np.asarray(speed, dtype=float)), duration)
+
+
+def last_end(
+    duration: Any, revolutions: Any, speed: Any, until: Any, longest: Any
+) -> Any:
+    """Return the engine time at which a case ends at the latest, s."""
+    end = end_time(duration, revolutions, speed)
+    longer = (until == "decided") & (end < longest)
+    return choose(longer, longest, end)
+
+
+def _most_lobes(discretization: Any, elements: Any, harmonics: Any) -> Any:
+    return choose(discretization == "elements", elements // 2, harmonics)
+
+
+def _lobes_refused(
+    _: Any, discretization: Any, elements: Any, harmonics: Any, lobes: Any
+) -> str:
+    most = _most_lobes(discretization, elements, harmonics)
+    by_elements = discretization == "elements"
+    what = f"{elements} elements" if by_elements else f"{harmonics} harmonics"
+    return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
+
+
+LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
+OF_ROTOR = (
+    Rule(
+        ("mistuning", "blades"),
+        lambda count, blades: (count == 0) | (count == blades),
+        lambda count, blades: (
+            f"mistuning must be [] or {blades} numbers, one a blade, got {count}"
+        ),
+    ),
+    Rule(
+        ("disk_radius", "radius"),
+        lambda rim, tip: rim < tip,
+        lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}",
+    ),
+)
+OF_CASING = (
+    Rule(
+        ("families", "discretization"),
+        lambda families, kind: (families == "all") | (kind == "fourier"),
+        lambda families, kind: (
+            f"families must be all on a ring of {kind}, got {families}"
+        ),
+    ),
+)
+OF_ENGINE = (
+    Rule(
+        ("rotation", "rotor.cross_coupling"),
+        lambda rotation, coupling: (rotation != "none") | (coupling == 0.0),
+        lambda _, coupling: (
+            f"rotor.cross_coupling must be 0 where rotation is none, got {coupling}"
+        ),
+    ),
+    Rule(
+        ("rotation", "file"),
+        lambda rotation, file: (rotation == "none") | (file == ""),
+        lambda rotation, _: (
+            f"rotation must be none with a rotor from file, got {rotation}"
+        ),
+    ),
+    Rule(
+        ("rotation", "rotor.suspension_damping", "rotor.damping"),
+        lambda rotation, own, least: (
+            (rotation == "none") | (own == AS_THE_REST) | (own >= least)
+        ),
+        lambda _, own, least: (
+            f"rotor.suspension_damping must be >= damping ({least}), "
+            "or -1, where rotation is full: a damper that stands gives the rest, "
+            f"got {own}"
+        ),
+    ),
+    Rule(
+        ("file", "rotor.mistuning"),
+        lambda file, count: (file == "") | (count == 0),
+        lambda file, _: (
+            f"rotor.mistuning must be [] with a rotor from file, got {file}"
+        ),
+    ),
+    Rule(
+        ("casing.discretization", "file"),
+        lambda kind, file: (kind != "file") | (file != ""),
+        lambda *_: "file must be named where casing.discretization is file, got none",
+    ),
+)
+OF_SCENE = (
+    Rule(
+        ("engine.casing.kind", "engine.casing.discretization",
+         "engine.casing.elements", "engine.casing.harmonics", "nodal_diameter"),
+        lambda kind, by, elements, harmonics, lobes: (kind != "ring")
+        | (lobes <= _most_lobes(by, elements, harmonics)),
+        _lobes_refused,
+    ),
+    Rule(
+        ("revolutions", "speed"),
+        lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
+        lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0",
+    ),
+    Rule(
+        (*LASTS, "solver.time_step"),
+        lambda *given: last_end(*given[:-1]) <= MOST_STEPS * given[-1],
+        lambda *given: f"time_step must be >= {last_end(*given[:-1]) / MOST_STEPS:.3g}"
+        f" s ({MOST_STEPS:g} steps), got {given[-1]}",
+    ),
+    Rule(
+        LASTS,
+        lambda *given: (given[3] != "decided") | (given[4] >= end_time(*given[:3])),
+        lambda *given: f"longest must be >= {end_time(*given[:3]):g} s (duration), "
+        f"got {given[4]:g}",
+    ),
+    Rule(
+        ("gap", "engine.rotor.radius"),
+        lambda gap, radius: gap <= MOST_GAP * radius,
+        lambda gap, radius: f"gap must be <= {MOST_GAP * radius:g} m, got {gap}",
+    ),
+)  # fmt: skip

@@ -1,0 +1,171 @@
+"""The values of inputs in the tables [sweep], [zip] and [[cases]] of a campaign."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import AfterValidator, model_validator
+
+from hpcwhirl.errors import InputError, as_table, shown
+from hpcwhirl.scene.files import (
+    Value,
+    by_full_name,
+    takes_list,
+    undotted,
+    value_in_si,
+)
+from hpcwhirl.scene.table_model import Key, TableModel, key
+from hpcwhirl.scene.units import measure
+
+if TYPE_CHECKING:
+    from hpcwhirl.scene.table import Axis
+
+MOST_CASES = 10_000_000
+LARGEST = 1e300  # limit of a range's numbers, so that differences stay finite
+_VALUES = "[values], {start, stop, step} or {start, stop, num}"
+KEYS = {  # {table: documentation of its keys, which are any inputs}
+    "sweep": Key(
+        "values of an input; cases are every combination of all of them", _VALUES
+    ),
+    "zip": Key(
+        "values of inputs that change together", "as in [sweep], all of one length"
+    ),
+    "cases": Key("inputs of one case; [[cases]] stands before each", "a value"),
+}
+
+
+def _bounded(value: float) -> float:
+    if not abs(value) < LARGEST:
+        msg = f"must be a finite number, got {shown(value)}"
+        raise ValueError(msg)
+    return value
+
+
+Number = Annotated[int | float, AfterValidator(_bounded)]
+
+
+class Range(TableModel):
+    """Values from start to stop: {start, stop, step} or {start, stop, num}."""
+
+    start: Number = key(..., allowed="a finite number")
+    stop: Number = key(..., allowed="a finite number")
+    step: Number | None = key(None, allowed="a finite number")
+    num: int | None = key(None, allowed="a whole number > 0", gt=0, le=MOST_CASES)
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> Self:
+        got = shown(self.model_dump(exclude_unset=True))
+        if (self.step is None) == (self.num is None):
+            msg = f"takes start, stop and either step or num, got {got}"
+            raise ValueError(msg)
+        width = self.stop - self.start
+        if self.step is not None and not (
+            self.step and 0 <= width / self.step <= MOST_CASES
+        ):
+            msg = f"takes a step that leads from start to stop, got {got}"
+            raise ValueError(msg)
+        return self
+
+    def values(self) -> list[Value]:
+        """Return the values; whole numbers if start and step are whole."""
+        if self.num is not None:
+            import numpy as np  # not needed to list the tables
+
+            return [float(v) for v in np.linspace(self.start, self.stop, self.num)]
+        # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
+        a, b, d = (Decimal(str(v)) for v in (self.start, self.stop, self.step))
+        count = int((b - a) / d + Decimal("1e-9")) + 1
+        whole = isinstance(self.start, int) and isinstance(self.step, int)
+        kind = int if whole else float
+        return [kind(a + i * d) for i in range(count)]
+
+
+def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
+    """Return {full dotted input: values} of the table [sweep] or [zip]."""
+    flat = _flat(as_table(f"[{table}]", document.get(table, {})))
+    full = by_full_name(flat.items(), f"[{table}]")
+    return {name: _values(table, name, given) for name, given in full.items()}
+
+
+def _flat(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return {dotted name: value}, where a range counts as one value."""
+    keys = Range.model_fields.keys()
+    return dict(undotted(content, lambda table: bool(table.keys() & keys)))
+
+
+def _values(table: str, name: str, given: Any) -> list[Value]:
+    if given and isinstance(given, Mapping):
+        return _range(name, given)
+    kinds = list if takes_list(name) else bool | int | float | str
+    if isinstance(given, list) and given and all(isinstance(v, kinds) for v in given):
+        return list(value_in_si(name, given))
+    msg = f"[{table}] {name} must be a list or {{start, stop, step or num}}, "
+    raise InputError(msg + f"got {shown(given)}")
+
+
+def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
+    """Return the values of a range in SI; all its numbers must have the same unit."""
+    found = {key: measure(value) for key, value in given.items()}
+    units = {each[1] for each in found.values() if each}
+    told = [each for key, each in found.items() if key != "num"]
+    if units and (len(units) > 1 or None in told):
+        msg = f"range {name} takes one unit for all its numbers, got {shown(given)}"
+        raise InputError(msg)
+    plain = {key: float(each[0]) if each else given[key] for key, each in found.items()}
+    where = f"range {name}"
+    values = Range.read(plain, where, lambda key: f"{where}: {key}").values()
+    if not units:
+        return values
+    unit = units.pop()
+    return list(value_in_si(name, [f"{value!r} {unit}" for value in values]))
+
+
+def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Axis]:
+    """Return the axes of a grid, followed by the axis of the zipped inputs, if any.
+
+    Raises
+    ------
+    InputError
+        for lists of unequal length, an input in both, or more than `MOST_CASES` cases
+    """
+    from hpcwhirl.scene.table import Axis, column_of
+
+    lengths = {name: len(values) for name, values in zipped.items()}
+    if len(set(lengths.values())) > 1:
+        msg = f"[zip] lists must have one length, got {lengths}"
+        raise InputError(msg)
+    both = sorted(grid.keys() & zipped.keys())
+    if both:
+        msg = f"{both[0]} is in [sweep] and in [zip]"
+        raise InputError(msg)
+    total = math.prod(float(len(v)) for v in grid.values())
+    check_count(total, "[sweep] asks for")
+    axes = [Axis((name,), (column_of(values),)) for name, values in grid.items()]
+    if zipped:
+        axes.append(Axis(tuple(zipped), tuple(map(column_of, zipped.values()))))
+    return axes
+
+
+def check_count(cases: float, told: str) -> None:
+    """Raise InputError for more cases than `MOST_CASES`.
+
+    Parameters
+    ----------
+    cases : number of cases
+    told : what asks for them, in the message
+    """
+    if cases > MOST_CASES:
+        msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"
+        raise InputError(msg)
+
+
+def listed_cases(given: Any) -> list[dict[str, Value]]:
+    """Return {full dotted input: value} of each case of [[cases]]."""
+    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
+        msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
+        raise InputError(msg)
+    rows = [by_full_name(_flat(case).items(), "[[cases]]") for case in given]
+    return [{name: value_in_si(name, v) for name, v in row.items()} for row in rows]

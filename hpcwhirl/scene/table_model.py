@@ -1,0 +1,146 @@
+"""Base of the models of a campaign's tables: documented keys, and errors of one line.
+
+The meaning and allowed values of a key are declared once; the command line, `hpcwhirl
+inputs` and error messages use them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import NoneType
+from typing import Any, Literal, Self, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from hpcwhirl.errors import InputError, as_table, nearest, shown, unknown
+
+PRESET = "preset"  # a key of [solver] alone
+UNKNOWN_WORD = "unknown_word"  # type of a pydantic error with `word` and `known`
+
+
+@dataclass(frozen=True)
+class Key:
+    """Documentation of a key of a table.
+
+    Attributes
+    ----------
+    meaning : explanation in one sentence
+    allowed : text on the allowed values; words separated by bars
+    """
+
+    meaning: str
+    allowed: str
+
+
+def key(default: Any, meaning: str = "", allowed: str = "", **limits: Any) -> Any:
+    """Return the pydantic field of a key, with its `Key` as metadata.
+
+    Parameters
+    ----------
+    default : default value; `...`: the key is required
+    meaning, allowed : see `Key`; an empty `allowed` follows from type and limits
+    limits : arguments of `pydantic.Field` such as ``gt=0``
+    """
+    field = Field(default, **limits)
+    field.metadata.append(Key(meaning, allowed))
+    return field
+
+
+def kind_of(field: Any) -> Any:
+    """Return the type of a field's value, without None."""
+    kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
+    is_literal = get_origin(field.annotation) is Literal
+    return field.annotation if is_literal or len(kinds) != 1 else kinds[0]
+
+
+def key_of(field: Any) -> Key:
+    """Return the `Key` of a field; `allowed` from type and limits if it has none."""
+    told = next(told for told in field.metadata if isinstance(told, Key))
+    return told if told.allowed else Key(told.meaning, _allowed(field))
+
+
+def _allowed(field: Any) -> str:
+    kind = kind_of(field)
+    if get_origin(kind) is Literal:
+        return " | ".join(get_args(kind))
+    if kind is bool:
+        return "true or false"
+    names = ("gt", "ge", "le")
+    above, least, most = (
+        next((getattr(m, n) for m in field.metadata if hasattr(m, n)), None)
+        for n in names
+    )
+    what = "a whole number" if kind is int else "a number"
+    if above is not None:
+        return f"{what} > {above}"
+    if least is None:
+        return "a finite number"
+    return f"{what} >= {least}" if most is None else f"{what} from {least} to {most}"
+
+
+class TableModel(BaseModel):
+    """Base: frozen, strict about unknown keys and types, built when first used."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        defer_build=True,
+    )
+
+    @classmethod
+    def read(
+        cls, given: Any, where: str, name: Callable[[str], str] | None = None
+    ) -> Self:
+        """Return the validated table.
+
+        Parameters
+        ----------
+        given : parsed TOML
+        where : name of the table in messages, such as "[twins]"
+        name : function from a key to its name in messages; None: table and key
+
+        Raises
+        ------
+        InputError
+            one line: the key, its value, what is allowed, the nearest known name
+        """
+        as_table(where, given)
+        try:
+            return cls.model_validate(dict(given))
+        except ValidationError as failed:
+            errors = failed.errors(include_url=False)
+            wrong = [one for one in errors if one["type"] == "extra_forbidden"]
+            error = (wrong or errors)[0]  # a misspelt key explains a missing one
+            tell = name or (lambda own: f"{where} {own}")
+            raise cls._refused(error, where, tell) from None
+
+    @classmethod
+    def _refused(
+        cls, error: Mapping[str, Any], where: str, name: Callable[[str], str]
+    ) -> InputError:
+        """Return an error of pydantic as an InputError of one line."""
+        own = str(error["loc"][0]) if error["loc"] else ""
+        what, got = name(own) if own else where, error["input"]
+        if error["type"] == "extra_forbidden":
+            if own == PRESET:
+                msg = f"unknown key in {where} '{own}'; it belongs in [solver]"
+                return InputError(msg)
+            return unknown(f"key in {where}", own, cls.model_fields)
+        if error["type"] == UNKNOWN_WORD:
+            return unknown(what, error["ctx"]["word"], error["ctx"]["known"])
+        if error["type"] == "value_error":
+            failed = error["ctx"]["error"]
+            told = failed if isinstance(failed, InputError) else f"{what} {failed}"
+            return InputError(str(told))
+        field = cls.model_fields[own]
+        words = get_args(kind_of(field))
+        is_word = error["type"] == "literal_error" and isinstance(got, str)
+        if is_word and nearest(got, words):
+            return unknown(what, got, words)
+        got = None if error["type"] == "missing" else got
+        allowed = key_of(field).allowed.replace(" | ", ", ")
+        one_of = "one of " if get_origin(kind_of(field)) is Literal else ""
+        return InputError(f"{what} must be {one_of}{allowed}, got {shown(got)}")

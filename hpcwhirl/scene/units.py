@@ -1,0 +1,119 @@
+"""Conversion of values with units, such as "0.8 mm" or "3000 rpm", to SI by UDUNITS.
+
+Plain numbers are in SI; the library is imported only for a text with a unit. Decimal
+arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from decimal import Decimal
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from hpcwhirl.errors import SHOWN, nearest, one_line, shown
+
+MEASURE = re.compile(
+    r"\s*((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*((?:1/|[^\s\d]).*?)\s*"
+)
+ANGULAR = "rad/s"
+# units of an angular speed that count revolutions: UDUNITS would read 1 Hz as 1 rad/s
+CYCLES = {
+    "Hz": "cycle/s", "kHz": "1000 cycle/s", "rev/s": "cycle/s", "rev/min": "rpm",
+    "1/min": "rpm", "deg/s": "degree/s",
+}  # fmt: skip
+USUAL = (
+    "m", "mm", "um", "inch", "s", "ms", "rad/s", "rpm", "Hz", "N", "kN", "MN", "N/m",
+    "N/mm", "kN/mm", "MN/m", "Pa", "MPa", "GPa", "kg/m^3", "g/cm^3", "%", "1/s",
+)  # fmt: skip
+Found = TypeVar("Found")
+
+
+def measure(value: object) -> tuple[str, str] | None:
+    """Split a text such as "0.8 mm" into (number, unit); None for anything else."""
+    found = MEASURE.fullmatch(value) if isinstance(value, str) else None
+    if found is None or not any(c.isalpha() or c in "%°" for c in found[2]):
+        return None
+    return found[1], found[2]
+
+
+def in_si(value: Found, unit: str) -> Found | float:
+    """Convert a text with a unit to a number; return anything else unchanged.
+
+    Parameters
+    ----------
+    value : text such as "0.8 mm", or any other value
+    unit : unit of the number, "1" for none
+
+    Raises
+    ------
+    ValueError
+        if the text's unit is unknown or of another quantity
+    """
+    found = measure(value)
+    if found is None:
+        return value
+    return float(Decimal(found[0]) * _factor(found[1], unit))
+
+
+def each_in_si(value: Any, unit: str) -> Any:
+    """Apply `in_si` to a value, or to each value of a list."""
+    if isinstance(value, list):
+        return [in_si(one, unit) for one in value]
+    return in_si(value, unit)
+
+
+@lru_cache(maxsize=256)
+def _factor(given: str, wanted: str) -> Decimal:
+    from cf_units import Unit
+
+    allowed = f"in {wanted} or a unit of the same kind" if wanted != "1" else "a number"
+    if len(given) > SHOWN:
+        msg = f"must be {allowed}, got a unit of {len(given)} characters"
+        raise ValueError(msg)
+    name = CYCLES.get(given, given) if wanted == ANGULAR else given
+    try:
+        source = Unit(name)
+    except ValueError:
+        hint = nearest(given, USUAL) or f"; known are {', '.join(USUAL)} and others"
+        msg = f"must be {allowed}, got the unknown unit {shown(one_line(given))}{hint}"
+        raise ValueError(msg) from None
+    return _of(source, wanted, f"must be {allowed}, got {shown(given)}")
+
+
+def _of(source: Any, wanted: str, refused: str) -> Decimal:
+    """Return the factor from a unit to another one; both must have the same zero.
+
+    Parameters
+    ----------
+    source, wanted : unit of cf_units; name of the target unit
+    refused : message of the ValueError if there is no such factor
+    """
+    from cf_units import Unit
+
+    target = Unit(wanted)
+    if not source.is_convertible(target):
+        raise ValueError(refused)
+    zero, one = (float(source.convert(number, target)) for number in (0.0, 1.0))
+    if zero != 0.0 or not math.isfinite(one):
+        raise ValueError(refused)
+    short = f"{one:.12g}"  # undo the library's rounding of powers of ten
+    return Decimal(short if math.isclose(float(short), one, rel_tol=1e-15) else one)
+
+
+def told_of(name: str, convert: Callable[[], Found]) -> Found:
+    """Return the result of a conversion; its ValueError becomes an InputError.
+
+    Parameters
+    ----------
+    name : the input, at the beginning of the message
+    convert : the conversion
+    """
+    from hpcwhirl.errors import InputError
+
+    try:
+        return convert()
+    except ValueError as failed:
+        raise InputError(f"{name} {failed}") from None

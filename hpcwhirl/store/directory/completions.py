@@ -1,0 +1,216 @@
+"""What has ended in a campaign's directory, and the planner of what is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.planner.jobs import OK, Completion, Job, completion_of
+from hpcwhirl.planner.kinds import Grid, Kind, Refined
+from hpcwhirl.planner.planner import Planner, Stages
+from hpcwhirl.refinement.rule import Family, rule_of
+from hpcwhirl.scene.batch_validation import Many
+from hpcwhirl.scene.quantities import WHOLE
+from hpcwhirl.store.directory.case_index import CaseIndex
+from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.journal import Record, whole_records
+from hpcwhirl.store.directory.manifest import Manifest, digests_of
+
+
+class Place(NamedTuple):
+    """Of what a record is: a case by its digest, a twin or 0, a stage."""
+
+    of: str
+    twin: int
+    stage: int
+
+
+def job_of(record: Record, plan: Manifest) -> Place:
+    """Return of what a record is; stage -1 of what the plan has not."""
+    of, twin = str(record.get("of", record.get("digest", ""))), record.get("twin", 0)
+    time = record.get("longest", 0.0)
+    if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
+        return Place("", 0, -1)
+    if time == 0.0:
+        return Place(of, twin, 0)
+    stage = 1 + plan.extended.index(time) if time in plan.extended else -1
+    return Place(of, twin, stage)
+
+
+def family_of(plan: Manifest) -> Family:
+    """Return the cases that there may be in a refined campaign."""
+    return Family(rule_of(plan.refine), plan.settings, WHOLE)
+
+
+def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
+    """Return the digests of a refined campaign's cases by number, each made once."""
+    find = digests_of(plan)
+    known = dict(enumerate(plan.digests))
+
+    def digest(case: int) -> str:
+        if case not in known:
+            known[case] = find.planned(family.settings(family.address(case)))
+        return known[case]
+
+    return digest
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What has ended of a plan.
+
+    Attributes
+    ----------
+    plan : of the directory
+    over, ok : (coarse cases,), whether a case as planned has ended; with a result
+    seconds : (coarse cases,), s, that those took which gave one; NaN of others
+    told : {digest: how it ended}, of a plain plan of those alone that were asked for
+    places : {of what it is: how it ended}, where the plan is not plain
+    taken : {digest: s} of the same, as planned
+    """
+
+    plan: Manifest
+    over: NDArray[np.bool_]
+    ok: NDArray[np.bool_]
+    seconds: NDArray[np.float64]
+    told: dict[str, Completion]
+    places: dict[Place, Completion]
+    taken: dict[str, float]
+
+    @classmethod
+    def nothing(cls, plan: Manifest) -> Ended:
+        """Return that nothing has ended."""
+        count = len(plan.digests)
+        over, ok = np.zeros((2, count), dtype=bool)
+        return cls(plan, over, ok, np.full(count, np.nan), {}, {}, {})
+
+    def planner(self) -> Planner:
+        """Return the planner of what is left."""
+        plan = self.plan
+        kind, find = self._refined() if plan.refine else self._grid()
+        if is_plain(plan):
+            planner = Planner(kind)
+            planner.complete_plain(self.over, self.ok)
+            return planner
+        return Planner(kind, int(plan.twins.get("count", 0)), stages_of(plan), find)
+
+    def _grid(self) -> tuple[Kind, Callable[[Job], Completion | None]]:
+        plan, known = self.plan, CaseIndex(self.plan.digests)
+        jobs = {
+            Job(known.find(of), twin, stage): end
+            for (of, twin, stage), end in self.places.items()
+        }
+        return Grid(plan.settings, plan.swept, plan.digests, plan.twins), jobs.get
+
+    def _refined(self) -> tuple[Kind, Callable[[Job], Completion | None]]:
+        family = family_of(self.plan)
+        digest = digest_of(self.plan, family)
+
+        def find(job: Job) -> Completion | None:
+            return self.places.get(Place(digest(job.case), job.twin, job.stage))
+
+        return Refined(family, self.plan.twins, digest), find
+
+    def take(self, record: Record, case: int, *, again: bool) -> None:
+        """Take in a record, the oldest first.
+
+        Parameters
+        ----------
+        record : to be taken in
+        case : that it is of, as planned; -1: of another one, a twin, a later stage
+        again : whether what it is of is to be computed again
+        """
+        name, end = record["digest"], completion_of(record)
+        place = job_of(record, self.plan)
+        self.told.pop(name, None)
+        self.places.pop(place, None)
+        if not again and place.stage >= 0:
+            self.told[name] = self.places[place] = end
+        seconds = float(record.get("performance", {}).get("seconds", math.nan))
+        if end.is_ok and not place.twin and not place.stage:
+            self.taken[name] = seconds
+        if case >= 0:
+            self.over[case], self.ok[case] = not again, end.is_ok
+            self.seconds[case] = seconds if end.is_ok else math.nan
+
+
+def stages_of(plan: Manifest) -> Stages:
+    """Return the stages of an extended plan."""
+    if not plan.extended:
+        return Stages()
+    columns = Many(digests_of(plan).base, plan.table)
+    last = np.concatenate(list(columns.last_ends()))
+    passed = np.searchsorted(plan.extended, last, side="right")
+    return Stages(len(plan.extended), passed.astype(np.int8))
+
+
+def is_plain(plan: Manifest) -> bool:
+    """Return whether a case is one job, and no case follows from another."""
+    return not (plan.refine or plan.twins or plan.extended)
+
+
+def planner_of(folder: Path, plan: Manifest) -> Planner:
+    """Return the planner of what is left in a directory."""
+    return ended_in(folder, plan).planner()
+
+
+def ended_in(
+    folder: Path,
+    plan: Manifest,
+    asked: Collection[str] = (),
+    again: Callable[[Record], bool] | None = None,
+) -> Ended:
+    """Return what has ended in a directory.
+
+    Parameters
+    ----------
+    folder, plan : of the campaign
+    asked : digests of what is told one by one, too
+    again : whether what a record is of is to be computed again; None: nothing is
+    """
+    if is_plain(plan) and again is None:
+        known = CaseIndex(plan.digests)
+        cases = {name: known.find(name) for name in asked}
+        if min(cases.values(), default=0) >= 0:
+            return _by_columns(folder, plan, cases)
+    return ended_of(plan, whole_records(folder), again)
+
+
+def ended_of(
+    plan: Manifest,
+    records: Iterable[Record],
+    again: Callable[[Record], bool] | None = None,
+) -> Ended:
+    """Return what has ended by records, the oldest first; see `ended_in`."""
+    ended, known = Ended.nothing(plan), CaseIndex(plan.digests)
+    for record in records:
+        planned = not record.get("twin") and not record.get("longest")
+        case = known.find(record["digest"], record.get("case")) if planned else -1
+        ended.take(record, case, again=again is not None and again(record))
+    return ended
+
+
+def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended:
+    """Return what has ended where a case is one job.
+
+    asked : {digest: case} of what is told one by one
+    """
+    ended = Ended.nothing(plan)
+    names = {case: name for name, case in asked.items()}
+    numbers = np.array(list(names), dtype=np.int64)
+    for _, told in told_by(folder, plan.digests):
+        own = np.flatnonzero(told.case >= 0)
+        case, ok = told.case[own], told.status[own] == OK
+        ended.over[case], ended.ok[case] = True, ok
+        ended.seconds[case] = np.where(ok, told.seconds[own], np.nan)
+        for place in own[np.isin(case, numbers)]:
+            status, still = str(told.status[place]), bool(told.open[place])
+            end = Completion(status, is_open=still)
+            ended.told[names[int(told.case[place])]] = end
+    return ended

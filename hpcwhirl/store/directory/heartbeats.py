@@ -1,0 +1,173 @@
+"""What each rank is computing: a file a rank and run, there while it is at work.
+
+It is written through memory, of which the system keeps the file: no call a case, and a
+process that is killed leaves the note of the case that it was at.
+
+A process that ends by itself, whether stopped or done, removes its file. One that is
+left was written by a process that died: what it names was in flight at a crash.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections import Counter
+from collections.abc import Collection, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from mmap import mmap
+from pathlib import Path
+from typing import Self
+
+from hpcwhirl.errors import MissingFileError
+from hpcwhirl.safe_open import open_regular, read_regular
+from hpcwhirl.store.atomic import telling
+from hpcwhirl.store.directory.journal import journal_name
+from hpcwhirl.store.directory.lines import Record, opened, sealed
+from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.process import begun, is_alive
+
+PAGE = 4096  # bytes
+
+
+class Running:
+    """What one rank of one run is computing now.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    run, rank : as of its journal
+    """
+
+    def __init__(self, folder: Path, run: int, rank: int) -> None:
+        self._path = folder / "running" / journal_name(run, rank)
+        pid = os.getpid()
+        self._who: Record = {"rank": rank, "host": socket.gethostname(), "pid": pid}
+        self._who["ticks"] = begun(pid)
+        self._memory: mmap | bytearray = bytearray()
+        with telling(f"in {folder}"):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = open_regular(self._path, "w+b", 0)
+
+    def begin(self, digests: Iterable[str]) -> None:
+        """Note the cases that are computed from now on, in place of those before.
+
+        The note is not synced: it is to outlive the process, not the machine.
+        """
+        line = sealed(self._who | {"digests": list(digests), "since": time.time()})
+        # A full disk, told as a short file, stops the campaign at the next result.
+        with suppress(OSError):
+            if len(line) > len(self._memory):
+                self._memory = self._mapped(-(-len(line) // PAGE) * PAGE)
+            self._memory[: len(line)] = line
+            if not isinstance(self._memory, mmap):
+                os.pwrite(self._file.fileno(), line, 0)
+
+    def _mapped(self, size: int) -> mmap | bytearray:
+        """Return the file as memory; where it cannot be that, memory to be written."""
+        os.pwrite(self._file.fileno(), bytes(size), 0)  # full disks tell it here alone
+        try:
+            return mmap(self._file.fileno(), size)
+        except (OSError, ValueError):  # ValueError: the file is shorter than that
+            return bytearray(size)
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Remove the note: this process ends by itself."""
+        with suppress(OSError):  # what is removed may be lost
+            self._file.close()
+        with suppress(OSError):
+            self._path.unlink()
+
+
+@dataclass(frozen=True)
+class Note:
+    """What a rank has noted.
+
+    Attributes
+    ----------
+    rank, host, pid : of the process
+    digests : of the cases it computes, several if they were handed out together
+    since : s since 1970; None in notes of a version that did not tell
+    ticks : when the process began, see `process.begun`; None if unknown
+    """
+
+    rank: int
+    host: str
+    pid: int
+    digests: list[str]
+    since: float | None
+    ticks: int | None = None
+
+    @property
+    def left_over(self) -> bool:
+        """Whether its process has died for certain: only its own host can tell."""
+        here = self.host == socket.gethostname()
+        return here and not is_alive(self.pid, self.ticks)
+
+
+def _note(path: Path) -> Note | None:
+    """Return a whole note of this program; None for anything else."""
+    try:
+        line, end, _ = read_regular(path).partition(b"\n")
+        known = opened(line + end) or {}
+        rank, pid, host = known["rank"], known["pid"], known["host"]
+        since, ticks = known.get("since"), known.get("ticks")
+        digests = [str(name) for name in known["digests"]]
+    except (OSError, KeyError, TypeError):
+        return None
+    whole = all(isinstance(value, int) for value in (rank, pid, ticks or 0))
+    if not whole or not isinstance(host, str) or isinstance(since, str | list | dict):
+        return None
+    return Note(rank, host, pid, digests, since, ticks)
+
+
+def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
+    """Return the notes that can be read; results do not depend on the others."""
+    try:
+        paths = listed(folder / "running", ".log")
+    except MissingFileError:
+        return []
+    return [(path, note) for path in paths if (note := _note(path)) is not None]
+
+
+def notes(folder: Path) -> list[Note]:
+    """Return all whole notes, of processes at work and of those that have died."""
+    return [note for _, note in _whole_notes(folder)]
+
+
+def crashes(folder: Path) -> Counter[str]:
+    """Return how many processes have died computing a case, by its digest."""
+    return Counter(digest for note in notes(folder) for digest in note.digests)
+
+
+def sweep_notes(folder: Path, older: float) -> None:
+    """Remove the notes that a machine or a process has left by halves as it died.
+
+    They name no case, so that no result would ever make them go.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    older : only those last written before then, s since 1970 on its file system
+    """
+    with suppress(MissingFileError):
+        for path in listed(folder / "running", ".log"):
+            with suppress(OSError):
+                if _note(path) is None and path.lstat().st_mtime < older:
+                    path.unlink()
+
+
+def forget_crashes(folder: Path, finished: Collection[str]) -> None:
+    """Remove the notes of dead processes whose cases all have a result by now."""
+    ended = set(finished)
+    here = socket.gethostname()
+    for path, note in _whole_notes(folder):
+        at_work = note.host == here and not note.left_over  # of another shard
+        if set(note.digests) <= ended and not at_work:
+            with suppress(OSError):
+                path.unlink()

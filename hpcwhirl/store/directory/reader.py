@@ -1,0 +1,360 @@
+"""Journals read: whole records, some at a time, as columns or one by one.
+
+A record counts if its slot and its text match their checksums, it tells a case and how
+that ended, with a row where it gave a result, and its traces, if any, are all there. So
+a flipped bit costs its own case, a torn tail those of the group that was being written.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import StoreError
+from hpcwhirl.safe_open import open_regular
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.listing import listed, unreadable
+from hpcwhirl.store.directory.record import (
+    CHECKED,
+    MALFORMED,
+    NUMBERS,
+    TAG,
+    Header,
+    Layout,
+    Record,
+    read_header,
+)
+
+FIRST = 1 << 20  # bytes, of which a header takes a few thousand
+AT_ONCE = 1 << 23  # bytes, of what follows
+MOST_SLOTS = 4096  # checked at once
+ENDS = [word for word in ENUMS["status"] if word != "missing"]  # how a case may end
+TABLES = ("row", "performance", "traces", "measured")
+IN_FIELDS = {"status", "twin", "longest"}  # which no text tells
+Array = NDArray[Any]
+Bools = NDArray[np.bool_]
+Cases = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Some records of a journal.
+
+    Attributes
+    ----------
+    journal : its file
+    header : of it
+    slots : (records,), structured array with the dtype of the header's layout
+    starts : (records,), byte at which each begins
+    texts : {record: what no field of it holds}, of those that have a text
+    """
+
+    journal: Path
+    header: Header
+    slots: Array
+    starts: Cases
+    texts: Mapping[int, Record]
+
+    def __len__(self) -> int:
+        """Return their number."""
+        return len(self.slots)
+
+    def take(self, which: Cases) -> Rows:
+        """Return some of the records, by their places, each at most once."""
+        texts = self.texts
+        if texts:
+            both = enumerate(which.tolist())
+            texts = {new: texts[old] for new, old in both if old in texts}
+        plain = self.slots.view(f"V{self.header.layout.size}")  # copied as such
+        slots = plain[which].view(self.slots.dtype)
+        return Rows(self.journal, self.header, slots, self.starts[which], texts)
+
+    @cached_property
+    def others(self) -> dict[str, dict[int, Any]]:
+        """Values that no field holds, {`TABLE.NAME`: {record: value}}."""
+        out: dict[str, dict[int, Any]] = {}
+        for record, text in self.texts.items():
+            for table, value in text.items():
+                inside = value.items() if isinstance(value, dict) else [("", value)]
+                for name, one in inside:
+                    key = f"{table}.{name}" if name else table
+                    out.setdefault(key, {})[record] = one
+        return out
+
+    def has(self, name: str) -> Bools:
+        """Return which records have a value in a field, (records,)."""
+        place = self.header.layout.place.get(name)
+        if place is None:
+            return np.zeros(len(self), dtype=bool)
+        bits = self.slots["has"][:, place // 8] >> (place % 8)
+        return np.asarray(bits & 1, dtype=bool)
+
+    def has_any(self, table: str) -> Bools:
+        """Return which records have a value of a table, (records,)."""
+        places = [p for n, p in self.header.layout.place.items()
+                  if n.startswith(f"{table}.")]  # fmt: skip
+        bits = np.zeros(8 * self.slots["has"].shape[1], dtype=np.uint8)
+        bits[places] = 1
+        mask = np.packbits(bits, bitorder="little")
+        found: Bools = np.any(self.slots["has"] & mask, axis=1)
+        for record, text in self.texts.items():
+            found[record] |= isinstance(text.get(table), dict)
+        return found
+
+    def numbers(self, name: str, empty: float) -> Array:
+        """Return the numbers of a field, (records,); `empty` where there is none."""
+        out = np.full(len(self), empty)
+        has = self.has(name)
+        if has.any():
+            out[has] = self.slots[name][has]
+        for record, value in self.others.get(name, {}).items():
+            if isinstance(value, int | float):
+                with suppress(OverflowError):
+                    out[record] = value
+        return out
+
+    def words(self, name: str) -> NDArray[np.object_]:
+        """Return the words of a field, (records,); "none" where there is none."""
+        has, own = self.has(name), self.header.layout.words.get(name, ())
+        known = np.array([*map(str, own), "none"], dtype=object)
+        codes = self.slots[name] if len(own) else len(own)
+        out: NDArray[np.object_] = known[np.where(has, codes, len(own))]
+        for record, value in self.others.get(name, {}).items():
+            out[record] = str(value)
+        return out
+
+    def record(self, number: int) -> Record:
+        """Return a record."""
+        text = self.texts.get(number, {})
+        return self.header.record(self.slots[number].tobytes(), text)
+
+
+def journals(folder: Path) -> list[Path]:
+    """Return the journals of a campaign's directory, the oldest run first."""
+    return listed(folder / "journal", ".log")
+
+
+def rows_of(folder: Path) -> Iterator[Rows]:
+    """Yield all records of a campaign's journals, the oldest first, some at a time.
+
+    Raises
+    ------
+    MissingFileError
+        where a journal that is there cannot be read: its cases are not to be lost
+    """
+    sizes: dict[str, int] = {}
+    for path in journals(folder):
+        yield from rows_in(path, sizes)
+
+
+def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
+    """Yield the records of a journal, some at a time, see `rows_of`.
+
+    sizes : {file of traces: bytes}, of those looked at before
+    """
+    try:
+        with open_regular(path) as file:
+            data = file.read(FIRST)
+            found = read_header(data)
+            if found is None:
+                return
+            header, start = found
+            data = data[start:]
+            while data:
+                more = file.read(AT_ONCE)
+                rows, end = _parsed(path, header, data, last=not more)
+                rows = Rows(path, header, rows.slots, rows.starts + start, rows.texts)
+                yield rows.take(np.flatnonzero(_are_of_cases(rows, sizes)))
+                data, start = data[end:] + more if more else b"", start + end
+    except OSError as failed:
+        raise unreadable(path, failed) from None
+
+
+def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
+    """Return the records of a journal that begin at some bytes, in that order.
+
+    Raises
+    ------
+    StoreError, MissingFileError
+        where they are no longer there
+    """
+    layout, parts = header.layout, []
+    try:
+        with open_regular(path) as file:  # a buffer would read 8 kB for each
+            for start in starts.tolist():
+                slot = os.pread(file.fileno(), layout.size, start)
+                text = _text_bytes(slot)
+                more = layout.slots_of(text) * layout.size if text > 0 else 0
+                if more:
+                    slot += os.pread(file.fileno(), more, start + layout.size)
+                parts.append(slot)
+    except OSError as failed:
+        raise unreadable(path, failed) from None
+    rows, _ = _parsed(path, header, b"".join(parts), last=True)
+    begin = np.cumsum([0, *map(len, parts)])[:-1]
+    if len(rows) != len(starts) or (rows.starts != begin).any():
+        lost = np.flatnonzero(~np.isin(begin, rows.starts))
+        msg = f"{path} has changed at byte {starts[lost[0]]} while it was read"
+        raise StoreError(msg)
+    return Rows(path, header, rows.slots, starts, rows.texts)
+
+
+def _text_bytes(slot: bytes) -> int:
+    """Return the bytes of text that a slot tells of; 0 of one that is cut short."""
+    if len(slot) < CHECKED + NUMBERS.size:
+        return 0
+    return int(NUMBERS.unpack_from(slot, CHECKED)[0])
+
+
+def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
+    """Return the whole records of some bytes, and up to where these are read.
+
+    Parameters
+    ----------
+    path, header : of the journal
+    data : what may begin with a slot
+    last : whether nothing follows
+    """
+    layout = header.layout
+    found, end = _whole_slots(header, data)
+    letters = np.frombuffer(data, np.uint8)
+    windows = np.zeros((0, layout.size), np.uint8)
+    if len(found):  # a window may be longer than all there is
+        windows = sliding_window_view(letters, layout.size)[found]
+    slots = np.ascontiguousarray(windows).view(layout.dtype).ravel()
+    good, texts = slots["text"] >= 0, {}
+    for place in np.flatnonzero(slots["text"] > 0).tolist():
+        begin, count = int(found[place]), layout.slots_of(int(slots["text"][place]))
+        if not last and begin + (1 + count) * layout.size > len(data):
+            good[place:], end = False, begin
+            break
+        text = _text(slots[place : place + 1 + count], layout)
+        together = place + count < len(found) and (
+            found[place + count] == begin + count * layout.size
+        )
+        good[place] = together and text is not None
+        texts[place] = text or {}
+    rows = Rows(path, header, slots, found, texts)
+    return rows.take(np.flatnonzero(good & _have_words(slots, layout))), end
+
+
+def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
+    """Return where whole slots begin in some bytes, and up to where these are read."""
+    size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
+    while place + size <= len(data):
+        count = min((len(data) - place) // size, run)
+        good = _are_whole(header, memoryview(data)[place : place + count * size])
+        whole = int(good.argmin()) if not good.all() else count
+        found.append(place + size * np.arange(whole))
+        place += whole * size
+        run = min(2 * run, MOST_SLOTS)
+        if whole < count:  # damage: a slot may begin anywhere
+            place, run = data.find(header.tag, place + 1), 1
+            if place < 0:
+                place = max(len(data) - TAG + 1, 0)
+                break
+    return np.concatenate(found), place
+
+
+def _are_whole(header: Header, data: memoryview) -> Bools:
+    """Return which of some slots have their tag and their checksum."""
+    size, slots = header.layout.size, np.frombuffer(data, header.layout.dtype)
+    crc32, ends = zlib.crc32, range(size, len(data) + 1, size)
+    crc = [crc32(data[end + CHECKED - size : end]) for end in ends]
+    return np.asarray((slots["crc"] == crc) & (slots["tag"] == np.void(header.tag)))
+
+
+def _text(slots: Array, layout: Layout) -> Record | None:
+    """Return what the slots of a record tell beside its fields; None if damaged."""
+    first, more = slots[0], slots[1:]
+    whole = (more["after"] == first["crc"]).all()
+    if not whole or (more["text"] != -1 - np.arange(len(more))).any():
+        return None
+    body = b"".join(slot.tobytes()[-layout.room :] for slot in more)
+    return _json(body[: first["text"]])
+
+
+@lru_cache(maxsize=256)
+def _json(text: bytes) -> Record | None:
+    """Return a JSON object; None of anything else. Traces are alike in many cases."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):  # written by something else than this program
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _have_words(slots: Array, layout: Layout) -> Bools:
+    """Return which slots have words that there are."""
+    good = np.ones(len(slots), dtype=bool)
+    for name, words in layout.words.items():
+        good &= slots[name] < max(len(words), 1)
+    return good
+
+
+def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
+    """Return which records count, see the module."""
+    words = rows.header.layout.words.get("status", ())
+    has, named = rows.has("status"), rows.has("digest")
+    codes = np.where(has, rows.slots["status"] if len(words) else 0, len(words))
+    good = np.array([*(word in ENDS for word in words), False])[codes]
+    ok = np.array([*(word == "ok" for word in words), False])[codes]
+    good &= ~ok | rows.has_any("row")
+    for record, text in rows.texts.items():
+        parts = (text.get(table, {}) for table in TABLES)
+        good[record] &= all(isinstance(part, dict) for part in parts)
+        good[record] &= not IN_FIELDS & text.keys()
+        named[record] = isinstance(
+            text.get("digest", "" if named[record] else None), str
+        )
+    return good & named & _have_traces(rows, sizes)
+
+
+def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
+    """Return which records have no traces, or a file long enough for them."""
+    traced = np.flatnonzero(rows.has_any("traces"))
+    good = np.ones(len(rows), dtype=bool)
+    if not len(traced):
+        return good
+    name = Path(rows.header.traces).name
+    whole = (
+        rows.has("traces.offset") & rows.has("traces.bytes") & rows.has("traces.crc")
+    )
+    end = rows.numbers("traces.offset", 0) + rows.numbers("traces.bytes", 0)
+    if sizes.get(name, -1) < end[traced].max():  # once a file, or again: it may grow
+        sizes[name] = _size(rows.journal.parent.parent / "traces" / name)
+    good[traced] = (whole & (end <= sizes[name]))[traced]
+    for record in traced.tolist():
+        good[record] &= samples_of(rows.texts.get(record, {})) is not None
+    return good
+
+
+def samples_of(text: Record) -> int | None:
+    """Return the samples of a record's traces, by its text; None where none tells."""
+    try:
+        return int(text["traces"]["shapes"]["time"][0])
+    except (*MALFORMED, IndexError):
+        return None
+
+
+def _size(traces: Path) -> int:
+    """Return the bytes of a trace file, 0 where there is none."""
+    try:
+        state = traces.stat()
+        return state.st_size if stat.S_ISREG(state.st_mode) else 0
+    except FileNotFoundError:
+        return 0
+    except OSError as failed:
+        raise unreadable(traces, failed) from None

@@ -1,0 +1,286 @@
+"""Records: a computation as one row of fixed size, with what is text beside it.
+
+A journal is a header, written twice, and slots of one size. The header tells the fields
+of the records (table, name, kind, words of each), the identity of the plan that case
+numbers refer to, and the file of the traces; each copy is a magic number, its length,
+its CRC-32 and JSON. So a program with other fields or words reads a journal rightly,
+and a damaged copy costs nothing.
+
+A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of what follows, two
+numbers and a body. That of a record has a bit for each field, whether the record has a
+value for it, and the values, little-endian. What no field holds is JSON in the slots
+after it: the first number tells its bytes, in the k-th of these slots it is -k, and the
+second one is the CRC-32 of the record. By its tag and CRC a slot is found again behind
+damage, wherever it begins.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcwhirl.scene.quantities import BLADES, PERFORMANCE, ROW
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.words import ENUMS
+
+Record = dict[str, Any]
+Field = tuple[str, str, str, Sequence[str]]  # table, name, kind, words
+MAGIC = b"\x93hpcwhirl\n"
+COPY = struct.Struct(f"<{len(MAGIC)}sII")  # before each copy of a header
+FRAME = np.dtype(
+    [("tag", "V4"), ("crc", "<u4"), ("text", "<i4"), ("after", "<u4")]
+)  # of each slot
+TAG = 4  # bytes
+CHECKED = 8  # byte from which on a slot is checked
+NUMBERS = struct.Struct("<iI")
+DTYPES = {"f8": "<f8", "i8": "<i8", "word": "u1", "hex": "V32", "text": "S64"}
+CODES = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "64s"}
+EMPTY: dict[str, Any] = {"f8": 0.0, "i8": 0, "word": 0, "hex": b"", "text": b""}
+NOTHING: Record = {}
+MALFORMED = (KeyError, TypeError, ValueError, RecursionError)
+
+
+class Layout:
+    """The fields of records, in their order.
+
+    Parameters
+    ----------
+    fields : [table of the record or "", name, kind, words of the kind `word`] of each
+    """
+
+    def __init__(self, fields: Sequence[Field]) -> None:
+        self.fields = [(t, n, kind, tuple(words)) for t, n, kind, words in fields]
+        names = [named(table, name) for table, name, _, _ in self.fields]
+        self.place = {name: place for place, name in enumerate(names)}
+        self.tables = {table for table, *_ in self.fields if table}
+        kinds, bits = [kind for _, _, kind, _ in self.fields], -(-len(names) // 8)
+        own = [(n, DTYPES[kind]) for n, kind in zip(names, kinds, strict=True)]
+        self.dtype = np.dtype([*FRAME.descr, ("has", "u1", (bits,)), *own])
+        self.size = self.dtype.itemsize
+        codes = "".join(CODES[kind] for kind in kinds)
+        self._body = struct.Struct(f"<{bits}s{codes}")
+        self._out = [_writer(kind, words) for _, _, kind, words in self.fields]
+        self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """Kinds of the fields, by `TABLE.NAME`."""
+        return {named(t, n): kind for t, n, kind, _ in self.fields}
+
+    @cached_property
+    def words(self) -> dict[str, Sequence[str]]:
+        """Words of the fields of the kind `word`, by `TABLE.NAME`."""
+        return {named(t, n): w for t, n, kind, w in self.fields if kind == "word"}
+
+    @property
+    def room(self) -> int:
+        """Bytes of text that a slot holds."""
+        return self.size - FRAME.itemsize
+
+    def slots_of(self, text: int) -> int:
+        """Return how many slots a text of so many bytes takes."""
+        return -(-text // self.room)
+
+    def encode(self, record: Record, tag: bytes) -> bytes:
+        """Return the slots of a record."""
+        left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
+        values, has = [], 0
+        for place, (table, name, kind, _) in enumerate(self.fields):
+            part = left.get(table, NOTHING) if table else left
+            try:
+                held = name in part
+                value = self._out[place](part[name]) if held else EMPTY[kind]
+            except (KeyError, TypeError, ValueError, OverflowError):
+                held, value = False, EMPTY[kind]
+            values.append(value)
+            if held:
+                del part[name]
+                has |= 1 << place
+        bits = has.to_bytes(self.dtype["has"].itemsize, "little")
+        text = _text_of({n: v for n, v in left.items()
+                         if v or n not in self.tables or not record[n]})  # fmt: skip
+        first = _slot(tag, len(text), 0, self._body.pack(bits, *values))
+        crc = int.from_bytes(first[TAG:CHECKED], "little")
+        parts = (text[i : i + self.room] for i in range(0, len(text), self.room))
+        more = (_slot(tag, -number, crc, part.ljust(self.room, b"\0"))
+                for number, part in enumerate(parts, 1))  # fmt: skip
+        return first + b"".join(more)
+
+    def decode(self, slot: bytes, text: Record) -> Record:
+        """Return the record of a slot and of what no field holds."""
+        bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
+        has, record = int.from_bytes(bits, "little"), Record(message="")
+        for place, (table, name, _, _) in enumerate(self.fields):
+            if has >> place & 1:
+                part = record.setdefault(table, {}) if table else record
+                part[name] = self._in[place](values[place])
+        for name, value in text.items():
+            both = isinstance(value, dict) and isinstance(record.get(name), dict)
+            record[name] = record[name] | value if both else value
+        return record
+
+
+class Header(NamedTuple):
+    """What a journal tells of its records.
+
+    Attributes
+    ----------
+    layout : their fields
+    tag : by which its slots are known
+    plan : identity of the plan that case numbers refer to; "": not known
+    traces : name of the file of their traces
+    """
+
+    layout: Layout
+    tag: bytes
+    plan: str
+    traces: str
+
+    def record(self, slot: bytes, text: Record) -> Record:
+        """Return a record; its traces with the file that they are in."""
+        found = self.layout.decode(slot, text)
+        if isinstance(found.get("traces"), dict):
+            found["traces"]["file"] = self.traces
+        return found
+
+
+def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
+    """Return a header and its bytes at the begin of a journal."""
+    body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
+    copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
+    return _header(body), 2 * copy
+
+
+def read_header(data: bytes) -> tuple[Header, int] | None:
+    """Return the header that some bytes begin with, and its end; None: none whole."""
+    place = -1
+    while (place := data.find(MAGIC, place + 1)) >= 0:
+        begin = place + COPY.size
+        if begin > len(data):
+            break
+        _, size, crc = COPY.unpack_from(data, place)
+        body = data[begin : begin + size]
+        if len(body) == size and zlib.crc32(body) == crc:
+            try:
+                return _header(body), begin + size
+            except MALFORMED:  # written by something else than this program
+                continue
+    return None
+
+
+def _header(body: bytes) -> Header:
+    told = json.loads(body)
+    tag = zlib.crc32(body).to_bytes(TAG, "little")
+    return Header(_layout(json.dumps(told["fields"])), tag, str(told["plan"]),
+                  str(told["traces"]))  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _layout(fields: str) -> Layout:
+    """Return a layout, one for all journals that have it."""
+    layout, own = Layout(json.loads(fields)), Layout(fields_of())
+    if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
+        msg = "fields of other kinds"
+        raise ValueError(msg)
+    return layout
+
+
+def fields_of(measured: Iterable[str] = ()) -> list[Field]:
+    """Return the fields of a campaign's records.
+
+    Parameters
+    ----------
+    measured : names of the variables that its user's function gives
+    """
+    head = (("case", "i8"), ("digest", "hex"), ("of", "hex"), ("twin", "i8"),
+            ("longest", "f8"), ("ended", "f8"))  # fmt: skip
+    block = [("traces", name, "i8", ()) for name in ("offset", "bytes", "crc")]
+    own = [("measured", name, "f8", ()) for name in measured]
+    return [
+        *(("", name, kind, ()) for name, kind in head),
+        ("", "status", "word", ENUMS["status"]),
+        *_fields("row", ROW | BLADES),
+        *_fields("performance", PERFORMANCE),
+        *block,
+        *own,
+    ]
+
+
+def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
+    """Return the fields of a table of numbers and words."""
+    kinds = {"enum": "word", "S16": "word", "S64": "text"}
+    words = {**ENUMS, "scheme": tuple(SCHEMES)}
+    return [(table, name, kinds.get(quantity.kind, quantity.kind), words.get(name, ()))
+            for name, quantity in quantities.items()]  # fmt: skip
+
+
+def named(table: str, name: str) -> str:
+    """Return the name of a field."""
+    return f"{table}.{name}" if table else name
+
+
+def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
+    rest = NUMBERS.pack(text, after) + body
+    return tag + zlib.crc32(rest).to_bytes(4, "little") + rest
+
+
+def _text_of(left: Record) -> bytes:
+    """Return what no field holds as JSON, nothing for nothing."""
+    if not left.get("message", " "):
+        del left["message"]
+    return json.dumps(left).encode() if left else b""
+
+
+def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
+    """Return what makes a value of a record one to pack, or raises."""
+    if kind == "word":
+        places = {word: place for place, word in enumerate(words)}
+        return places.__getitem__
+    return {"f8": _float, "i8": _whole, "hex": _of_hex, "text": _of_text}[kind]
+
+
+def _reader(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
+    """Return what makes a packed value what it was in the record."""
+    if kind == "word":
+        return words.__getitem__
+    known: dict[str, Callable[[Any], Any]] = {
+        "f8": float, "i8": int, "hex": bytes.hex, "text": _text,
+    }  # fmt: skip
+    return known[kind]
+
+
+def _float(value: Any) -> float:
+    if not isinstance(value, float):
+        raise TypeError
+    return value
+
+
+def _whole(value: Any) -> int:
+    if type(value) is not int or value >> 63 not in (0, -1):
+        raise TypeError
+    return value
+
+
+def _of_hex(value: str) -> bytes:
+    found = bytes.fromhex(value)
+    if found.hex() != value or len(found) != struct.calcsize(CODES["hex"]):
+        raise ValueError
+    return found
+
+
+def _of_text(value: str) -> bytes:
+    found = value.encode()
+    if len(found) > struct.calcsize(CODES["text"]) or b"\0" in found:
+        raise ValueError
+    return found
+
+
+def _text(value: bytes) -> str:
+    return value.rstrip(b"\0").decode(errors="replace")

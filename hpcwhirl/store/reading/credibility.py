@@ -1,0 +1,94 @@
+"""How many cases of a campaign keep their word in all their twins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.shares import COUNT, interval
+
+if TYPE_CHECKING:
+    import xarray
+
+TWINS_OF = "twins_of"  # root attribute
+SHARED = "word_share"
+WHICH = {
+    "all": "cases", "boundary": "cases at a boundary", "speckle": "cases in speckle",
+    "even": "even cases",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Credibility:
+    """How many of the cases that have twins keep their word in all of them.
+
+    Of the even cases of a map, a random sample, this is how far it is to be trusted
+    away from its boundaries.
+
+    Attributes
+    ----------
+    of : which cases have twins: "all", "boundary", "speckle", "even"
+    cases : that have twins with a result
+    kept : of these, whose twins all have the word of their case
+    twins : most that a case has
+    """
+
+    of: str
+    cases: int
+    kept: int
+    twins: int
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """The share that keeps its word, with its interval (Wilson, 95 %)."""
+        return interval(self.kept, self.cases)
+
+    def __str__(self) -> str:
+        """Return it as one line."""
+        if not self.cases:
+            return f"no {WHICH[self.of]} with twins"
+        share, low, high = self.share
+        return (
+            f"of {self.cases} {WHICH[self.of]} {self.kept} keep their word in "
+            f"{self.twins} twins: {share:.1%} ({low:.1%} to {high:.1%})"
+        )
+
+
+def credibility(data: xarray.Dataset) -> Credibility:
+    """Return how many cases of a campaign with [twins] keep their word in all of them.
+
+    Parameters
+    ----------
+    data : of `open_results`
+
+    Raises
+    ------
+    InputError
+        where no case of the campaign has twins
+    """
+    found = find_credibility(data)
+    if found is None:
+        msg = "no case has twins: the campaign has no table [twins]"
+        raise InputError(msg)
+    return found
+
+
+def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
+    """Return the same; None where no case has twins."""
+    if COUNT not in data or TWINS_OF not in data.attrs:
+        return None
+    count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))
+    has = (count > 0) & np.isfinite(share)
+    of, most = str(data.attrs[TWINS_OF]), int(count.max(initial=0))
+    return Credibility(of, int(has.sum()), int((share[has] == 1.0).sum()), most)
+
+
+def credibility_in(path: Path) -> Credibility | None:
+    """Return the same of a results file; None without twins."""
+    with Results(path) as results:
+        return find_credibility(results)

@@ -1,0 +1,307 @@
+"""A results file behind `open_results`, opened once: rows, traces and the plan."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self, overload
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, legible, shown
+from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.manifest import Manifest
+from hpcwhirl.store.directory.refined import plan_of_results
+from hpcwhirl.store.hdf5 import DAMAGE, reading
+from hpcwhirl.store.reading.shares import SHARE
+from hpcwhirl.store.schema import FORMAT
+
+Traces = dict[str, NDArray[np.float64]]
+Row = dict[str, Any]
+WHOLE = 1e-6  # of an interval: a sample so near the end is there
+BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
+
+
+def results_of(place: Path) -> Path:
+    """Return the results file of a directory, or the file itself."""
+    return place if place.is_file() else place / "results.h5"
+
+
+def opened(path: Path) -> h5py.File:
+    """Return an open results file, whole and of this format.
+
+    All that belongs together is read from one of these: the file may be replaced at
+    any time, and what is read by its name again is of another one then.
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        where there is none, or it is damaged
+    """
+    if path.parent.is_file():
+        msg = f"{path.parent} is a file: the directory of a campaign is wanted"
+        raise MissingFileError(msg)
+    if not path.is_file():
+        msg = f"no results file {path}: run or gather the campaign first"
+        raise MissingFileError(msg)
+    try:
+        file = h5py.File(path, "r")
+        found = file.attrs.get("format")
+    except DAMAGE as failed:
+        msg = f"{path} is not a whole HDF5 file: {failed}"
+        raise StoreError(msg) from None
+    if not np.array_equal(found, FORMAT):
+        file.close()
+        msg = f"{path} has format {shown(found)}, this program reads {FORMAT}"
+        raise StoreError(msg)
+    return file
+
+
+def attribute(value: Any) -> Any:
+    """Return an attribute; a text with bytes that are no letters, escaped."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if isinstance(value, str):
+        value = value.encode("utf-8", "surrogateescape")
+    if not isinstance(value, bytes):
+        return value
+    return legible(value.decode("utf-8", "backslashreplace"))
+
+
+def words_in(
+    file: h5py.Group, name: str, cases: slice = slice(None)
+) -> NDArray[np.str_]:
+    """Return the words of a variable by the file's own `flag_meanings`, (cases,).
+
+    Parameters
+    ----------
+    file, name : group and variable
+    cases : of which
+
+    Raises
+    ------
+    StoreError
+        where a value stands for no word
+    """
+    codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
+    known = np.array(np.bytes_(meanings).decode().split())
+    if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
+        msg = f"{name} is damaged: it has a value that stands for no word"
+        raise StoreError(msg)
+    return np.asarray(known[codes])
+
+
+class Results:
+    """A results file: `results[name]` is a column, read when it is asked for.
+
+    The file is opened once: rows and traces are of one file, whoever replaces it.
+
+    Parameters
+    ----------
+    place
+        `results.h5`, or the directory of a finished campaign
+
+    Attributes
+    ----------
+    path : of the file
+    file : itself, open until it is closed or forgotten
+    attrs : root attributes
+    kept : names of the traces there are; empty for `summary`
+    """
+
+    def __init__(self, place: Path) -> None:
+        self.path = results_of(place)
+        self.file = opened(self.path)
+        self._columns: dict[str, NDArray[Any]] = {}
+        with reading(self.path):
+            self.attrs = {n: attribute(v) for n, v in self.file.attrs.items()}
+            self.kept = tuple(n for n in TRACES if n in self.file)
+            self._count = len(self.file["status"])
+            lacking = [n for n in (*ROW, *STATUS, *PERFORMANCE) if n not in self]
+        if lacking:
+            msg = f"{self.path} is damaged: it has no {lacking[0]}"
+            raise StoreError(msg)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failed: object) -> None:
+        self.file.close()
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return self._count
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether the file has a variable."""
+        return str(name) in self._group(str(name))
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return a variable of one value a case, (cases,), words and texts as `str`."""
+        if name not in self._columns:
+            group = self._group(name)
+            with reading(self.path):
+                column: Any = words_in(group, name) if name in ENUMS else group[name][:]
+            if column.dtype.kind == "S":
+                column = np.char.decode(column, errors="replace")
+            self._columns[name] = column
+        return self._columns[name]
+
+    def _group(self, name: str) -> h5py.Group:
+        return self.file["performance"] if name in PERFORMANCE else self.file
+
+    @cached_property
+    def plan(self) -> Manifest:
+        """The plan of the campaign, with the cases of the rows."""
+        with reading(self.path):
+            plan = plan_of_results(self.path, self.file)
+        if len(plan.digests) != len(self):
+            msg = f"{self.path} and its campaign.json differ: gather the campaign again"
+            raise StoreError(msg)
+        return plan
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Numbers and words of each case by the names of `ROW`, and its status."""
+        return Rows({name: self[name] for name in ROW | STATUS})
+
+    def settings(self, case: int) -> dict[str, Any]:
+        """Return {dotted input: value} of all inputs of a case."""
+        return self.plan.base | self.plan.settings[case]
+
+    def value(self, case: int, name: str) -> Any:
+        """Return an input of a case by its name or its full dotted name."""
+        return self.settings(case)[full_name(name)]
+
+    def scene(self, case: int) -> Scene:
+        """Return the scene of a case, from the plan."""
+        known, given = input_names(), self.settings(case)
+        return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
+
+    def finished(self) -> list[int]:
+        """Return the cases that gave a result."""
+        return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
+
+    def slices(self) -> list[list[int]]:
+        """Return the finished cases, those alike but for speed together, by speed."""
+        found: dict[str, list[int]] = {}
+        for case in self.finished():
+            key = json.dumps(self._others(case), sort_keys=True)
+            found.setdefault(key, []).append(case)
+        return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
+
+    def like(self, case: int) -> list[int]:
+        """Return the finished cases that differ from one in speed alone, by speed."""
+        return next(line for line in self.slices() if case in line)
+
+    def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
+        """Return the swept inputs of a case but its speed, for a title or a name."""
+        own = ((n.rsplit(".", 1)[-1], v) for n, v in self._others(case).items())
+        return ", ".join(f"{name}{sign}{v}" for name, v in own if name not in but)
+
+    def _others(self, case: int) -> dict[str, Any]:
+        settings = self.plan.settings[case]
+        return {n: v for n, v in settings.items() if n != "speed"}
+
+    def traces(self, case: int) -> Traces:
+        """Return the traces of a case and their `time`.
+
+        Raises
+        ------
+        InputError
+            where the case gave no result or its campaign kept no traces
+        """
+        status = self["status"][case]
+        if status != "ok" or not self.kept:
+            msg = f"case {case} of {self.path.parent} has no traces: status {status}"
+            raise InputError(msg + f", kept: {', '.join(self.kept) or 'none'}")
+        ((_, found),) = self.each_traces([case], self.kept)
+        return found
+
+    def each_traces(
+        self, cases: Sequence[int], names: Sequence[str]
+    ) -> Iterator[tuple[int, Traces]]:
+        """Yield (case, its traces and their `time`), a few cases in memory at a time.
+
+        Parameters
+        ----------
+        cases : that gave a result, ascending
+        names : of the traces wanted, all of them kept
+        """
+        if not len(cases):  # there may be no traces at all
+            return
+        interval, end = self["sample_interval"], self["end_time"]
+        with reading(self.path):
+            data = {name: self.file[name] for name in names}
+            each = sum(8 * int(np.prod(d.shape[1:])) for d in data.values())
+            for block in _blocks(cases, max(BLOCK // max(each, 1), 1)):
+                read = {n: d[block[0] : block[-1] + 1] for n, d in data.items()}
+                for case in block:
+                    count = int(end[case] / interval[case] + WHOLE)
+                    own = {n: r[case - block[0], :count] for n, r in read.items()}
+                    time = (1.0 + np.arange(count)) * interval[case]
+                    yield case, {"time": time} | own
+
+    def digest(self) -> str:
+        """Return a digest of rows and thresholds: another one after `classify`."""
+        found = hashlib.sha256()
+        for name in sorted(n for n in ROW | STATUS | SHARE if n in self):
+            found.update(self[name].tobytes())
+        limits = {n: v for n, v in self.attrs.items() if n.startswith("threshold_")}
+        found.update(repr(sorted(limits.items())).encode())
+        return found.hexdigest()
+
+
+class Rows(Sequence[Row]):
+    """Rows of columns, {name: (cases,)}, each made when it is asked for."""
+
+    def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
+        self.columns = columns
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.columns["status"])
+
+    @overload
+    def __getitem__(self, case: int) -> Row: ...
+    @overload
+    def __getitem__(self, case: slice) -> list[Row]: ...
+    def __getitem__(self, case: int | slice) -> Any:
+        """Return numbers and words of a case, by their names."""
+        if isinstance(case, slice):
+            return [self[i] for i in range(*case.indices(len(self)))]
+        return {name: column[case].item() for name, column in self.columns.items()}
+
+
+def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
+    """Yield runs of neighbours that span at most `most` cases."""
+    block: list[int] = []
+    for case in cases:
+        if block and (case - block[0] >= most or case - block[-1] > 2):
+            yield block
+            block = []
+        block.append(case)
+    if block:
+        yield block
+
+
+def count_statuses(path: Path) -> dict[str, int]:
+    """Return {status: cases}, `missing` among them, of a results file."""
+    with Results(path) as results:
+        found = Counter(results["status"].tolist())
+        return {name: found[name] for name in ENUMS["status"] if found[name]}
+
+
+def has_contact(path: Path) -> bool:
+    """Return whether blades touched in any case of a results file, or none ended."""
+    with Results(path) as results:
+        ended = results["status"] == "ok"
+        return bool((results["contacts"][ended] > 0).any() or not ended.any())

@@ -1,0 +1,203 @@
+"""Terms of rotation of the bladed disk: Coriolis, stiffening, softening, load.
+
+At Omega, with u the displacement in the rotating frame, anticlockwise (all in plane),
+
+M u'' + (D + 2 Omega C) u' + (K + Omega^2 (K_g - M)) u = f + Omega^2 F_c
+
+    C = integral of rho A N^T (z x N), skew: C_uv = -N_u N_v, C_vu = N_v N_u
+    K_g = integral of n(s) v' v', n the axial force of a unit Omega^2
+    F_c = integral of rho A N^T X, X the position of a point from the centre
+
+(u along a beam, v across, 90 degrees anticlockwise from it). Forces n follow from the
+static response of the sector to F_c, centre held; within an element n' = -rho A X_s, so
+that they are exact on a blade: P(r) = integral of rho A s from r to the tip. A rigid
+rotation u_r then causes no forces, u_r (K_g - M) u_r = 0, and a rigid translation only
+those of its inertia. All mass is in plane: the softening matrix is M itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from hpcwhirl.scene import Rotor
+from hpcwhirl.structure.assembly import turn
+from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
+from hpcwhirl.structure.bladed_disk import NODE, blade_sections, rim, spoke
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+ROD, BEND = [0, 3], [1, 2, 4, 5]  # DoF of a beam along and across
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Matrices of the terms of rotation of a bladed disk, in its DoF.
+
+    Attributes
+    ----------
+    coriolis : C (n, n), kg, skew
+    stiffening : K_g (n, n), kg: N/m per unit Omega^2
+    load : F_c (n,), kg m: N per unit Omega^2
+    """
+
+    coriolis: Floats
+    stiffening: Floats
+    load: Floats
+
+
+@dataclass(frozen=True)
+class Member:
+    """A beam of a sector: its position, and the DoF that it couples.
+
+    Attributes
+    ----------
+    length : m
+    section : of the beam
+    start : (along, across), m: first end, from the centre, in the beam's axes
+    dofs : (c,), indices in (the sector, root of the next, centre in the sector's axes)
+    transform : (6, c), the beam's DoF from these
+    """
+
+    length: float
+    section: Section
+    start: tuple[float, float]
+    dofs: Indices
+    transform: Floats
+
+
+def coriolis_of(length: float, section: Section) -> Floats:
+    """Return C (6, 6), kg, of a beam, in the DoF of `beams.beam`."""
+    out = np.zeros((6, 6))
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        mass = section.density * section.at(xi)[0] * weight * length
+        along = np.array([1 - xi, xi])
+        out[np.ix_(ROD, BEND)] -= mass * np.outer(along, hermite(xi, length))
+    return np.asarray(out - out.T)
+
+
+def load_of(length: float, section: Section, start: tuple[float, float]) -> Floats:
+    """Return F_c (6,), kg m, of a beam that begins at `start`."""
+    out = np.zeros(6)
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        mass = section.density * section.at(xi)[0] * weight * length
+        out[ROD] += mass * np.array([1 - xi, xi]) * (start[0] + xi * length)
+        out[BEND] += mass * hermite(xi, length) * start[1]
+    return out
+
+
+def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
+    """Return K_g (6, 6), kg, of a beam.
+
+    Parameters
+    ----------
+    length, section : of the beam, m
+    start : m, coordinate of its first end along its axis, from the centre
+    mean : kg m, its mean axial force per unit Omega^2
+    """
+    heights = Polynomial([section.thickness[0], np.diff(section.thickness)[0]])
+    pull = section.density * section.width * heights * Polynomial([start, length])
+    drop = (length * pull).integ()  # n = n(0) - drop
+    average = drop.integ()(1.0)
+    out = np.zeros((6, 6))
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        force = mean + average - drop(xi)
+        slope = hermite(xi, length, 1)
+        out[np.ix_(BEND, BEND)] += force * weight * length * np.outer(slope, slope)
+    return out
+
+
+def members(rotor: Rotor) -> list[Member]:
+    """Return the beams of a sector: its spoke, its rim, then its blade from the root.
+
+    A rotor of one blade has no rim.
+    """
+    size = NODE * (rotor.elements + 1)
+    root, after, hub = (
+        np.arange(NODE),
+        size + np.arange(NODE),
+        size + NODE + np.arange(2),
+    )
+    beams = [_disk(spoke(rotor, 0.0), (0.0, 0.0), np.r_[hub, root])]
+    if rotor.blades > 1:
+        half = np.pi / rotor.blades
+        chord = rotor.disk_radius * np.sin(half), rotor.disk_radius * np.cos(half)
+        beams.append(_disk(rim(rotor), (-chord[0], -chord[1]), np.r_[root, after]))
+    length, sections = blade_sections(rotor)
+    for e, section in enumerate(sections):
+        start = rotor.disk_radius + e * length, 0.0
+        dofs = NODE * e + np.arange(2 * NODE)
+        beams.append(Member(length, section, start, dofs, np.eye(2 * NODE)))
+    return beams
+
+
+def _disk(
+    beam_of: tuple[float, Section, Floats], start: tuple[float, float], dofs: Indices
+) -> Member:
+    length, section, transform = beam_of
+    return Member(length, section, start, dofs, transform)
+
+
+def tensions(parts: list[Member], size: int) -> Floats:
+    """Return the mean axial force of each member, kg m: N per unit Omega^2.
+
+    It is that of the response to F_c, the same in all sectors, with the centre held.
+    Mistuning of the blades' stiffness does not change it.
+
+    Parameters
+    ----------
+    parts : `members` of a rotor
+    size : DoF of a sector
+    """
+    stiffness, load = np.zeros((size, size)), np.zeros(size)
+    folded = []
+    for part in parts:
+        moving = part.dofs < size + NODE  # the centre is held
+        places = part.dofs[moving] % size  # the next sector moves like this one
+        transform = part.transform[:, moving]
+        elastic = beam(part.length, part.section)[1]
+        np.add.at(
+            stiffness, (places[:, None], places), transform.T @ elastic @ transform
+        )
+        pushed = load_of(part.length, part.section, part.start)
+        np.add.at(load, places, transform.T @ pushed)
+        folded.append((elastic[3] @ transform, places))
+    moved = np.linalg.solve(stiffness, load)
+    return np.array([row @ moved[places] for row, places in folded])
+
+
+def rotation_of(rotor: Rotor) -> Rotation:
+    """Return the terms of rotation of `bladed_disk`, in its DoF."""
+    size, blades = NODE * (rotor.elements + 1), rotor.blades
+    parts = members(rotor)
+    wide = size + NODE + 2
+    coriolis, stiffening = np.zeros((wide, wide)), np.zeros((wide, wide))
+    load = np.zeros(wide)
+    for part, mean in zip(parts, tensions(parts, size), strict=True):
+        turns = coriolis_of(part.length, part.section)
+        stiff = stiffening_of(part.length, part.section, part.start[0], mean)
+        pushed = load_of(part.length, part.section, part.start)
+        place, lift = (part.dofs[:, None], part.dofs), part.transform
+        np.add.at(coriolis, place, lift.T @ turns @ lift)
+        np.add.at(stiffening, place, lift.T @ stiff @ lift)
+        np.add.at(load, part.dofs, lift.T @ pushed)
+    total = blades * size + 2
+    whole = Rotation(
+        np.zeros((total, total)), np.zeros((total, total)), np.zeros(total)
+    )
+    for j in range(blades):
+        after = (j + 1) % blades * size + np.arange(NODE)
+        places = np.r_[j * size + np.arange(size), after, total - 2, total - 1]
+        lift = np.eye(wide)
+        lift[-2:, -2:] = turn(2 * np.pi * j / blades)
+        grid = places[:, None], places
+        np.add.at(whole.coriolis, grid, lift.T @ coriolis @ lift)
+        np.add.at(whole.stiffening, grid, lift.T @ stiffening @ lift)
+        np.add.at(whole.load, places, lift.T @ load)
+    kept = slice(None) if rotor.centre == "free" else slice(0, -2)
+    return Rotation(
+        whole.coriolis[kept, kept], whole.stiffening[kept, kept], whole.load[kept]
+    )

@@ -1,0 +1,39 @@
+"""What several scripts do: programs under mpirun, tables in Markdown."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+
+
+def program(ranks: int, *words: str | Path) -> list[str]:
+    """Return the call of `python WORDS` on so many ranks; 0: without mpirun."""
+    front = [*MPIRUN, "-n", str(ranks)] if ranks else []
+    return [*front, sys.executable, *map(str, words)]
+
+
+def under_mpi(ranks: int, *words: str | Path) -> str:
+    """Return what `python WORDS` prints on so many ranks."""
+    call = program(ranks, *words)
+    return subprocess.run(call, check=True, capture_output=True, text=True).stdout
+
+
+def campaign(file: Path, out: Path, *options: str, ranks: int = 2) -> float:
+    """Return the seconds of a whole `hpcwhirl campaign` of a file into a directory."""
+    start = time.perf_counter()
+    under_mpi(ranks, "-m", "hpcwhirl", "campaign", file, "--out", out, *options)
+    return time.perf_counter() - start
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
+    """Return the lines of a table in Markdown."""
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# What the tests of scripts/test.sh are too short for: tests of the research scripts,
+# whole attacks and crash points, and the pages of measurements.
+#   scripts/evidence.sh                  list what there is, with its cost
+#   scripts/evidence.sh NAME...          run these
+#   scripts/evidence.sh --pages NAME...  run these and write their pages
+#   scripts/evidence.sh [--pages] all    run everything; a failure does not end it
+# Runs in $HPCWHIRL_VENV (default .venv) with the extras of the tests.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# NAME | order of the processor's time | COMMAND | what --pages adds
+table() {
+  cat <<'END'
+tests       | 15 min  | pytest -m evidence --durations=40              |
+planted     | 2 hours | python scripts/evidence/planted.py             |
+mutants     | 1 hour  | python scripts/evidence/mutants.py             | --write
+extremes    | 20 min  | python scripts/extremes/decide.py              | --write
+attacks     | 3 hours | python scripts/evidence/attack.py              | --write
+crashes     | 20 min  | python scripts/evidence/crash_points.py        | --write
+agreement   | 1 hour  | python scripts/evidence/agreement.py exact     |
+imported    | 30 min  | python scripts/evidence/imported.py            |
+bars        | minutes | python scripts/evidence/bars.py                |
+estimates   | hours   | python scripts/evidence/estimates.py           | --write
+words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
+decided     | hours   | python scripts/evidence/decided.py             | --write
+boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
+refine      | hours   | python scripts/evidence/refine.py              | --write
+foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
+scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
+million     | minutes | python scripts/evidence/million.py             |
+sure        | hours   | python scripts/identify/sure.py --out build/sure | --write
+END
+}
+
+fail() { echo "evidence: $*" >&2; exit 2; }
+
+row_of() {  # NAME
+  table | awk -F' *[|] *' -v name="$1" '$1 == name { found = 1; print $3 "|" $4 }
+    END { exit !found }'
+}
+
+pages=no names=()
+for word in "$@"; do
+  case $word in
+    --pages) pages=yes ;;
+    all) mapfile -t names < <(table | cut -d' ' -f1) ;;
+    -*) fail "unknown option $word (allowed: --pages)" ;;
+    *) row_of "$word" >/dev/null || fail "unknown name $word; known: $(table | cut -d' ' -f1 | xargs)"
+       names+=("$word") ;;
+  esac
+done
+if [ "${#names[@]}" = 0 ]; then
+  table
+  exit 0
+fi
+
+export HPCWHIRL_EXTRAS=dev
+# shellcheck source=scripts/environment.sh
+. scripts/environment.sh
+export HPCWHIRL_MPIRUN=$MPIRUN
+failed=()
+for name in "${names[@]}"; do
+  IFS='|' read -r command more < <(row_of "$name")
+  [ "$pages" = yes ] || more=
+  read -ra words <<<"$command $more"
+  echo "evidence: $name: ${words[*]}"
+  TIMEFORMAT="evidence: $name took %U s and %S s of the processor, %R s of the clock"
+  time "${words[@]}" || failed+=("$name")
+done
+[ "${#failed[@]}" = 0 ] || { echo "evidence: FAILED: ${failed[*]}" >&2; exit 1; }

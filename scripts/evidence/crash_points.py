@@ -1,0 +1,232 @@
+"""Every crash point of small campaigns of every kind, and every await.
+
+    python scripts/evidence/crash_points.py         all of it
+        --only sweep,gather                         some kinds
+        --share 0.02                                of the states and of the awaits
+        --jobs 2                                    processes at once
+        --share 64                                  of all states that a machine's
+                                                    death leaves, too: hours
+        --write                                     and scripts/evidence/crash_points.md
+        --write --read one.json two.json            of runs before, by --json
+
+A command is recorded by a shim in C: every call that changes its directory, with what
+was written. From the record, every directory is made that a death before, after or in
+the midst of any of these calls may leave, see `crashing/disk.py`; equal ones once. On
+each, the same command is given again, by another number of ranks. It has to end with
+exit code 0, the bits of the undisturbed results, no case computed again that was there,
+and nothing left over. Then ranks are stopped, slow or dead at each await of theirs, and
+a command loses its directory to another at each of its calls, see `crashing/awaits.py`.
+
+Prints kind | calls | crashes | states | failed, and a line for each kind of failure.
+Exits 1 where one failed. It needs gcc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import h5py
+from crashing import awaits, checks
+from crashing.disk import MODELS, PART, PROCESS, Crash
+from crashing.kinds import Kind, kinds
+from crashing.trace import compiled
+
+ROOT = Path(__file__).parents[2]
+PAGE = Path(__file__).with_suffix(".md")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+INSIDE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
+SHOWN = 6  # failures of a kind that are told
+EACH = 8  # of so many deaths of a process, one is gone on from under mpirun
+SOME = 10  # of so many states, one is gone on from by two or three ranks
+Facts = dict[str, Any]
+
+
+def spent() -> float:
+    """Return the processor time of this process and its forks, s."""
+    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def some(all_of: list[Any], share: float) -> list[Any]:
+    """Return an even share of what there is."""
+    return all_of[:: max(round(1.0 / share), 1)]
+
+
+def look_at(kind: Kind, place: Path, share: float) -> Facts:
+    """Return what became of all crashes of a kind, and of its awaits."""
+    start = spent()
+    checks.prepare([kind], place)
+    found = checks.record(kind, place / "record")
+    crashes = checks.states(found)
+    states = [crash for crash, _ in crashes.values()]
+    own = [crash for crash in states if crash.how == PROCESS]
+    others = [crash for crash in states if crash.how != PROCESS]
+    chosen = some(own, share) + some(others, share / kind.every)
+    failures: Counter[str] = Counter()
+    first: dict[str, str] = {}
+    for number, crash in enumerate(chosen):
+        size = 2 + number // SOME % 2 if number % SOME == 0 else 1
+        wrong = checks.wrong_after(found, crash, size)
+        if wrong:
+            name = PART.sub("PART", wrong)
+            failures[name] += 1
+            first.setdefault(name, checks.described(found, crash))
+    total = sum(count for _, count in crashes.values())
+    facts = {
+        "kind": kind.name, "calls": len(found.calls),
+        "crashes": total, "states": len(states),
+        "awaits": [], "tried": len(chosen), "failed": failures.total(),
+        "models": dict(Counter(crash.how for crash in states)),
+        "failures": [f"{n} times: {wrong}; first: {first[wrong]}"
+                     for wrong, n in failures.most_common(SHOWN)],
+    }  # fmt: skip
+    if kind.under_mpirun:
+        facts["awaits"].append(under_mpirun(found, some(own, min(share, 1.0) / EACH)))
+    facts["awaits"] += awaits.look_at(kind, found, place, share)
+    facts["seconds"] = spent() - start
+    return facts
+
+
+def under_mpirun(found: checks.Record, chosen: list[Crash]) -> Facts:
+    """Return what became of crashes after which mpirun's ranks go on."""
+    tally = awaits.Tally("gone on from under mpirun -n 2 or 3")
+    for number, crash in enumerate(chosen):
+        wrong = checks.wrong_under_mpirun(found, crash, 2 + number % 2)
+        tally.add(checks.described(found, crash), wrong)
+    return tally.facts()
+
+
+def table(found: list[Facts]) -> list[str]:
+    """Return the table of crashes and that of awaits."""
+    out = ["| kind | calls | crashes | states | tried | failed |",
+           "|---|---:|---:|---:|---:|---:|"]  # fmt: skip
+    names = ("kind", "calls", "crashes", "states", "tried", "failed")
+    out += ["| " + " | ".join(str(f[n]) for n in names) + " |" for f in found]
+    total = [sum(f[n] for f in found) for n in names[1:]]
+    out += ["| all | " + " | ".join(map(str, total)) + " |", ""]
+    out += [
+        "| awaits of | what happens there | points | failed |",
+        "|---|---|---:|---:|",
+    ]
+    for facts in found:
+        for one in facts["awaits"]:
+            cells = (facts["kind"], one["what"], one["points"], one["failed"])
+            out.append("| " + " | ".join(map(str, cells)) + " |")
+    return out
+
+
+def failures(found: list[Facts]) -> list[str]:
+    """Return a line for each kind of failure."""
+    out = [f"- {f['kind']}: {line}" for f in found for line in f["failures"]]
+    return out + [f"- {f['kind']}, {one['what']}: {line}" for f in found
+                  for one in f["awaits"] for line in one["failures"]]  # fmt: skip
+
+
+def page(found: list[Facts], seconds: float) -> str:
+    """Return the page."""
+    told = " ".join((__doc__ or "").split("\n\n")[2].split())
+    out = ["# Crash points", "",
+           "Written by `python scripts/evidence/crash_points.py --write`; do not edit.",
+           "", told, "", "What a death may leave:", ""]  # fmt: skip
+    out += [f"- {name}: {text}" for name, text in MODELS.items()]
+    some_of = (
+        "Of the states an even share was gone on from (tried); --share 64 takes all."
+    )
+    out += [
+        "",
+        some_of,
+        "",
+        *table(found),
+        "",
+        f"{seconds / 60:.0f} minutes of processor time.",
+        "",
+    ]
+    lines = failures(found)
+    out += ["Failed:", "", *lines] if lines else ["None failed."]
+    return "\n".join(out) + "\n"
+
+
+def asked() -> argparse.Namespace:
+    """Return the arguments."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--only", default="", help="kinds, by commas")
+    parser.add_argument("--share", type=float, default=1.0)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
+                        help="tell what runs said by --json")  # fmt: skip
+    args = parser.parse_args()
+    if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
+        parser.error("this h5py writes by MPI-IO; a plain one is needed")
+    known = kinds()
+    plain = {name.replace(", ", " "): name for name in known}
+    names = args.only.split(",") if args.only else [*plain]
+    for name in names:
+        if name not in plain:
+            parser.error(f"unknown kind {name}; known: {', '.join(plain)}")
+    args.kinds = [plain[name] for name in names]
+    return args
+
+
+def apart(name: str, share: float, place: Path) -> subprocess.Popen[str]:
+    """Start a process that has the shim in it and looks at one kind."""
+    own = place / name.replace(", ", "-").replace(" ", "-")
+    own.mkdir()
+    env = os.environ | {"LD_PRELOAD": str(place / "shim.so"), INSIDE: str(own)}
+    env |= {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, "1")
+    call = [sys.executable, __file__, "--only", name.replace(", ", " ")]
+    call += ["--share", str(share), "--json"]
+    return subprocess.Popen(call, env=env, stdout=subprocess.PIPE, text=True)
+
+
+def all_of(args: argparse.Namespace) -> list[Facts]:
+    """Look at all kinds, each in a process of its own."""
+    found = []
+    with tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder:
+        place, left, at_work = Path(folder), list(args.kinds), []
+        compiled(place)
+        while left or at_work:
+            while left and len(at_work) < args.jobs:
+                at_work.append(apart(left.pop(0), args.share, place))
+            said = at_work.pop(0).communicate()[0]
+            found += json.loads(said)
+            line = {n: v for n, v in found[-1].items() if n not in ("awaits", "models")}
+            print(json.dumps(line), file=sys.stderr, flush=True)
+    return found
+
+
+def read(paths: list[Path]) -> list[Facts]:
+    """Return what earlier runs said, kinds in their order, of each the last."""
+    told = {f["kind"]: f for path in paths for f in json.loads(path.read_text())}
+    return [told[name] for name in kinds() if name in told]
+
+
+def main() -> int:
+    """Look at all, and tell what became of it."""
+    args = asked()
+    if INSIDE in os.environ:
+        place = Path(os.environ[INSIDE])
+        found = [look_at(kinds()[n], place, args.share) for n in args.kinds]
+    else:
+        found = read(args.read) if args.read else all_of(args)
+    if args.json:
+        print(json.dumps(found))
+    else:
+        print("\n".join([*table(found), *failures(found)]))
+    if args.write:
+        PAGE.write_text(page(found, sum(f["seconds"] for f in found)))
+    return 1 if failures(found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

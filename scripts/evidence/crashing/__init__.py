@@ -1,0 +1,1 @@
+"""Every crash point of a campaign's directory, and every await between ranks."""

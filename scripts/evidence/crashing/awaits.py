@@ -1,0 +1,287 @@
+"""Ranks that are stopped, slow or dead at an await; a directory lost at each call."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from crashing import checks, isolated, wire
+from crashing.checks import Record
+from crashing.disk import PART
+from crashing.kinds import Kind
+from crashing.trace import Call, watch
+
+RANKS, TWO = 3, 2
+EACH = 2  # times that a rank comes to an await and is struck there
+PAUSE = 0.15  # s of being slow, or stopped
+ENDS = (0, 2, 75)  # how one may end that has lost its directory: in one line
+OWNED = ("sweep", "longer list", "gather", "refined, twins of speckle")
+SHARED = ("sweep", "refined")
+CASES = 3  # that an interpreter is asked for: two, and to compile
+Facts = dict[str, Any]
+
+
+@dataclass
+class Tally:
+    """What became of the awaits of a sort."""
+
+    what: str
+    points: int = 0
+    wrong: Counter[str] = field(default_factory=Counter)
+    first: dict[str, str] = field(default_factory=dict)
+
+    def add(self, where: str, wrong: str) -> None:
+        """Count one."""
+        self.points += 1
+        if wrong:
+            name = PART.sub("PART", wrong)
+            self.wrong[name] += 1
+            self.first.setdefault(name, where)
+
+    def facts(self) -> Facts:
+        """Return what there is to tell."""
+        lines = [f"{n} times: {w}; first: {self.first[w]}"
+                 for w, n in self.wrong.most_common(6)]  # fmt: skip
+        return {"what": self.what, "points": self.points,
+                "failed": self.wrong.total(), "failures": lines}  # fmt: skip
+
+
+def look_at(kind: Kind, found: Record, place: Path, share: float) -> list[Facts]:
+    """Return what became of the awaits of a kind."""
+    out = []
+    if kind.name in SHARED:
+        seen = awaits_of(found, place)
+        for what, act in ACTS.items():
+            tally = Tally(what)
+            for fault in _some(list(faults(seen, act)), share):
+                where = f"rank {fault.rank} at its {fault.at + 1}. {fault.where}"
+                tally.add(where, struck(found, fault))
+            out.append(tally.facts())
+    if kind.name == "isolated":
+        tally = Tally("the case's own interpreter is stopped or dies there")
+        for point in _some(list(isolated.points(CASES)), share):
+            tally.add(" ".join(map(str, point)), struck_apart(found, point))
+        out.append(tally.facts())
+    if kind.name in OWNED:
+        tally = Tally("stopped, lost to another that ends its work, goes on")
+        for at in _some(list(claims_of(found)), share):
+            call = found.calls[at] if at < len(found.calls) else None
+            where = (
+                f"before call {at}: {call.kind} {call.path}" if call else "at its end"
+            )
+            tally.add(where, lost(found, at))
+        out.append(tally.facts())
+    return out
+
+
+def _some(all_of: list[Any], share: float) -> list[Any]:
+    return all_of[:: max(round(1.0 / share), 1)]
+
+
+def stop() -> None:
+    """Stop this process, until it is told to go on."""
+    os.kill(os.getpid(), signal.SIGSTOP)
+
+
+def _die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _lose() -> None:
+    for path in Path(os.environ["CRASH_OWNERS"]).glob("*.claim"):
+        path.unlink()
+
+
+ACTS: dict[str, Callable[[], None]] = {
+    "a rank is stopped there, and goes on": stop,
+    "a rank is slow there": lambda: time.sleep(PAUSE),
+    "a rank dies there, and all with it": _die,
+    "all claims are gone there": _lose,
+}
+
+
+def awaits_of(
+    found: Record, place: Path, size: int = RANKS
+) -> Counter[tuple[int, str]]:
+    """Return how often each rank comes to each of its awaits, undisturbed."""
+    note = place / "awaits"
+    note.unlink(missing_ok=True)
+    empty(found)
+    ranks = start(found, size, note=note)
+    if ranks.wait():
+        raise checks.BrokenError(ranks.told)
+    rows = (line.split(" ", 1) for line in note.read_text().splitlines())
+    return Counter((int(rank), where) for rank, where in rows)
+
+
+def faults(
+    seen: Counter[tuple[int, str]], act: Callable[[], None]
+) -> Iterator[wire.Fault]:
+    """Yield a fault at each await of each rank, the first times it comes there."""
+    for (rank, where), count in sorted(seen.items()):
+        for at in range(min(count, EACH)):
+            yield wire.Fault(rank, where, at, act)
+
+
+def empty(found: Record) -> None:
+    """Put the directory as it was before the command."""
+    world = found.place / "w"
+    shutil.rmtree(world, ignore_errors=True)
+    world.mkdir()
+    found.before.write(world)
+
+
+def start(found: Record, size: int, **options: Any) -> wire.Ranks:
+    """Start the command on some ranks, what it says in a new file."""
+    told = found.place / "again"
+    told.unlink(missing_ok=True)
+    plain = checks.act(found.kind, found.kind.call(found.place))
+    return wire.start(size, plain, told, **options)
+
+
+def struck(found: Record, fault: wire.Fault) -> str:
+    """Return what goes wrong where a fault strikes, then the command is given again."""
+    empty(found)
+    os.environ["CRASH_OWNERS"] = str(found.place / "w" / "out" / "owners")
+    ranks = start(found, RANKS, fault=fault)
+    try:
+        code = ranks.wait(stopped=True)
+        if code is None:
+            time.sleep(PAUSE)
+            ranks.go_on()
+            code = ranks.wait()
+    except TimeoutError:
+        return "hangs"
+    if fault.act is _die:
+        allowed: tuple[int | None, ...] = (-signal.SIGKILL,)
+    else:
+        allowed = ENDS if fault.act is _lose else (0,)
+    told = ranks.told
+    if (code not in allowed and code != 0) or "Traceback" in told:
+        return f"ends with {code}: {told.strip()[-300:]}"
+    return checks.wrong_again(found, 2 if fault.act is _die else 1)
+
+
+def struck_apart(found: Record, point: tuple[str, int, str]) -> str:
+    """Return what goes wrong where an interpreter of isolated cases is struck."""
+    empty(found)
+    told = found.place / "struck"
+    told.unlink(missing_ok=True)
+    plain = checks.act(found.kind, found.kind.call(found.place))
+
+    def action(comm: Any) -> int:
+        from hpcwhirl.campaign import worker_process
+
+        own = worker_process.interpreter
+        worker_process.interpreter = lambda _: own(isolated.__name__)
+        os.environ[isolated.STRUCK] = ",".join(map(str, point))
+        return plain(comm)
+
+    ranks = wire.start(1, action, told)
+    try:
+        code = ranks.wait()
+    except TimeoutError:
+        return "hangs"
+    if code not in (0, 1) or "Traceback" in ranks.told:
+        return f"ends with {code}: {ranks.told.strip()[-300:]}"
+    if code == 1 and point[2] not in isolated.ENDS:
+        return f"a case is lost: {ranks.told.strip()[-300:]}"
+    return checks.wrong_again(found, 1, "--retry", "crashed")
+
+
+def claims_of(found: Record) -> Iterator[int]:
+    """Yield the calls at which a directory may be lost, those on a part but once."""
+    log, before = found.calls, ""
+    for number, call in enumerate(log):
+        now = f"{call.kind} {call.path}" if PART.search(call.path) else str(number)
+        if now != before:
+            yield number
+        before = now
+    yield len(log)
+
+
+def lost(found: Record, at: int | wire.Fault) -> str:
+    """Return what goes wrong where one is stopped and another takes over.
+
+    The first is stopped before the call `at`, or, one of two ranks, by a fault. The
+    other is of another machine, is told to take over, and ends its work. Then the
+    first goes on, and ends by itself; then the command is given again. Where the other
+    has a longer plan, it stays: but at the very call that publishes the shorter one,
+    and where the first had claimed nothing yet and so only comes after it.
+    """
+    taker = checks.going_beyond(found)
+    empty(found)
+    world, log = found.place / "w", found.place / "lost.log"
+    log.unlink(missing_ok=True)
+    told = found.place / "first"
+    told.unlink(missing_ok=True)
+    plain = checks.act(found.kind, found.kind.call(found.place))
+
+    def watched(comm: Any) -> int:
+        watch(world, log, at, signal.SIGSTOP)
+        return plain(comm)
+
+    if isinstance(at, int):
+        first = wire.start(1, watched, told)
+        owned = any(map(_claims, found.calls[:at]))
+        owned = owned and not any(map(_publishes, found.calls[at : at + 1]))
+    else:
+        first, owned = wire.start(TWO, plain, told, fault=at), False
+    try:
+        code = first.wait(stopped=True)
+        wrong = "" if code is not None else taken_over(taker)
+        plan = _plan(world)
+        if code is None:
+            first.go_on()
+            code = first.wait()
+        if not wrong and owned and plan != _plan(world):
+            wrong = "is told another plan by the first"
+    except TimeoutError:
+        return "hangs"
+    if wrong:
+        return f"who takes over: {wrong}"
+    if code not in ENDS or "Traceback" in first.told:
+        return f"ends with {code}: {first.told.strip()[-300:]}"
+    return checks.wrong_again(taker, 1)
+
+
+def _plan(world: Path) -> bytes:
+    path = world / "out" / "campaign.json"
+    return path.read_bytes() if path.exists() else b""
+
+
+def _claims(call: Call) -> bool:
+    return call.kind == "create" and call.path.endswith(".claim")
+
+
+def _publishes(call: Call) -> bool:
+    return call.kind == "rename" and call.other.endswith("campaign.json")
+
+
+def taken_over(found: Record) -> str:
+    """Return what goes wrong where another machine takes over; "" nothing."""
+    kind = found.kind
+    words = kind.call(found.place)
+    if words[0] == "campaign":
+        words = [*words, "--take-over"]
+    plain, told = checks.act(kind, words), found.place / "taker"
+    told.unlink(missing_ok=True)
+
+    def elsewhere(comm: Any) -> int:
+        from hpcwhirl.store.directory import owner
+
+        owner.machine = lambda: "another machine"
+        return plain(comm)
+
+    ranks = wire.start(1, elsewhere, told)
+    code = ranks.wait()
+    if code or "Traceback" in ranks.told:
+        return f"ends with {code}: {ranks.told.strip()[-300:]}"
+    return checks.differs(found)

@@ -1,0 +1,159 @@
+"""Safe ranges: as many neighbouring cases as are damped, and what lies beyond them."""
+
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from synthetic import synthetic
+
+import hpcwhirl
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene.words import ENUMS
+
+LETTERS = {"d": "damped", "S": "sustained", "X": "divergent", "?": "undecided"}
+NAN = float("nan")
+
+
+def campaign(folder, lines):
+    """Write results whose words are given; return the directory.
+
+    lines : {gap: a letter for each speed}, speeds 100, 110, 120 ...
+    """
+    points = [(gap, 100.0 + 10 * i) for gap, line in lines.items()
+              for i in range(len(line))]  # fmt: skip
+    synthetic(folder, [{"gap": gap, "speed": speed} for gap, speed in points])
+    told = [LETTERS[letter] for line in lines.values() for letter in line]
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["outcome"][:] = ENUMS["outcome"].index("completed")
+        file["regime"][:] = [ENUMS["regime"].index(word) for word in told]
+        assert file["gap"].shape == (len(points),)
+    return folder
+
+
+def ranges(folder, **options):
+    with hpcwhirl.open_results(folder) as data:
+        return hpcwhirl.safe_ranges(data, **options)
+
+
+def ends(found):
+    return [(r.low, r.high, r.below, r.above, r.word_below, r.word_above, r.cases)
+            for r in found]  # fmt: skip
+
+
+def test_ranges_and_what_lies_beyond_them(tmp_path):
+    found = ranges(campaign(tmp_path / "c", {1e-4: "ddSdd?", 2e-4: "dddddd"}))
+    first = [
+        (100.0, 110.0, NAN, 120.0, "", "sustained", 2),
+        (130.0, 140.0, 120.0, 150.0, "sustained", "undecided", 2),
+    ]
+    second = [(100.0, 150.0, NAN, NAN, "", "", 6)]
+    np.testing.assert_equal(ends(found), first + second)
+    assert [r.fixed for r in found] == [{"gap": 1e-4}] * 2 + [{"gap": 2e-4}]
+
+
+def test_a_line_without_a_damped_case_is_told(tmp_path):
+    (found,) = ranges(campaign(tmp_path / "c", {1e-4: "SX?"}))
+    assert found.cases == 0
+    assert math.isnan(found.low)
+    assert math.isnan(found.distance(110.0))
+
+
+@pytest.fixture(scope="module")
+def twelve(tmp_path_factory):
+    """Return the results of twelve damped cases, in memory."""
+    place = campaign(tmp_path_factory.mktemp("any") / "c", {1e-4: 12 * "d"})
+    with hpcwhirl.open_results(place) as data:
+        return data.load()
+
+
+@given(line=st.text("dSX?", min_size=2, max_size=12))
+def test_every_damped_case_lies_in_one_range_and_no_other_case_does(twelve, line):
+    words = np.array([LETTERS[letter] for letter in line])
+    data = twelve.isel(case=slice(len(line))).assign(regime=("case", words))
+    found = hpcwhirl.safe_ranges(data)
+    for i, letter in enumerate(line):
+        speed = 100.0 + 10 * i
+        inside = [r for r in found if r.cases and r.low <= speed <= r.high]
+        assert len(inside) == (letter == "d")
+        assert all(r.distance(speed) >= 0.0 for r in inside)
+    for r in found:
+        assert not r.cases or round((r.high - r.low) / 10) == r.cases - 1
+
+
+def test_the_distance_is_to_the_nearest_end_with_another_word_beyond(tmp_path):
+    found = ranges(campaign(tmp_path / "c", {1e-4: "dddS"}))[0]
+    assert found.distance(105.0) == 15.0  # below 100 nothing was computed
+    assert found.distance(125.0) == -5.0  # in the bracket: nobody knows
+    assert found.distance(90.0) == -10.0
+    free = ranges(campaign(tmp_path / "free", {1e-4: "ddd"}))[0]
+    assert free.distance(110.0) == math.inf
+
+
+def test_the_sweep_of_another_input_is_a_line_of_it(tmp_path):
+    place = campaign(tmp_path / "c", {1e-4: "dS", 2e-4: "dd", 3e-4: "SS"})
+    found = ranges(place, over="gap")
+    assert [(r.fixed["speed"], r.low, r.high) for r in found] == [
+        (100.0, 1e-4, 2e-4), (110.0, 2e-4, 2e-4)]  # fmt: skip
+
+
+def test_what_is_no_sweep_is_refused(tmp_path):
+    place = campaign(tmp_path / "c", {1e-4: "dS"})
+    with pytest.raises(InputError, match="unknown swept input 'gapp'"):
+        ranges(place, over="gapp")
+    drawn = tmp_path / "drawn"
+    synthetic(drawn, [{"gap": g, "speed": s} for g, s in [(1e-4, 1.0), (2e-4, 2.0)]])
+    with hpcwhirl.open_results(drawn) as data:
+        assert len(hpcwhirl.safe_ranges(data)) == 1  # as in [zip]: gap follows speed
+    synthetic(
+        tmp_path / "more",
+        [{"gap": g, "speed": s, "friction": f}
+         for g, s, f in [(1e-4, 1.0, 0.1), (2e-4, 2.0, 0.2), (3e-4, 1.0, 0.3)]],
+    )  # fmt: skip
+    with pytest.raises(InputError, match="no two cases differ in speed alone"):
+        ranges(tmp_path / "more")
+
+
+# The command
+
+
+@pytest.fixture
+def place(tmp_path):
+    return campaign(tmp_path / "c", {1e-4: "ddSd", 2e-4: "dddS"})
+
+
+def test_csv_has_a_row_for_each_range(place, capsys):
+    assert main(["margin", str(place), "--csv"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.startswith("gap [m],low [rad/s],high [rad/s],below [rad/s]")
+    assert rows[0] == "0.0001,100.0,110.0,nan,120.0,,sustained,2"
+    assert len(rows) == 3
+    assert main(["margin", str(place), "--csv", "--no-units"]) == 0
+    assert capsys.readouterr().out.startswith("gap,low,high,below,above,word_below")
+
+
+def test_a_point_is_told_its_distance(place, facts, capsys):
+    found = facts("margin", str(place), "--json", "--at", "speed=105")
+    assert [r["distance"] for r in found["ranges"]] == [5.0, -25.0, 15.0]
+    assert main(["margin", str(place), "--at", "speed=105", "--at", "gap=0.2 mm"]) == 0
+    assert "safe range on 1 of 1 lines; the nearest boundary is 15 rad" in (
+        capsys.readouterr().out
+    )
+    assert main(["margin", str(place), "--at", "speed=125"]) == 0
+    assert "in no safe range of 2 lines" in capsys.readouterr().out
+
+
+def test_wrong_words_are_one_line(place, capsys):
+    for words in (["--sure", "2"], ["--at", "speed=x"], ["--over", "nothing"],
+                  ["--at", "speed=1", "--at", "speed=2"]):  # fmt: skip
+        assert main(["margin", str(place), *words]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts):
+    found = facts("margin", str(campaign(tmp_path / "x", {1e-4: "SX"})), "--json")
+    assert json.dumps(found["ranges"][0]["low"]) == "null"

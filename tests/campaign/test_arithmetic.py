@@ -1,0 +1,354 @@
+"""A plan that is arithmetic against the product of objects, on designs at random."""
+
+import inspect
+import itertools
+import json
+import pickle
+import re
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hpcwhirl.campaign.plan.cost import Places, costs_of
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.errors import InputError, StoreError, one_line, shown
+from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.scene import Scene, apply_settings, batch_validation, digest, flatten
+from hpcwhirl.scene import inputs as scene_inputs
+from hpcwhirl.scene.batch_validation import RULES, Many
+from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.table import Table
+from hpcwhirl.store.directory.manifest import read_manifest
+
+PATTERNS = [[], [0.01] * 6, [0.0, 1, -0.5, 0.1, 0.2, 0.3], [0.02] * 5]
+VALUES = {
+    "speed": [0, 100, 410.0, 1e300],
+    "gap": [1e-4, 0.0, -0.0, 4.0, 6.0, -1.0, float("nan")],
+    "radius": [0.5, 1, 0.03],
+    "disk_radius": [0.04, 0.035891, 0.6],
+    "nodal_diameter": [1, 2, 30, 1.0],
+    "harmonics": [20, 40, True],
+    "discretization": ["fourier", "elements", "file", "wrong"],
+    "families": ["all", "bending"],
+    "casing.elements": [40, 80],
+    "kind": ["ring", "rigid"],
+    "revolutions": [0.0, 1, 5.5],
+    "duration": [2.5, 0.1, 30],
+    "time_step": [1e-6, 1e-15, 2e-6],
+    "until": ["end", "decided"],
+    "longest": [20.0, 0.05],
+    "blades": [6, 5, 22],
+    "mistuning": PATTERNS,
+    "direction": ["squeeze", "stretch"],
+}
+FINE = {
+    "speed": [0, 100, 410.0, 500], "gap": [1e-4, 0.0, 2e-4, 1],
+    "nodal_diameter": [1, 2, 3], "duration": [2.5, 1, 0.1], "blades": [22, 12],
+    "direction": ["squeeze", "stretch"], "scheme": ["modal", "general"],
+    "harmonics": [20, 40], "time_step": [1e-6, 2e-6],
+}  # fmt: skip
+
+
+def chosen(values, least=1):
+    """Draw {input: some of its values}, none twice."""
+    names = st.lists(st.sampled_from(sorted(values)), unique=True, max_size=3)
+    return names.flatmap(
+        lambda own: st.fixed_dictionaries(
+            {
+                n: st.lists(st.sampled_from(values[n]), min_size=least, max_size=3)
+                for n in own
+            }
+        )
+    )
+
+
+@st.composite
+def documents(draw, values):
+    """Draw the tables of a campaign."""
+    out = {"sweep": draw(chosen(values))}
+    rest = {n: v for n, v in values.items() if n not in out["sweep"]}
+    zipped = draw(chosen(rest))
+    if zipped:
+        length = min(map(len, zipped.values()))
+        out["zip"] = {name: some[:length] for name, some in zipped.items()}
+    rows = [{n: some[0] for n, some in row.items()}
+            for row in draw(st.lists(chosen(values), max_size=4))]  # fmt: skip
+    if rows:
+        out["cases"] = rows
+    return out
+
+
+def by_hand(document):
+    """Return (settings, scenes, digests) of all cases, an object each, as they were."""
+    grid, zipped = document["sweep"], document.get("zip", {})
+    explicit = document.get("cases", [])
+    along = [dict(zip(zipped, row, strict=True))
+             for row in zip(*zipped.values(), strict=True)] or [{}]  # fmt: skip
+    rows = []
+    if grid or zipped or not explicit:
+        rows = [
+            dict(zip(grid, row, strict=True)) | extra
+            for row in itertools.product(*grid.values())
+            for extra in along
+        ]
+    rows = [
+        {full_name(n): 0.0 if v == 0.0 and isinstance(v, float) else v
+         for n, v in row.items()}
+        for row in [*rows, *explicit]
+    ]  # fmt: skip
+    scenes = [apply_settings(Scene(), row) for row in rows]
+    digests = [digest(scene) for scene in scenes]
+    for number, name in enumerate(digests):
+        if digests.index(name) < number:
+            first = digests.index(name)
+            same = ", ".join(f"{n} = {shown(v)}" for n, v in rows[first].items())
+            told = f"cases {first} and {number} have the same inputs: "
+            raise InputError(told + one_line(same, 200))
+    return rows, scenes, digests
+
+
+def outcome(make, *given):
+    try:
+        return make(*given)
+    except InputError as refused:
+        return str(refused)
+
+
+@settings(max_examples=150, deadline=None)
+@given(documents(VALUES))
+@example({"sweep": {"until": ["end", "decided"], "time_step": [1e-6, 1e-12]}})
+def test_a_wrong_value_anywhere_is_refused_in_the_same_words(document):
+    wanted, found = outcome(by_hand, document), outcome(design_of, document)
+    if isinstance(wanted, str):
+        assert found == wanted
+    else:
+        assert list(found.digests) == wanted[2]
+
+
+@settings(max_examples=100, deadline=None)
+@given(documents(FINE))
+def test_cases_are_those_of_the_product_of_objects(document):
+    wanted, found = outcome(by_hand, document), outcome(design_of, document)
+    if isinstance(wanted, str):
+        assert found == wanted
+        return
+    rows, scenes, digests = wanted
+    assert list(found.settings) == rows
+    assert [list(row) for row in found.settings] == [list(row) for row in rows]
+    assert [found.settings[i] for i in range(len(rows))] == rows
+    assert found.settings[-2:] == tuple(rows[-2:])
+    assert list(found.scenes) == scenes
+    assert list(found.digests) == digests
+    assert [found.digests[i] for i in range(len(rows))] == digests
+    assert found.swept == tuple(dict.fromkeys(name for row in rows for name in row))
+    sent = pickle.loads(pickle.dumps(found))
+    assert list(sent.digests) == digests
+    for case, name in enumerate(digests):
+        assert sent.digests.find(name) == case
+        assert sent.digests.find(name, case + 1) == case
+    assert sent.digests.find("0" * 64) == -1
+    assert sent.digests.find("no digest") == -1
+
+
+@settings(max_examples=40, deadline=None)
+@given(documents(FINE))
+def test_costs_and_places_are_those_of_each_case(document):
+    try:
+        found = design_of(document)
+    except InputError:
+        return
+    costs = costs_of(found)
+    assert costs.steps.tolist() == [
+        found.predicted(c)[0] for c in range(len(found.scenes))
+    ]
+    assert costs.nominal.tolist() == [
+        found.predicted(c)[1] for c in range(len(found.scenes))
+    ]
+    base = flatten(found.base)
+    for number, name in enumerate(found.swept):
+        own = [row.get(name, base[name]) for row in found.settings]
+        place = Places(found)[np.arange(len(own))][:, number]
+        for a, b in itertools.combinations(range(len(own)), 2):
+            assert (place[a] == place[b]) == (own[a] == own[b])
+
+
+@settings(max_examples=40, deadline=None)
+@given(documents(FINE), st.randoms(use_true_random=False))
+def test_boundaries_are_those_of_lines_of_cases(document, chance):
+    try:
+        rows = list(design_of(document).settings)
+    except InputError:
+        return
+    words = [chance.choice("abc") for _ in rows]
+    swept = list(dict.fromkeys(n for row in rows for n in row))
+    wanted = set()
+    for a, b in itertools.permutations(range(len(rows)), 2):
+        differ = [n for n in swept if rows[a].get(n) != rows[b].get(n)]
+        if len(differ) != 1 or rows[a].keys() != rows[b].keys():
+            continue
+        (name,) = differ
+        if not all(isinstance(row.get(name), int | float) for row in rows):
+            continue
+        line = sorted(r[name] for r in rows if r | {name: 0} == rows[a] | {name: 0})
+        apart = abs(line.index(rows[a][name]) - line.index(rows[b][name]))
+        if apart == 1 and words[a] != words[b]:
+            wanted |= {a, b}
+    assert set(np.flatnonzero(at_boundary(rows, swept, words)).tolist()) == wanted
+
+
+@settings(max_examples=30, deadline=None)
+@given(documents(FINE))
+def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, document):
+    try:
+        found = design_of(document)
+    except InputError:
+        return
+    folder = tmp_path_factory.mktemp("plan")
+    prepare(found, folder)
+    plan = read_manifest(folder)
+    assert plan == found.manifest()
+    assert list(plan.digests) == list(found.digests)
+    assert list(plan.settings) == list(found.settings)
+    assert '"digests"' not in (folder / "campaign.json").read_text()
+
+
+BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
+    ({"disk_radius": 0.6}, "engine.rotor: disk_radius must be < radius"),
+    ({"mistuning": [0.1]}, "engine.rotor: mistuning must be [] or 22 numbers"),
+    ({"families": "bending", "discretization": "elements"}, "families must be all"),
+    ({"cross_coupling": 1.0}, "cross_coupling must be 0 where rotation is none"),
+    ({"rotation": "full", "engine.file": __file__}, "rotation must be none with a"),
+    ({"rotation": "full", "rotor.damping": 0.5}, "must be >= damping (0.5)"),
+    ({"mistuning": [0.1] * 22, "engine.file": __file__}, "mistuning must be [] with"),
+    ({"discretization": "file"}, "file must be named where casing.discretization"),
+    ({"nodal_diameter": 30}, "nodal_diameter must be <= 20 on a ring of 20 harmonics"),
+    ({"revolutions": 1.0, "speed": 0.0}, "revolutions must be 0 where speed is 0"),
+    ({"time_step": 1e-14}, "time_step must be >= 2.5e-13 s (1e+13 steps)"),
+    ({"until": "decided", "longest": 1.0}, "longest must be >= 2.5 s (duration)"),
+    ({"gap": 6.0}, "gap must be <= 5 m, got 6.0"),
+]
+
+
+def full(row):
+    return {full_name(name): value for name, value in row.items()}
+
+
+def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
+    seen = set()
+    for wrong, told in BROKEN:
+        with pytest.raises(InputError, match=re.escape(told)):
+            apply_settings(Scene(), wrong)
+        cases = Many(Scene(), Table.of([{}, full(wrong), {}]))
+        assert cases.first_wrong() == 1
+        for number, one in enumerate(RULES):
+            with monkeypatch.context() as patched:
+                patched.setattr(batch_validation, "RULES", (one,))
+                if cases.first_wrong() == 1:
+                    seen.add(number)
+        with pytest.raises(InputError, match=re.escape(told)):
+            cases.check()
+    assert seen == set(range(len(RULES)))
+    assert len(BROKEN) == len(RULES)
+
+
+def test_no_model_has_rules_that_columns_do_not_know():
+    kinds = [c for _, c in inspect.getmembers(scene_inputs, inspect.isclass)]
+    models = [c for c in kinds if issubclass(c, scene_inputs.Inputs)]
+    assert {
+        name
+        for kind in models
+        for name, own in kind.__pydantic_decorators__.model_validators.items()
+        if own.info.mode == "after"
+    } == {"_keeps_rules"}
+    assert sum(len(kind.RULES) for kind in models) == len(RULES)
+
+
+@pytest.mark.parametrize("laws", [("gap",), ("gap", "friction"), ("mistuning",)])
+@pytest.mark.parametrize("method", ["random", "halton"])
+def test_draws_stand_at_each_point(laws, method):
+    law = {"distribution": "uniform", "low": 1e-4, "high": 2e-4}
+    document = {
+        "sweep": {"speed": [300, 410.0], "nodal_diameter": [1, 2]},
+        "zip": {"duration": [1, 2.0], "direction": ["squeeze", "stretch"]},
+        "sample": {"method": method, "count": 3, **dict.fromkeys(laws, law)},
+    }
+    found = design_of(document)
+    points = design_of({n: document[n] for n in ("sweep", "zip")})
+    assert len(found.settings) == 3 * len(points.settings) == 24
+    draws = [{full_name(n): row[full_name(n)] for n in laws}
+             for row in found.settings[:3]]  # fmt: skip
+    assert len({json.dumps(draw) for draw in draws}) == 3
+    assert list(found.settings) == [p | d for p in points.settings for d in draws]
+    assert list(found.digests) == [digest(scene) for scene in found.scenes]
+
+
+def test_a_million_cases_are_planned_in_a_megabyte_and_found_by_their_digests():
+    numbers = {"start": 1e-4, "stop": 2e-4, "num": 1000}
+    found = design_of({"sweep": {"speed": numbers | {"stop": 500.0}, "gap": numbers}})
+    assert len(found.settings) == found.most == 1_000_000
+    assert len(pickle.dumps(found)) < 1_000_000
+    for case in (0, 999, 1000, 123_456, 999_999):
+        name = digest(found.scenes[case])
+        assert found.digests[case] == name
+        assert found.digests.find(name, case) == case
+
+
+def test_a_coarse_level_is_arithmetic_too():
+    found = design_of(
+        {
+            "sweep": {"speed": [300, 310.0, 320]},
+            "refine": {"over": "speed", "levels": 2},
+        }
+    )
+    assert found.grows
+    assert [found.digest(case) for case in range(3)] == list(found.digests)
+    assert list(found.digests) == [digest(scene) for scene in found.scenes]
+
+
+@pytest.mark.parametrize(
+    "cases",
+    [3, [3], [[3]], [[{}]], [[{"speed": 3}]], [[{"speed": [1, 2], "gap": [1]}]],
+     [[{"nothing": [1]}]]],
+)  # fmt: skip
+def test_a_plan_of_other_cases_is_one_line(tmp_path, cases):
+    prepare(design_of({"sweep": {"speed": [300, 310]}}), tmp_path)
+    path = tmp_path / "campaign.json"
+    data = json.loads(path.read_text()) | {"cases": cases}
+    del data["seal"]
+    path.write_text(json.dumps(data))
+    with pytest.raises(StoreError, match="its keys are not those of a campaign"):
+        read_manifest(tmp_path)
+
+
+def test_a_table_of_listed_cases_is_the_list():
+    rows = [{"a": 1}, {"a": 2}, {}, {}, {"b": 1, "a": 2}, {"a": 2, "b": 1}]
+    table = Table.of(rows)
+    assert list(table) == rows
+    assert table == rows
+    assert Table.from_plain(json.loads(json.dumps(table.plain()))) == rows
+    column = table.column("b", 7)
+    values = np.array(column.values)[column.codes(np.arange(6))]
+    assert values.tolist() == [7, 7, 7, 7, 1, 1]
+
+
+BLOCKS = {"cases": [{"speed": 10}, {"speed": 20}, {"gap": 3e-4}]}
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"gap": 1e-4}, {"gap": 2e-4}),
+        ({"speed": 100.0}, {"speed": 200.0}),
+    ],
+)
+def test_plans_of_other_cases_are_others(one, other):
+    """A block of cases that does not set an input has the base's value of it."""
+    first, second = (
+        design_of({"scene": base, **BLOCKS}).digests for base in (one, other)
+    )
+    assert list(first) != list(second)
+    assert first != second
+    assert first.identity != second.identity

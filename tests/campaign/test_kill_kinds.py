@@ -1,0 +1,128 @@
+"""Kills of campaigns of every kind: refined, with twins, extended, sampled.
+
+Whatever the ranks and however often they are killed, the bits are those of a campaign
+that one process computed undisturbed, and nothing is computed that it did not. Twenty
+kills of each kind: `HPCWHIRL_KILLS=7 pytest -m mpi tests/campaign/test_kill_kinds.py`.
+"""
+
+import os
+import random
+import shutil
+import time
+import tomllib
+
+import h5py
+import pytest
+import tomli_w
+from launch import LIMIT, kill, launch, records, root_variables, start
+from on_engine import on_engine
+
+REFINED = """
+scene = {duration = 0.02}
+output = {interval = 1e-3}
+[sweep]
+speed = {start = 40, stop = 520, num = 9}
+gap = [8e-5, 1.6e-4, 4e-4]
+[refine]
+over = ["speed", "gap"]
+levels = 2
+scale = {gap = "log"}
+words = "both"
+first = "draft"
+"""
+TWINS = """
+[twins]
+count = 2
+of = "boundary"
+spread = {force = 0.1}
+"""
+GRID = """
+scene = {duration = 0.1}
+solver = {time_step = 4e-6}
+output = {traces = "summary"}
+"""
+SAMPLED = """
+[sample]
+count = 8
+method = "saltelli"
+gap = {distribution = "uniform", low = 1e-4, high = 3e-4}
+force = {distribution = "lognormal", median = 75e3, deviation = 0.2}
+"""
+KINDS = {
+    "refined": REFINED,
+    "refined, confirmed": REFINED + 'confirm = "standard"\n',
+    "refined, twins": REFINED + TWINS,
+    "sampled": GRID + SAMPLED,
+    "extended, twins": GRID + "sweep = {speed = {start = 300, stop = 440, step = 10}}\n"
+    + TWINS,
+}  # fmt: skip
+KILLS = int(os.environ.get("HPCWHIRL_KILLS", "2"))  # of 1, of 2 and of 3 ranks each
+EXTENDED = ("--extend", "undecided", "--to", "0.4")
+
+
+def variables(folder):
+    """Return the root variables of results, and those of twins."""
+    with h5py.File(folder / "results.h5") as file:
+        twins = {n: d[()].tobytes() for n, d in file.get("twins", {}).items()}
+    return root_variables(folder) | {f"twins/{name}": v for name, v in twins.items()}
+
+
+def killed(words, ranks, count):
+    """Start a campaign and kill it once it has so many rows; tell whether it lived."""
+    process = start(words, ranks)
+    end = time.monotonic() + LIMIT
+    while len(records(words[4])) < count and process.poll() is None:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+    alive = process.poll() is None
+    kill(process)
+    return alive
+
+
+def begun(place, kind, name):
+    """Return the words that finish a campaign of a kind, begun where it has to be."""
+    file, out = place / "c.toml", place / name
+    tables = on_engine("mostly_damped", tomllib.loads(KINDS[kind]))
+    file.write_text(tomli_w.dumps(tables))
+    words = ["campaign", file, "--report=no", "--out", out]
+    if not kind.startswith("extended"):
+        return words
+    if name == "alone":
+        assert launch(*words).returncode == 0
+        shutil.copytree(out, place / "first")
+    else:
+        shutil.copytree(place / "first", out)
+    return [*words, *EXTENDED]
+
+
+def survives(place, kind, kills, sizes=(1, 2, 3)):
+    """Kill campaigns of some ranks so many times each; compare what they end with."""
+    words = begun(place, kind, "alone")
+    first = len(records(place / "alone"))
+    assert launch(*words).returncode == 0
+    expected, cases = variables(place / "alone"), len(records(place / "alone"))
+    assert cases - first > kills
+    chance, struck = random.Random(7), 0
+    for ranks in sizes:
+        out = place / f"of-{ranks}"
+        words = begun(place, kind, out.name)
+        for count in sorted(chance.sample(range(first + 1, cases), kills)):
+            struck += killed(words, ranks, count)
+        done = launch(*words, "--retry", "crashed", ranks=ranks)
+        assert done.returncode == 0, done.err
+        assert variables(out) == expected
+        assert len({r["digest"] for r in records(out)}) == cases  # none too many
+    assert struck > 0
+
+
+@pytest.mark.mpi
+def test_any_number_of_ranks_and_a_kill_give_the_same_bits(tmp_path):
+    survives(tmp_path, "refined", 1, sizes=(2, 3))
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("kind", KINDS)
+def test_kills_and_resumes_cost_no_bit(tmp_path, kind):
+    survives(tmp_path, kind, KILLS)

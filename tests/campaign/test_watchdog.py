@@ -1,0 +1,145 @@
+"""A rank that hangs keeps nobody from ending: the others end with 75, work kept."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+from launch import (
+    ENVIRONMENT,
+    LIMIT,
+    ROOT,
+    launch,
+    records,
+    root_variables,
+    start,
+    wait_for,
+)
+from test_kill import pid_of
+
+from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.campaign.watchdog import Watchdog
+
+LONG = """
+scene = {duration = 0.6}
+solver = {time_step = 2e-6}
+output = {interval = 1e-3}
+sweep = {speed = [300, 340, 380, 420, 460, 500]}
+"""
+# A case that hangs for ever, and a file that says that it has begun to.
+HANG = """
+import pathlib, time
+from hpcwhirl.campaign import evaluate
+compute = evaluate.compute
+def hang(case, *others, **named):
+    if case.given.speed == 420 and pathlib.Path("PLACE/hang").exists():
+        pathlib.Path("PLACE/hangs").touch()
+        while True:
+            time.sleep(3600)
+    return compute(case, *others, **named)
+evaluate.compute = hang
+"""
+
+
+def inputs(place):
+    (place / "long.toml").write_text(LONG)
+    return place / "long.toml"
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    place = tmp_path_factory.mktemp("undisturbed")
+    assert launch("campaign", inputs(place), "--out", place / "out").returncode == 0
+    return root_variables(place / "out")
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("hung", [1, 0])
+def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, hung):
+    out = tmp_path / "out"
+    words = ["campaign", inputs(tmp_path), "--out", out]
+    process = start([*words, "--patience", "1"], ranks=3)
+    wait_for(lambda: records(out), process)
+    os.kill(pid_of(process, hung), signal.SIGSTOP)
+    kept = records(out)
+    process.send_signal(signal.SIGUSR1)
+    _, told = process.communicate(timeout=LIMIT)
+    assert process.returncode == 75, told
+    assert "not all ranks have stopped 1 s after" in told
+    assert all(record in records(out) for record in kept)
+    assert launch(*words).returncode == 0
+    assert root_variables(out) == undisturbed
+    assert len(records(out)) == 6
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [0, 2])
+def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
+    out = tmp_path / "out"
+    (tmp_path / "sitecustomize.py").write_text(HANG.replace("PLACE", str(tmp_path)))
+    (tmp_path / "hang").touch()
+    path = f"{tmp_path}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
+    words = ["campaign", inputs(tmp_path), "--out", out]
+    text = (tmp_path / "long.toml").read_text()
+    (tmp_path / "long.toml").write_text(text + "campaign = {patience = 0.5}\n")
+    process = start(words, ranks, env=ENVIRONMENT | {"PYTHONPATH": path})
+    wait_for((tmp_path / "hangs").exists, process)
+    process.send_signal(signal.SIGUSR1)
+    _, told = process.communicate(timeout=LIMIT)
+    assert process.returncode == 75, told
+    assert "the same command continues" in told
+    assert launch(*words).returncode == 0
+    assert root_variables(out) == undisturbed
+
+
+@pytest.fixture
+def ends(monkeypatch):
+    """Return an event that is set where this process would have been ended."""
+    found = threading.Event()
+
+    def note(self):
+        found.set()
+        self._over.set()
+
+    monkeypatch.setattr(Watchdog, "_end", note)
+    return found
+
+
+def test_without_a_wish_nothing_is_ended(ends):
+    with Stopping() as stopping, Watchdog(stopping, 0.0):
+        assert not ends.wait(1.0)
+        stopping.settled = True
+        stopping.ask("a test")
+        assert not ends.wait(1.0)  # what is left to do takes its time
+        stopping.settled = False
+        assert ends.wait(LIMIT)
+
+
+def test_a_signal_counts_that_no_handler_has_seen(ends):
+    stopping = Stopping()
+    before = signal.signal(signal.SIGUSR1, lambda *_: None)
+    try:
+        with Watchdog(stopping, 0.0):
+            assert not ends.wait(0.6)
+            signal.raise_signal(signal.SIGUSR1)
+            assert ends.wait(LIMIT)
+        assert not stopping.reason
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+
+
+def test_the_wakeup_of_signals_is_given_back():
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    before = signal.set_wakeup_fd(write)
+    try:
+        with Watchdog(Stopping(), 1.0):
+            time.sleep(0)
+        assert signal.set_wakeup_fd(before) == write
+    finally:
+        signal.set_wakeup_fd(before)
+        os.close(read)
+        os.close(write)

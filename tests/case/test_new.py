@@ -1,0 +1,156 @@
+"""A fan from a few numbers: what is written runs, and is as large as it says."""
+
+import dataclasses
+import math
+
+import pytest
+
+import hpcwhirl
+from hpcwhirl.campaign.plan.design import load_design
+from hpcwhirl.case.fan import FANS, Fan, scene_of_fan
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.families import modal_table
+from hpcwhirl.scene import flatten, load_document
+
+ASKED = ["--blades", "18", "--radius", "0.9", "--material", "titanium",
+         "--gap", "0.8mm"]  # fmt: skip
+
+
+def made(tmp_path, *words):
+    path = tmp_path / "fan.toml"
+    assert main(["new", str(path), *words]) == 0
+    return path
+
+
+def first_family(scene):
+    table = modal_table(resolve(scene).model)
+    own = [line for line in table if (line.body, line.family) == ("rotor", "1F")]
+    return max(own, key=lambda line: line.nodal_diameter).frequency_hz
+
+
+@pytest.mark.parametrize(
+    "fan",
+    [
+        Fan(blades=18, radius=0.9, gap=0.8e-3),
+        Fan(blades=36, radius=0.3, material="steel", lobes=2),
+        Fan(blades=22, radius=1.4, material="composite", casing_material="aluminium"),
+        Fan(blades=24, radius=0.7, material="nickel", full_speed=500.0, frequency=60.0),
+    ],
+)
+def test_the_model_finds_the_first_family_that_was_asked_for(fan):
+    scene, checked = scene_of_fan(fan)
+    full = fan.full_speed or 400.0 / fan.radius
+    wanted = fan.frequency or full / (4 * math.pi)
+    assert first_family(scene) == pytest.approx(wanted, rel=0.003)
+    assert checked.family == pytest.approx(wanted, rel=0.003)
+    assert FANS[0] <= checked.share <= FANS[1]
+    assert checked.family < checked.suspension < 5 * checked.family
+
+
+def test_similar_fans_have_similar_modes():
+    (one, small), (other, large) = (
+        scene_of_fan(Fan(radius=radius)) for radius in (0.4, 1.2)
+    )
+    assert small.full_speed == pytest.approx(3 * large.full_speed)
+    assert small.suspension / small.family == pytest.approx(
+        large.suspension / large.family, rel=0.01
+    )
+    assert other.gap / one.gap == pytest.approx(3.0)
+    assert small.reach == pytest.approx(large.reach, rel=0.01)
+
+
+@pytest.mark.parametrize(("lobes", "last"), [(1, 0.15), (2, 8e-3)])
+def test_the_ring_alone_goes_as_far_as_is_told(lobes, last):
+    scene, checked = scene_of_fan(Fan(radius=0.9, gap=0.8e-3, lobes=lobes))
+    far = checked.reach * scene.gap
+    radius = scene.engine.rotor.radius
+    heavier = (radius + 1.3 * far) / (radius + scene.gap)  # with room, the ring is
+    alone = hpcwhirl.Scene(
+        engine=scene.engine, nodal_diameter=lobes, force=scene.force, pulse=scene.pulse,
+        gap=1.3 * far, friction=0.0, speed=1.0, duration=last,
+        output={"traces": "full", "interval": last / 200},
+        solver={"time_step": 5e-6, "plan": "everything"},
+    )  # fmt: skip
+    moved = hpcwhirl.simulate(alone).traces["casing"][:, lobes, 0]
+    assert abs(moved).max() == pytest.approx(far / heavier, rel=0.05)
+    assert checked.closing == pytest.approx(scene.gap / checked.kick)
+    assert 20 * scene.gap * checked.family == pytest.approx(checked.kick, rel=0.01)
+
+
+def test_the_file_has_the_scene_that_was_checked(tmp_path):
+    path = made(tmp_path, *ASKED)
+    scene, _ = scene_of_fan(Fan(blades=18, radius=0.9, gap=0.8e-3))
+    design = load_design(path, {})
+    own, told = flatten(design.scene(0)), flatten(scene)
+    for name, value in told.items():
+        if name.startswith("engine.") and name != "engine.name":
+            assert own[name] == value, name
+    for name in ("force", "pulse", "duration", "nodal_diameter", "gap"):
+        assert own[name] == pytest.approx(told[name], rel=1e-3), name
+    speeds = {each["speed"] for each in design.settings}
+    assert 12 <= len(speeds) <= 30
+    assert 0.9 < max(speeds) / (400 / 0.9) <= 1.0
+
+
+def test_it_says_how_large_the_pulse_is_in_gaps(tmp_path, capsys):
+    path = made(tmp_path, *ASKED)
+    told = capsys.readouterr().out
+    assert "1F 35.4 Hz, 0.50 of the full speed's 70.7 Hz (4244 rpm)" in told
+    assert "closes the gap of 0.8 mm in 1.41 ms" in told
+    assert "gaps far" in told
+    assert "gaps far" in path.read_text()
+
+
+@pytest.mark.slow
+def test_the_file_goes_through_model_and_campaign(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    path = made(tmp_path, *ASKED)
+    assert main(["model", str(path)]) == 0
+    assert "suspension" in capsys.readouterr().out
+    document = load_document(path)
+    document["sweep"] = {"speed": ["1000 rpm", "3000 rpm", "3400 rpm"]}
+    document["scene"]["gap"] = "0.8 mm"
+    data = hpcwhirl.campaign(document, tmp_path / "out")
+    assert (hpcwhirl.words(data.status) == "ok").all()
+    assert (data.contacts > 0).all()
+    assert (hpcwhirl.words(data.outcome) != "unstable").all()
+
+
+def test_a_file_is_never_overwritten(tmp_path, capsys):
+    path = tmp_path / "fan.toml"
+    path.write_text("mine")
+    assert main(["new", str(path)]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert path.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--material", "titan"], "unknown material 'titan'; did you mean 'titanium'?"),
+        (["--radius", "3 s"], "--radius must be in m"),
+        (["--radius", "wide"], "--radius must be a number, or one with a unit"),
+        (["--radius", "-1"], "radius must be a number > 0"),
+        (["--blades", "2"], "blades must be >= 3, got 2"),
+        (["--lobes", "0"], "lobes must be >= 1, got 0"),
+        (["--lobes", "90"], "nodal_diameter must be <= 20"),
+    ],
+)
+def test_what_is_no_fan_is_one_clear_line(tmp_path, capsys, words, told):
+    path = tmp_path / "fan.toml"
+    assert main(["new", str(path), *words]) == 2
+    assert told in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_an_unusual_first_family_is_said(tmp_path, capsys):
+    made(tmp_path, "--frequency", "20")
+    assert "1F of fans is 0.3 to 1 of it" in capsys.readouterr().err
+
+
+def test_every_number_of_a_fan_may_be_infinite_and_is_refused():
+    for name in ("radius", "gap", "full_speed", "frequency"):
+        with pytest.raises(InputError):
+            scene_of_fan(dataclasses.replace(Fan(), **{name: math.inf}))

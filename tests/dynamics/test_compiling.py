@@ -1,0 +1,180 @@
+"""What is compiled, and when: no waiting for compilers, and nothing stale."""
+
+import gc
+import io
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from numba.core.errors import TypingError
+from rich.console import Console
+
+from hpcwhirl.benchmark.bench import fma_peak
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import bench
+from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.schemes import NAMES
+
+EACH_ALONE = [pytest.param(name, marks=pytest.mark.evidence) for name in NAMES[1:]]
+MARCHES = {"modal": cyclic.march_differences, "exact": cyclic.march_flow}
+PRETEND = """
+import os, pathlib, sys
+cache = pathlib.Path(os.environ["NUMBA_CACHE_DIR"])
+for word in ["all", *sys.argv[2:]]:
+    (cache / f"{word}.nbc").touch()
+"""
+
+
+@pytest.mark.parametrize("scheme", MARCHES)
+def test_a_new_size_compiles_nothing(scheme):
+    for settings in (
+        {},
+        {"blades": 8, "modes": 40, "harmonics": 5},
+        {"blades": 13, "modes": 52, "kind": "rigid"},
+        {"traces": "full", "nodal_diameter": 3},
+    ):
+        short = {"scheme": scheme, "plan": "everything", "duration": 1e-3}
+        scene = apply_settings(named_scene("table2"), short | settings)
+        March(resolve(scene)).advance(20)
+        assert len(MARCHES[scheme].signatures) == 1
+
+
+def test_a_part_is_no_function_of_python():
+    # it has no entry for Python: called, it would jump to nowhere
+    with pytest.raises(TypeError, match="flush is for compiled code alone"):
+        cyclic.flush(passes.packed)
+
+
+@pytest.mark.parametrize("made", [part, inlined, rare])
+def test_a_part_is_compiled_once_for_all_values_of_a_literal(made):
+    @made
+    def times(x, n):
+        return x * n if n > 2 else x
+
+    @kernel
+    def both(x):
+        return times(x, 2) + times(x, 5)
+
+    assert both(0.1) == 0.1 + 0.1 * 5
+    assert len(times.signatures) == 1
+
+
+def test_a_kernel_is_the_same_function_for_python_and_for_compiled_code():
+    @kernel
+    def mean(values):
+        total = 0.0
+        for i in range(len(values)):
+            total += values[i] / 3.0
+        return total / len(values)
+
+    @kernel
+    def twice(values):
+        return mean(values), mean(values[1:])
+
+    values = np.random.default_rng(17).normal(size=101)
+    assert twice(values) == (mean(values), mean(values[1:]))
+    assert (len(mean.signatures), len(mean.twin.signatures)) == (1, 1)
+
+
+def test_a_compilation_that_fails_leaves_the_collector_on():
+    @kernel
+    def wrong(x):
+        return x.nothing_like_it
+
+    with pytest.raises(TypingError):
+        wrong(1.0)
+    assert gc.isenabled()
+
+
+def test_starts_are_told_with_what_they_compiled(monkeypatch):
+    # a program in the place of a step: one function, and one for each new size
+    monkeypatch.setattr(bench, "START", PRETEND)
+    found = bench.start_of("modal")
+    new = len(bench.STARTS["new_size"])
+    counts = [found[f"{name}_compiled"] for name in bench.STARTS]
+    assert (found["scheme"], counts) == ("modal", [1, new, 0])
+    for name in bench.STARTS:
+        assert found[f"{name}_seconds"] > 0
+        assert found[f"{name}_processor_seconds"] >= 0
+    out = io.StringIO()
+    Console(file=out, width=120).print(bench._table_of_starts([found]))
+    assert f"1, {new}, 0" in out.getvalue()
+    assert len(re.findall(r"\d\.\d \(\d\.\d\)", out.getvalue())) == len(bench.STARTS)
+
+
+def test_the_peak_is_that_of_work_that_was_done():
+    assert 0.01 < fma_peak(1) < 1e4  # GFLOP/s; no work would do 1e5 and more
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", [NAMES[0], *EACH_ALONE])
+def test_a_start_with_a_full_cache_compiles_nothing(scheme):
+    found = bench.start_of(scheme)
+    assert found["cold_compiled"] > 0
+    assert found["new_size_compiled"] == 0
+    assert found["warm_compiled"] == 0
+
+
+RUN = """
+import sys
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+for scheme in sys.argv[2:]:
+    settings = {"scheme": scheme, "duration": 2e-3, "traces": "full"}
+    march = March(resolve(apply_settings(named_scene("table2"), settings)))
+    march.warm() if sys.argv[1] == "warm" else march.run()
+"""
+
+
+@pytest.mark.slow
+def test_one_rank_that_warms_leaves_the_others_nothing_to_compile(tmp_path):
+    counts = []
+    for what in ("warm", "run"):
+        subprocess.run(
+            [sys.executable, "-c", RUN, what, *NAMES], check=True,
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        )  # fmt: skip
+        counts.append(bench._compiled(tmp_path))
+    assert counts[0] == counts[1] > 0
+
+
+BITS = """
+import hashlib
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.kernels import compiled
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+for scheme in ("general",):
+    settings = {"scheme": scheme, "duration": 0.06, "blades": 12, "modes": 60}
+    history = March(resolve(apply_settings(named_scene("table2"), settings))).run()
+    assert history.last_contact > 0
+    judged = history.judged
+    rows = judged.centre, judged.energy, judged.fed
+    text = b"".join(row.tobytes() for row in rows)
+    print(compiled.PLAIN, scheme, hashlib.sha256(text).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_plain_numba_gives_the_same_bits():
+    def bits(plain):
+        own = {**os.environ, "HPCWHIRL_PLAIN_NUMBA": plain}
+        made = subprocess.run(
+            [sys.executable, "-c", BITS],
+            env=own,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return [line.split() for line in made.stdout.splitlines()]
+
+    ours, plain = bits("0"), bits("1")
+    assert [line[0] for line in ours + plain] == ["False", "True"]
+    assert [line[1:] for line in ours] == [line[1:] for line in plain]

@@ -1,0 +1,254 @@
+"""Marching a rotor with all that rotation adds: `general` and `paper`."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.turning import by_diameter, turning
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.waves import stiff_up_to
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.structure import bladed_disk
+
+SMALL = {
+    "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
+    "time_step": 2e-6, "interval": 1e-4, "scheme": "general",
+}  # fmt: skip
+QUIET = {
+    "kind": "rigid", "duration": 1e-2, "damping": 0.0, "suspension_damping": 0.0,
+}  # fmt: skip
+
+
+def march_of(**settings):
+    settings = {key.replace("__", "."): value for key, value in settings.items()}
+    names = {"damping": "engine.rotor.damping", "kind": "casing.kind"}
+    given = {names.get(key, key): value for key, value in settings.items()}
+    return March(resolve(apply_settings(Scene(), {**SMALL, **given})))
+
+
+def kicked(march, speeds, seed=1):
+    """Start at rest in place, with velocities of so many modes, m/s."""
+    order, _ = by_diameter(march.model.rotor)
+    velocity = np.zeros(len(order))
+    own = np.argsort(march.model.rotor.omega[order])[: len(speeds)]
+    velocity[own] = np.asarray(speeds) * np.random.default_rng(seed).choice([-1, 1])
+    march.state.d_b[:] = march.scene.solver.time_step * velocity
+    return velocity
+
+
+@pytest.mark.slow
+def test_general_and_paper_march_the_same_rotation():
+    """The one in modes by diameter, the other in coordinates of the whole."""
+    found = [march_of(scheme=s, duration=0.02).run() for s in ("general", "paper")]
+    impulses = [history.contact_impulse for history in found]
+    assert min(history.contacts for history in found) > 5
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-8)
+    assert found[0].centre == pytest.approx(found[1].centre, abs=1e-8 * 1e-4)
+    for history in found:
+        ledger = history.ledger
+        assert abs(ledger["residual"]) < 1e-9 * ledger["pulse"]
+
+
+def test_modal_hands_over_what_rotation_couples():
+    found = [march_of(scheme=s, duration=4e-3).run() for s in ("modal", "general")]
+    assert found[0].contact_impulse == found[1].contact_impulse > 0.0
+    assert np.array_equal(found[0].centre, found[1].centre)
+
+
+def test_unequal_sectors_turn_as_equal_ones_do():
+    change = [1e-12, 0.0, 0.0, 0.0, 0.0]
+    every = {"duration": 6e-3, "modes": 35}  # all there are: the same space
+    found = [march_of(mistuning=m, **every).run() for m in ([], change)]
+    assert found[0].contact_impulse == pytest.approx(found[1].contact_impulse, rel=1e-6)
+
+
+def test_coriolis_forces_do_no_work():
+    """Nor does the softening: Jacobi's energy stays, of a motion that is not small."""
+    march = march_of(**QUIET, speed=700.0, gap=1.0, amplitude_limit=1e3)
+    kicked(march, [1.0] * 8)
+    energy = [march.scheme.balance(march.state).energy]
+    for _ in range(5):
+        march.advance(1000)
+        energy.append(march.scheme.balance(march.state).energy)
+    assert march.scheme.balance(march.state).damping == 0.0
+    assert np.abs(np.array(energy) / energy[0] - 1.0).max() < 1e-12
+
+
+def test_what_stands_is_booked():
+    """The damper of the suspension, with its torque; cross coupling feeds."""
+    rotor = {"suspension_damping": 0.05, "cross_coupling": 3e6}
+    march = march_of(**QUIET | rotor, speed=500.0, gap=1.0, amplitude_limit=1e3)
+    kicked(march, [1.0] * 8)
+    before = march.scheme.balance(march.state)
+    march.advance(5000)
+    after = march.scheme.balance(march.state)
+    gone = after.energy + after.damping
+    assert abs(after.damping) > 1e-3 * before.energy
+    assert gone == pytest.approx(before.energy + before.damping, rel=1e-11)
+
+
+def test_free_motion_is_the_matrix_exponential_to_the_scheme_s_order():
+    misses = []
+    for step in (2e-6, 1e-6):
+        march = march_of(
+            kind="rigid", duration=2e-3, time_step=step, gap=1.0, speed=450.0,
+            cross_coupling=1e6, amplitude_limit=1e3,
+        )  # fmt: skip
+        body = march.model.rotor
+        order, _ = by_diameter(body)
+        shapes = body.shapes[:, order]
+        own = turning(march.model, march.scene, shapes)
+        gyro = 2 * 450.0 * shapes.T @ body.spin.coriolis @ shapes
+        n = len(order)
+        flow = np.block([
+            [np.zeros((n, n)), np.eye(n)],
+            [-(own.stiffness + own.push), -(own.damping + gyro)],
+        ])  # fmt: skip
+        start = np.r_[np.zeros(n), np.zeros(n)]
+        start[n + np.argsort(body.omega[order])[:6]] = 1.0
+        back = expm(-step * flow) @ start
+        march.state.d_b[:] = start[:n] - back[:n]
+        march.advance(march.total)
+        exact = (expm(2e-3 * flow) @ start)[:n]
+        misses.append(np.abs(march.state.q_b - exact).max() / np.abs(exact).max())
+    assert misses[0] < 1e-3
+    assert misses[0] / misses[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_mirrored_speed_gives_a_mirrored_motion():
+    there, back = (march_of(speed=s, duration=8e-3).run() for s in (410.0, -410.0))
+    assert there.contacts == back.contacts > 3
+    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
+    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-14)
+
+
+def test_round_and_smooth_walls_feed_nothing():
+    """Contact without friction, damping, lobes: energy never grows."""
+    march = march_of(**QUIET, friction=0.0, speed=410.0, gap=1e-4)
+    kicked(march, [3.0] * 8)
+    energy = [march.scheme.balance(march.state).energy]
+    while not march.done:
+        march.advance(50)
+        energy.append(march.scheme.balance(march.state).energy)
+    assert march.history().contacts > 10
+    assert np.diff(energy).max() <= 1e-12 * energy[0]
+    assert energy[-1] < 0.99 * energy[0]
+
+
+def test_exact_refuses_rotation_in_one_line():
+    with pytest.raises(InputError, match=r"scheme must be .* where rotation is full"):
+        march_of(scheme="exact")
+
+
+def test_a_file_has_no_place_for_what_rotation_adds(tmp_path, capsys):
+    given = ["--set", "rotation=full", "--set", "blades=5", "--set", "modes=10"]
+    assert main(["export-model", str(tmp_path / "a.h5"), *given]) == 2
+    assert "rotation must be none" in capsys.readouterr().err
+
+
+def test_speed_beyond_the_stiffness_of_blades_is_refused():
+    case = resolve(apply_settings(Scene(), SMALL))
+    most = stiff_up_to(case.model.rotor, case.model.blades)
+    if np.isinf(most):
+        pytest.fail("this rotor never loses its stiffness")
+    with pytest.raises(InputError, match="no stiffness left"):
+        march_of(speed=1.01 * most, time_step=1e-7)
+
+
+# Black (1968): -N (1 + i mu) (alpha_r + alpha_s)(omega) = gap, N > 0, omega < 0
+OWN, MASS, STATOR, RATIO, TURNING, GAP = 583.0, 100.0, 2.0, 0.02, 1e-3, 1e-4
+BLADES, STEP = 60, 5e-7
+WHIP = {
+    "rotation": "full", "blades": BLADES, "rotor.elements": 1, "modes": 0,
+    "taper": 1.0, "disk_radius": 0.4, "root_thickness": 0.02, "blade_width": 0.02,
+    "spoke_thickness": 0.03, "spoke_width": 0.1, "rim_thickness": 0.05,
+    "rim_width": 0.2, "rotor.young": 2.1e12, "centre_stiffness": MASS * OWN**2,
+    "rotor.damping": TURNING, "suspension_damping": RATIO, "casing.harmonics": 1,
+    "families": "bending", "casing.thickness": 0.01, "casing.width": 0.1,
+    "support_frequency": OWN * (4.0 * MASS / STATOR) ** 0.5, "gap": GAP,
+    "casing.density": STATOR / (0.01 * 0.1 * 2 * np.pi * (0.5 + GAP)),
+    "support_damping": 0.05, "force": 0.0, "time_step": STEP, "interval": 1e-5,
+    "friction": 0.1, "scheme": "general", "duration": 0.12,
+}  # fmt: skip
+
+
+def receptances(w, speed):
+    """Return alpha of the rotor and of the stator, both of the static frame."""
+    stands, turns = w * (RATIO - TURNING), (w - speed) * TURNING
+    rotor = MASS * (OWN**2 - w**2 + 2j * OWN * (stands + turns))
+    own = OWN * (4.0 * MASS / STATOR) ** 0.5
+    return 1 / rotor, 1 / (STATOR * (own**2 - w**2 + 2j * 0.05 * own * w))
+
+
+def black(speed):
+    """Return (omega, rad/s; N) of the fastest steady backward whirl."""
+
+    def joint(w):
+        return (1 + 0.1j) * sum(receptances(w, speed))
+
+    places = np.linspace(-3 * OWN, -OWN, 400)
+    signs = np.sign([joint(w).imag for w in places])
+    roots = [
+        brentq(lambda w: joint(w).imag, places[i], places[i + 1])
+        for i in np.flatnonzero(np.diff(signs))
+    ]
+    own = next(w for w in roots if joint(w).real < 0.0)
+    return own, -GAP / joint(own).real
+
+
+def translations(count):
+    """Return (2 count + 2, 2): tips and centre that move along x or y."""
+    angle = 2 * np.pi * np.arange(count) / count
+    moved = np.zeros((2 * count + 2, 2))
+    moved[0:-2:2] = np.column_stack([np.cos(angle), np.sin(angle)])
+    moved[1:-2:2] = np.column_stack([-np.sin(angle), np.cos(angle)])
+    moved[-2:] = np.eye(2)
+    return moved
+
+
+def whirling(speed):
+    """Return a march that begins on the steady whirl: Z along the contact's angle."""
+    rotor = apply_settings(Scene(), WHIP).engine.rotor
+    rows = np.r_[translations(BLADES)[:-2].reshape(BLADES, 2, 2)[:, :, 0]]
+    nodes = np.column_stack([rows, np.zeros(BLADES)])
+    own = np.r_[np.repeat(nodes, rotor.elements + 1, axis=0).ravel(), 1.0, 0.0]
+    density = rotor.density * MASS / (own @ bladed_disk(rotor).mass @ own)
+    given = WHIP | {"speed": speed, "rotor.density": float(density)}
+    march = March(resolve(apply_settings(Scene(), given)))
+    body, ring, state = march.model.rotor, march.model.casing, march.state
+    omega, push = black(speed)
+    sizes = -push * (1 + 0.1j) * np.array(receptances(omega, speed)) * [1, -1]
+    before = sizes * np.exp(-1j * STEP * np.array([omega - speed, omega]))
+    moved = np.zeros((len(body.mass), 2))
+    moved[: 2 * BLADES + 2] = translations(BLADES)
+    wave = np.zeros((len(ring.shapes), 2))
+    wave[1:3], wave[4:6] = np.eye(2), [[0.0, 1.0], [-1.0, 0.0]]
+    rows = body.shapes[:, by_diameter(body)[0]].T @ body.mass @ moved
+    to_ring = np.linalg.lstsq(ring.shapes, wave, rcond=None)[0]
+    for q, d, lift, now, old in (
+        (state.q_b, state.d_b, rows, sizes[0], before[0]),
+        (state.q_c, state.d_c, to_ring, sizes[1], before[1]),
+    ):
+        size = len(lift)
+        q[:size] = lift @ [now.real, now.imag]
+        d[:size] = q[:size] - lift @ [old.real, old.imag]
+    return march
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [20.0, 100.0, 300.0])
+def test_dry_whip_has_black_s_frequency_at_any_speed(speed):
+    """Which the rotor without what rotation adds has less the speed."""
+    omega, push = black(speed)
+    history = whirling(speed).run()
+    late = history.time > 0.09
+    z, time = history.centre[late] @ [1, 1j], history.time[late]
+    turned = np.polyfit(time, np.unwrap(np.angle(z)), 1)[0] + speed
+    assert turned == pytest.approx(omega, rel=0.01)
+    assert turned == pytest.approx(-1075.6, rel=0.01)  # as published, of any speed
+    pushed = np.ptp(history.impulse[late]) / np.ptp(time)
+    assert pushed == pytest.approx(push, rel=0.15)  # swings still

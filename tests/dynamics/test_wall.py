@@ -1,0 +1,96 @@
+"""A rigid casing comes to the blades in many steps, or is refused in one line."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels.contact import rigid_amplitude
+from hpcwhirl.dynamics.kernels.kernel_types import Wall
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+STEP = 2e-6
+
+
+def scene(**settings):
+    short = {"kind": "rigid", "friction": 0.0, "duration": 2e-3, "interval": 1e-5}
+    return apply_settings(named_scene("table2"), short | {"time_step": STEP} | settings)
+
+
+def impulse(**settings):
+    return March(resolve(scene(**settings))).run().impulse[-1]
+
+
+def test_a_rigid_casing_inside_the_blades_is_refused_in_one_line(capsys):
+    words = ["kind=rigid", "amplitude=1.4e-4", "rise=0", "friction=0", "duration=0.01"]
+    assert main(["run", "table2", *(part for w in words for part in ("--set", w))]) == 2
+    text = capsys.readouterr().err
+    assert text.count("\n") == 1
+    assert "rise must be >= 5e-05 s (50 time steps)" in text
+    assert text.endswith("got 0\n")
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"amplitude": 1.4e-4, "rise": 0.0, "scheme": "exact"}, "rise must be"),
+        ({"amplitude": 1.4e-4, "rise": 49 * STEP}, "rise must be"),
+        ({"amplitude": -1.4e-4, "rise": 0.0}, "rise must be"),  # blade 11 of 22
+        ({"amplitude": 1.4e-4, "rise": 0.0, "nodal_diameter": 2}, "rise must be"),
+        ({"amplitude": 1e-9, "rise": 0.0, "gap": 0.0}, "rise must be"),
+        ({"amplitude": 1.2e-4, "rise": 5e-5, "growth": 5e3}, "rise must be"),
+        ({"amplitude": 1e-6, "rise": 0.0, "growth": 0.06 / STEP}, "growth must be"),
+        ({"amplitude": 1e-6, "growth": -1.0 / STEP}, "growth must be"),
+    ],
+)
+def test_no_rigid_casing_jumps_into_the_blades(settings, told):
+    with pytest.raises(InputError, match=told):
+        March(resolve(scene(**settings)))
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"amplitude": 1.4e-4, "rise": 50 * STEP},
+        {"amplitude": 1.2e-4, "rise": 0.0},  # outside the blades, always
+        {"amplitude": 1.28e-4, "rise": 0.0},  # just so
+        {"amplitude": -1.4e-4, "rise": 0.0, "nodal_diameter": 0},  # outward
+        {
+            "amplitude": -2e-4,
+            "rise": 0.0,
+            "blades": 3,
+            "modes": 20,
+        },  # no blade stands there: 60 deg
+        {"amplitude": 1.4e-4, "rise": 1e-5, "accuracy": 0.01},  # which sets the step
+    ],
+)
+def test_a_rigid_casing_that_does_not_jump_is_accepted(settings):
+    March(resolve(scene(**settings)))
+
+
+def test_the_impulse_of_a_rigid_casing_comes_to_rest_as_the_step_falls():
+    rigid = {"amplitude": 1.4e-4, "rise": 50 * STEP}  # the shortest accepted
+    coarse, fine, finer, finest = (
+        impulse(**rigid, time_step=STEP / 2**n) for n in range(4)
+    )
+    assert coarse == pytest.approx(finest, rel=0.1)
+    assert abs(finest - finer) < 0.6 * abs(finer - fine) < 0.36 * abs(fine - coarse)
+
+
+def test_a_casing_that_has_always_stood_there_has_no_rise():
+    gap, k, size = 1.28e-4, 2, 1e-4
+    for time in (-4e-6, 0.0, 4e-6):
+        assert rigid_amplitude(Wall(gap, k, size, 0.0, 0.0), time) == size
+
+
+def test_no_distortion_stays_none_however_it_grows():
+    found = rigid_amplitude(Wall(1e-4, 2, 0.0, 1e4, 1e-3), 1.0)  # e^{1e4} is infinite
+    assert (found, math.copysign(1.0, found)) == (0.0, 1.0)
+    march = March(resolve(scene(amplitude=0.0, growth=1e6, duration=1e-2)))
+    history = march.run()
+    assert history.stop == "end"
+    assert not np.any(history.energy)

@@ -1,0 +1,69 @@
+"""What `scripts/evidence/mutants.py` puts into a tree is one change of what runs."""
+
+import ast
+import itertools
+
+import pytest
+from evidence import mutants
+
+pytestmark = pytest.mark.evidence
+
+SOURCE = b'''"""A text: 1 < 2."""
+LIMIT: int | None = 3
+
+
+@cached(size=4)
+def far(x: float = 0.5, *, loud: bool = True) -> float:
+    """Say 1."""
+    if x < LIMIT and loud:
+        say(f"{x + 1} is near")
+        os.kill(7, 9)
+    return -x * 2.0 + sum(1 for y in (x,) if y > 8)
+'''
+
+
+def test_a_mutant_is_one_change_of_what_runs():
+    before = ast.dump(ast.parse(SOURCE))
+    every = list(mutants.mutants_of("far.py", SOURCE))
+    kinds = {"comparison", "condition", "constant", "dropped", "limit", "operator"}
+    assert {mutant.kind for mutant in every} == kinds
+    for mutant in every:
+        planted = mutant.plant(SOURCE)
+        assert ast.dump(ast.parse(planted)) != before
+        assert SOURCE.splitlines()[mutant.line - 1].decode().find(
+            mutant.before.splitlines()[0]
+        ) >= 0  # fmt: skip
+    assert not {m.before for m in every} & {"7", "9", "4", "x + 1", "int | None"}
+
+
+def test_a_seed_tells_the_draws_and_draws_none_twice():
+    every = list(mutants.mutants_of("far.py", SOURCE))
+    once, again = (list(mutants.drawn(every, 5)) for _ in range(2))
+    assert once == again
+    assert sorted(map(str, once)) == sorted(map(str, every))
+    other = list(itertools.islice(mutants.drawn(every, 6), len(every)))
+    assert other != once
+
+
+def test_the_tests_that_import_a_module_come_before_those_further_away(tmp_path):
+    for name, text in {
+        "hpcwhirl/__init__.py": "", "hpcwhirl/a.py": "",
+        "hpcwhirl/b.py": "from hpcwhirl.a import x", "tests/support/c.py": "",
+        "tests/x/test_far.py": "def f():\n    import hpcwhirl.b",
+        "tests/x/test_near.py": "from hpcwhirl import a", "tests/test_other.py": "",
+    }.items():  # fmt: skip
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    graph, module = mutants.importers(tmp_path), tmp_path / "hpcwhirl/a.py"
+    found = [[p.name for p in mutants.near(graph, module, most)] for most in (1, 9)]
+    assert found == [["test_near.py"], ["test_near.py", "test_far.py"]]
+
+
+def test_a_verdict_stays_with_its_survivor_when_lines_move():
+    every = list(mutants.mutants_of("hpcwhirl/far.py", SOURCE))
+    moved = list(mutants.mutants_of("hpcwhirl/far.py", b"\n\n" + SOURCE))
+    rows = {mutants.key(mutants.row_of(m)): "equivalent" for m in every}
+    text = mutants.page([mutants.Tried(m, "", 1.0) for m in moved], "--seed 1", rows)
+    assert text.count("equivalent") == len(moved)
+    assert mutants.verdicts(text) == rows

@@ -1,0 +1,575 @@
+"""Finite elements to an engine: laws, known truths, and files that are wrong."""
+
+import json
+import os
+import re
+import zipfile
+
+import h5py
+import numpy as np
+import pytest
+import tomli_w
+from scipy import sparse
+from scipy.io import mmread, mmwrite
+from scipy.linalg import eigh
+
+from hpcwhirl.cli import main
+from hpcwhirl.reduction import factors, sparse_modes
+from hpcwhirl.reduction.imported import rotor_from
+from hpcwhirl.reduction.modes import modal_model
+from hpcwhirl.scene import Rotor
+from hpcwhirl.structure import bladed_disk
+from hpcwhirl.structure.assembly import add_element, turn
+from hpcwhirl.structure.beams import beam
+from hpcwhirl.structure.bladed_disk import blade, rim, spoke
+
+N, MODES = 6, 30
+ROTOR = Rotor(blades=N, elements=4)
+SIZE = 3 * (ROTOR.elements + 1)  # DoF of a blade
+ROOT, TIP = np.arange(3), np.array([SIZE - 3, SIZE - 2])
+
+
+def own_reduction():
+    """Return this project's own reduction of the wheel, as the truth."""
+    return modal_model(bladed_disk(ROTOR), 0.0, MODES)
+
+
+def wheel(place, name="wheel", turned=0.0, **changed):
+    """Write M and K of the whole wheel, tips and centre in x, y; return its TOML."""
+    disk = bladed_disk(ROTOR)
+    angle = turned + 2 * np.pi * np.arange(N) / N
+    lift = np.eye(len(disk.mass))
+    tips = SIZE * np.arange(N)[:, None] + TIP
+    for pair, own in zip(tips, angle, strict=True):
+        lift[np.ix_(pair, pair)] = turn(own)
+    hub = np.array(disk.centre)
+    lift[np.ix_(hub, hub)] = turn(turned)
+    for file, matrix in (("m.mtx", disk.mass), ("k.mtx", disk.stiffness)):
+        whole = sparse.csr_array(lift.T @ matrix @ lift)
+        mmwrite(place / file, (whole + whole.T) / 2, symmetry="symmetric")
+    return write(
+        place / f"{name}.toml",
+        {
+            "wheel": {"mass": "m.mtx", "stiffness": "k.mtx", "blades": N}
+            | {"modes": MODES},
+            "tips": dict(zip("xy", tips.T.tolist(), strict=True)) | {"angle": turned},
+            "centre": dict(zip("xy", hub.tolist(), strict=True)),
+        },
+        changed,
+    )
+
+
+def sector(place, *, plane=False, name="sector", **changed):
+    """Write M and K of one sector, the right root beside its own; return its TOML.
+
+    plane : whether roots, tip and centre are in x, y of the sector, and turned at that
+    """
+    right, hub = SIZE + ROOT, SIZE + 3 + np.arange(2)
+    matrices = [np.zeros((SIZE + 5, SIZE + 5)) for _ in range(2)]
+    *arms, spoke_turn = spoke(ROTOR, 0.0)
+    *chords, rim_turn = rim(ROTOR)
+    for target, own, arm, chord in zip(
+        matrices, blade(ROTOR), beam(*arms), beam(*chords), strict=True
+    ):
+        target[:SIZE, :SIZE] += own
+        add_element(target, arm, np.r_[hub, ROOT], spoke_turn)
+        add_element(target, chord, np.r_[ROOT, right], rim_turn)
+    turned, lift = (0.3 if plane else 0.0), np.eye(SIZE + 5)
+    ahead = turned + 2 * np.pi / N
+    for pair, own in ((ROOT, turned), (TIP, turned), (hub, turned), (right, ahead)):
+        lift[np.ix_(pair[:2], pair[:2])] = turn(own) if plane else np.eye(2)
+    for file, matrix in zip(("sm.npz", "sk.npz"), matrices, strict=True):
+        whole = sparse.csr_array(lift.T @ matrix @ lift)
+        sparse.save_npz(place / file, (whole + whole.T) / 2)
+    cuts = {"left": ROOT.tolist(), "right": right.tolist()}
+    if plane:
+        cuts = {"left": [2], "right": [SIZE + 2]}
+        for axis, letter in enumerate("xy"):
+            cuts[f"left_{letter}"] = [axis]
+            cuts[f"right_{letter}"] = [SIZE + axis]
+    names = ("x", "y") if plane else ("radial", "tangential")
+    return write(
+        place / f"{name}.toml",
+        {
+            "sector": {"mass": "sm.npz", "stiffness": "sk.npz", "blades": N}
+            | {"modes": MODES, **cuts},
+            "tips": dict(zip(names, TIP.tolist(), strict=True)) | {"angle": turned},
+            "centre": dict(zip("xy", hub.tolist(), strict=True))
+            | {"stiffness": ROTOR.centre_stiffness, "angle": turned},
+        },
+        changed,
+    )
+
+
+def write(path, document, changed):
+    """Write a TOML with some keys changed, as table__key; None leaves a key out."""
+    for name, value in changed.items():
+        table, _, key = name.partition("__")
+        place = document.setdefault(table, {}) if key else document
+        place[key or table] = value
+        if value is None:
+            del place[key or table]
+    path.write_text(tomli_w.dumps(document), encoding="utf-8")
+    return path
+
+
+def imported(path, capsys):
+    """Return (what is told, the engine's file) of a TOML."""
+    out = path.with_suffix(".h5")
+    assert main(["import-model", str(path), "--out", str(out), "--json"]) == 0
+    return json.loads(capsys.readouterr().out), out
+
+
+def told_wrong(path, capsys):
+    """Return the one line that refuses a TOML."""
+    out = path.with_name("never.h5")
+    assert main(["import-model", str(path), "--out", str(out)]) == 2
+    *progress, line = capsys.readouterr().err.splitlines()
+    assert all(told.startswith("hpcwhirl: nodal diameter") for told in progress)
+    assert line.startswith("hpcwhirl: error: ")
+    assert not out.exists()
+    return line
+
+
+def test_a_wheel_has_the_frequencies_of_its_own_reduction(tmp_path, capsys):
+    truth = own_reduction()
+    told, out = imported(wheel(tmp_path), capsys)
+    assert told["modes"] == truth.kept
+    np.testing.assert_allclose(
+        told["frequencies_hz"], truth.omega / (2 * np.pi), rtol=1e-8
+    )
+    read = rotor_from(str(out), N, 0.0)
+    np.testing.assert_allclose(read.omega, truth.omega, rtol=1e-8)
+    k = 2 * N + 2
+    np.testing.assert_allclose(
+        read.stiffness[:k, :k], truth.stiffness[:k, :k], atol=1e-9 * 3.4e7
+    )
+    np.testing.assert_allclose(read.mass[:k, :k], truth.mass[:k, :k], atol=1e-9)
+
+
+@pytest.mark.parametrize("plane", [False, True])
+def test_a_sector_gives_its_wheel(tmp_path, capsys, plane):
+    whole, _ = imported(wheel(tmp_path), capsys)
+    told, out = imported(sector(tmp_path, plane=plane), capsys)
+    np.testing.assert_allclose(
+        told["frequencies_hz"], whole["frequencies_hz"], rtol=1e-8
+    )
+    truth, read = own_reduction(), rotor_from(str(out), N, 0.0)
+    np.testing.assert_allclose(
+        read.stiffness, truth.stiffness, atol=1e-8 * abs(truth.stiffness).max()
+    )
+    k = 2 * N + 2
+    np.testing.assert_allclose(read.mass[:k, :k], truth.mass[:k, :k], atol=1e-9)
+
+
+def test_lanczos_and_dense_modes_are_the_same(tmp_path, capsys, monkeypatch):
+    files = [wheel(tmp_path), sector(tmp_path)]
+    dense = [imported(path, capsys)[0] for path in files]
+    monkeypatch.setattr(sparse_modes, "DENSE", 0)
+    for path, told in zip(files, dense, strict=True):
+        again = imported(path, capsys)[0]
+        np.testing.assert_allclose(
+            again["frequencies_hz"], told["frequencies_hz"], rtol=1e-9
+        )
+
+
+def test_a_large_factor_gives_the_same_rotor(tmp_path, capsys, monkeypatch):
+    for name in factors.LIBRARIES:
+        pytest.importorskip(name, reason=f"pip install {name}")
+    files = [wheel(tmp_path), sector(tmp_path)]
+    monkeypatch.setattr(sparse_modes, "DENSE", 0)
+    small = [imported(path, capsys)[0] for path in files]
+    monkeypatch.setattr(factors, "SMALL", 0)
+    used, first = [], factors._cholesky
+    monkeypatch.setattr(
+        factors, "_cholesky", lambda *given: used.append(given) or first(*given)
+    )
+    for path, told in zip(files, small, strict=True):
+        again = imported(path, capsys)[0]
+        np.testing.assert_allclose(
+            again["frequencies_hz"], told["frequencies_hz"], rtol=1e-10
+        )
+        assert used
+        used.clear()
+
+
+def test_modes_that_the_first_search_misses_are_found_by_the_second(monkeypatch):
+    searches, first = [], sparse_modes._lowest
+
+    def forgetful(k_ii, m_ii, solve, found, wanted):
+        new = first(k_ii, m_ii, solve, found, wanted)
+        searches.append(wanted)
+        return new[:, [0, *range(3, wanted)]] if len(searches) == 1 else new
+
+    monkeypatch.setattr(sparse_modes, "DENSE", 0)
+    monkeypatch.setattr(sparse_modes, "_lowest", forgetful)
+    disk = bladed_disk(ROTOR)
+    mass, stiffness = (sparse.csr_array(a) for a in (disk.mass, disk.stiffness))
+    found = sparse_modes.condensed(lambda: [mass, stiffness], 3, 20, pytest.fail)
+    truth = eigh(disk.stiffness[3:, 3:], disk.mass[3:, 3:], eigvals_only=True)
+    count = len(found.squared)
+    assert count >= 20
+    np.testing.assert_allclose(found.squared, truth[:count], rtol=1e-8)
+    np.testing.assert_allclose(found.reach, truth[count], rtol=1e-5)
+
+
+@pytest.mark.slow
+def test_a_twin_is_never_left_behind(tmp_path, capsys):
+    for modes in range(20, MODES):
+        told, _ = imported(wheel(tmp_path, wheel__modes=modes), capsys)
+        again, _ = imported(sector(tmp_path, sector__modes=modes), capsys)
+        assert modes - 1 <= told["modes"] <= modes
+        np.testing.assert_allclose(
+            told["frequencies_hz"], again["frequencies_hz"], rtol=1e-7
+        )
+
+
+def test_a_wheel_may_lie_at_any_angle(tmp_path, capsys):
+    straight, out = imported(wheel(tmp_path), capsys)
+    turned, other = imported(wheel(tmp_path, "turned", turned=0.7), capsys)
+    np.testing.assert_allclose(
+        turned["frequencies_hz"], straight["frequencies_hz"], rtol=1e-8
+    )
+    with h5py.File(out) as a, h5py.File(other) as b:
+        miss = a["rotor/stiffness"][:14, :14] - b["rotor/stiffness"][:14, :14]
+        assert abs(miss).max() <= 1e-9 * a["rotor/stiffness"][()].max()
+
+
+def test_a_free_wheel_has_rigid_modes_and_its_mass(tmp_path, capsys):
+    told, _ = imported(sector(tmp_path, centre__stiffness=0.0), capsys)
+    assert told["rigid_modes"] == 2  # rotation is blocked in the sector's hub
+    disk = bladed_disk(ROTOR)
+    along = np.zeros(len(disk.mass))
+    angle = 2 * np.pi * np.arange(N) / N
+    for axis, share in ((0, np.cos(angle)), (1, -np.sin(angle))):
+        nodes = np.arange(axis, SIZE, 3)
+        along[(SIZE * np.arange(N)[:, None] + nodes).ravel()] = share.repeat(len(nodes))
+    along[disk.centre[0]] = 1.0
+    assert told["mass"] == pytest.approx(along @ disk.mass @ along, rel=1e-9)
+    heavy, _ = imported(sector(tmp_path, centre__mass=50.0), capsys)
+    assert heavy["mass"] == pytest.approx(told["mass"] + 50.0, rel=1e-9)
+    assert heavy["rigid_modes"] == 0
+
+
+def test_a_wheel_of_tips_and_centre_alone_stays_as_it_is(tmp_path, capsys):
+    angle, hub = 2 * np.pi * np.arange(N) / N, 2 * N + np.arange(2)
+    rigid = np.eye(2 * N + 2)
+    rigid[0 : 2 * N : 2, hub] = -np.column_stack([np.cos(angle), np.sin(angle)])
+    rigid[1 : 2 * N : 2, hub] = -np.column_stack([-np.sin(angle), np.cos(angle)])
+    springs, weights = [2e7, 6.8e4] * N + [3.4e7] * 2, [0.9] * 2 * N + [60.0] * 2
+    matrices = np.diag(weights), rigid.T @ np.diag(springs) @ rigid
+    with h5py.File(tmp_path / "given.h5", "w") as file:
+        for name, matrix in zip(("mass", "stiffness"), matrices, strict=True):
+            whole = sparse.csr_array(matrix)
+            for part in ("data", "indices", "indptr"):
+                data, packed = getattr(whole, part), {"compression": "gzip"}
+                file.create_dataset(f"{name}/{part}", data=data, chunks=(8,), **packed)
+    tips = np.arange(2 * N).reshape(N, 2).T.tolist()
+    document = {
+        "wheel": {"mass": "given.h5", "stiffness": "given.h5", "blades": N},
+        "tips": dict(zip(("radial", "tangential"), tips, strict=True)),
+        "centre": dict(zip("xy", hub.tolist(), strict=True)),
+    }
+    _, out = imported(write(tmp_path / "springs.toml", document, {}), capsys)
+    with h5py.File(out) as file:
+        for name, matrix in zip(("mass", "stiffness"), matrices, strict=True):
+            miss = abs(file[f"rotor/{name}"][()] - matrix).max()
+            assert miss <= 1e-15 * abs(matrix).max()
+
+
+def test_what_is_held_is_left_out(tmp_path, capsys):
+    hub = bladed_disk(ROTOR).centre
+    told, _ = imported(wheel(tmp_path, wheel__held=list(hub), centre=None), capsys)
+    clamped = modal_model(
+        bladed_disk(ROTOR.model_copy(update={"centre": "clamped"})), 0.0, MODES
+    )
+    np.testing.assert_allclose(
+        told["frequencies_hz"], clamped.omega / (2 * np.pi), rtol=1e-8
+    )
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5"])
+def test_every_kind_of_file_tells_the_same(tmp_path, capsys, suffix):
+    told, _ = imported(wheel(tmp_path), capsys)
+    names = compressed(tmp_path, suffix)
+    again, _ = imported(wheel(tmp_path, **names), capsys)
+    np.testing.assert_allclose(
+        again["frequencies_hz"], told["frequencies_hz"], rtol=1e-9
+    )
+
+
+def compressed(place, suffix):
+    """Write the wheel's matrices as CSR; return the keys that name them."""
+    wheel(place)
+    names = {}
+    for kind, file in (("mass", "m"), ("stiffness", "k")):
+        matrix = sparse.csr_array(mmread(place / f"{file}.mtx"))
+        names[f"wheel__{kind}"] = f"{file}{suffix}"
+        if suffix == ".npz":
+            sparse.save_npz(place / f"{file}.npz", matrix)
+            continue
+        with h5py.File(place / f"{file}.h5", "w") as out:
+            for part in ("data", "indices", "indptr"):
+                out[f"{kind}/{part}"] = getattr(matrix, part)
+    return names
+
+
+def rewritten(place, change, kind="k", **options):
+    """Change a matrix of the wheel and write it again."""
+    matrix = sparse.lil_array(mmread(place / f"{kind}.mtx"))
+    matrix = change(matrix) if callable(change) else matrix
+    mmwrite(place / f"{kind}.mtx", sparse.coo_array(matrix), **options)
+
+
+def put(row, column, value):
+    def change(matrix):
+        matrix[row, column] = value
+        return matrix
+
+    return change
+
+
+def cut_off(matrix):
+    """Part two unknowns from all others: they hold each other alone."""
+    matrix[[3, 4], :] = 0.0
+    matrix[:, [3, 4]] = 0.0
+    matrix[3, 3] = matrix[4, 4] = 1e6
+    matrix[3, 4] = matrix[4, 3] = -1e6 * (1 - 1e-15)
+    return matrix
+
+
+MATRICES = [
+    (put(3, 4, 1e9), {"symmetry": "general"}, "k", "symmetric"),
+    (put(3, 3, np.nan), {"symmetry": "general"}, "k", "finite, got nan"),
+    (lambda a: a.astype(complex), {}, "k", "be real, got complex"),
+    (sparse.triu, {"symmetry": "general"}, "k", "write both"),
+    (lambda a: a.tocsr()[:-1], {}, "k", "be square"),
+    (lambda a: a.tocsr()[:-1, :-1], {}, "k", "be of one size"),
+    (put(5, 5, -1.0), {}, "m", "mass must be positive, got -1 at degree of freedom 5"),
+    (put(5, 5, 0.0), {}, "m", "mass must be positive, got 0 at degree of freedom 5"),
+    (lambda a: a.tocsr() * 0, {}, "m", "not 0"),
+    (lambda a: -a.tocsr(), {}, "k", "stiffness must be positive"),
+    (cut_off, {"symmetry": "symmetric"}, "k", "must hold every part"),
+    (
+        lambda a: a + sparse.coo_array(([9e9, 9e9], ([6, 7], [7, 6])), a.shape),
+        {}, "k", "stiffness must be positive semidefinite",
+    ),
+    (
+        lambda a: a + sparse.coo_array(([9e3, 9e3], ([6, 7], [7, 6])), a.shape),
+        {}, "m", "mass must be positive definite",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "options", "kind", "told"), MATRICES)
+def test_a_wrong_matrix_is_one_line(tmp_path, capsys, change, options, kind, told):
+    path = wheel(tmp_path)
+    rewritten(tmp_path, change, kind, **options)
+    assert told in told_wrong(path, capsys)
+
+
+TIPS = (SIZE * np.arange(N)[:, None] + TIP).T.tolist()
+LAST = SIZE * N + 1
+TABLES = [
+    ({"tips__x": TIPS[0][1:]}, "name 6 degrees of freedom, got 5"),
+    ({"tips__x": None}, "[tips] has no x"),
+    ({"tips": None}, "[tips] has no radial"),
+    ({"tips__x": [i + 1 for i in TIPS[0]]}, "named twice"),
+    ({"tips__y": [i + 1 for i in TIPS[1]]}, "a translation of tips and centre"),
+    ({"tips__x": TIPS[1], "tips__y": TIPS[0]}, "a translation of tips and centre"),
+    ({"tips__angle": 0.1, "centre__angle": 0.0}, "a translation of tips and centre"),
+    ({"tips__angle": [-i * 1.0 for i in range(N)]}, "against the clock"),
+    ({"tips__radial": TIPS[0]}, "x, y or radial, tangential, got both"),
+    ({"centre__x": LAST, "centre__y": LAST + 1}, "they count from 0"),
+    ({"centre__x": -1}, f"be 0 to {LAST}, got -1"),
+    ({"centre__y": True}, "whole numbers"),
+    ({"centre__stiffness": -1.0}, "number >= 0"),
+    ({"centre__stiffness": float("nan")}, "number >= 0"),
+    ({"wheel__held": [0, 1, 2, TIPS[0][0]]}, f"{TIPS[0][0]} is named twice"),
+    ({"wheel__blades": N + 1}, "name 7 degrees of freedom, got 6"),
+    ({"wheel__blades": 0}, "whole number 1 to"),
+    ({"wheel__modes": 10**6}, "whole number 0 to"),
+    ({"wheel__mass": "m.mat"}, "end in .mtx, .npz, .h5"),
+    ({"wheel__mass": "none.mtx"}, "No such file"),
+    ({"wheel__mass": "."}, "end in .mtx"),
+    ({"wheel__mass": 3}, "name of a file"),
+    ({"wheel__mas": "m.mtx"}, "did you mean 'mass'"),
+    ({"weel__mass": "m.mtx"}, "did you mean 'wheel'"),
+    ({"wheel": None}, "one of the tables"),
+    ({"sector__mass": "m.mtx"}, "one of the tables [wheel], [sector], got 2"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changed", "told"), TABLES)
+def test_a_wrong_table_is_one_line(tmp_path, capsys, changed, told):
+    assert told in told_wrong(wheel(tmp_path, **changed), capsys)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"sector__blades": N + 1}, "look at blades"),
+        ({"sector__blades": 2}, "whole number 3 to"),
+        ({"sector__right": [SIZE, SIZE + 1]}, "left and right must be of one length"),
+        ({"sector__left": [1, 0, 2]}, "a translation of tips and centre"),
+        ({"sector__left": [SIZE + i for i in range(3)], "sector__right": [0, 1, 2],
+          "sector__held": [0]}, "named twice"),
+        ({"sector__left": None, "sector__right": None}, "neither left and right"),
+        ({"sector__left_x": [4], "sector__right_x": [5]}, "left_x and left_y"),
+    ],
+)  # fmt: skip
+def test_a_wrong_sector_is_one_line(tmp_path, capsys, changed, told):
+    assert told in told_wrong(sector(tmp_path, **changed), capsys)
+
+
+def linked(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        file.move("stiffness/data", "aside")
+        with h5py.File(place / "other.h5", "w") as other:
+            other["data"] = file["aside"][()]
+        file["stiffness/data"] = h5py.ExternalLink("other.h5", "/data")
+    return "stiffness/data as a link to another file, other.h5"
+
+
+def linked_group(place):
+    (place / "k.h5").rename(place / "other.h5")
+    with h5py.File(place / "k.h5", "w") as file:
+        file["stiffness"] = h5py.ExternalLink("other.h5", "/stiffness")
+    return "stiffness as a link to another file, other.h5"
+
+
+def out_of_range(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        file["stiffness/indices"][0] = 10**6
+    return "cannot read"
+
+
+def no_csr(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        del file["stiffness/indptr"]
+    return "has no stiffness/indptr"
+
+
+def complex_data(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        data = file["stiffness/data"][()]
+        del file["stiffness/data"]
+        file["stiffness/data"] = data + 0j
+    return "must be real, got complex"
+
+
+def no_group(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        file.move("stiffness", "K")
+    return "has no group stiffness"
+
+
+def no_hdf5(place):
+    (place / "k.h5").write_bytes(b"no HDF5 at all")
+    return "cannot read"
+
+
+def vast(place):
+    with h5py.File(place / "k.h5", "r+") as file:
+        del file["stiffness/data"]
+        file.create_dataset("stiffness/data", (10**12,), "f8", chunks=(1000,))
+    return "at most 300000000 entries"
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [linked, linked_group, out_of_range, no_csr, complex_data, no_group, no_hdf5, vast],
+)
+def test_a_wrong_hdf5_file_is_one_line(tmp_path, capsys, spoil):
+    path = wheel(tmp_path, **compressed(tmp_path, ".h5"))
+    told = spoil(tmp_path)
+    line = told_wrong(path, capsys)
+    assert told in line
+    assert "k.h5" in line
+
+
+def pickled(place):
+    held = dict(np.load(place / "k.npz"))
+    held["data"] = np.array([print], dtype=object)
+    np.savez(place / "k.npz", **held)
+    return "must be real, got object"
+
+
+def coordinates(place):
+    sparse.save_npz(place / "k.npz", sparse.coo_array(mmread(place / "k.mtx")))
+    return "save_npz in CSR or CSC"
+
+
+def claimed(place):
+    """Claim 10^9 entries in the header of an array that has a few."""
+    with zipfile.ZipFile(place / "k.npz") as old:
+        parts = {name: old.read(name) for name in old.namelist()}
+    head = parts["data.npy"]
+    parts["data.npy"] = re.sub(rb"\(\d+,\), }\s{5}", b"(99999999,), }", head, count=1)
+    assert b"(99999999,)" in parts["data.npy"]
+    with zipfile.ZipFile(place / "k.npz", "w") as new:
+        for name, data in parts.items():
+            new.writestr(name, data)
+    return "data is cut short"
+
+
+@pytest.mark.parametrize("spoil", [pickled, coordinates, claimed])
+def test_a_wrong_npz_file_is_one_line(tmp_path, capsys, spoil):
+    path = wheel(tmp_path, **compressed(tmp_path, ".npz"))
+    assert spoil(tmp_path) in told_wrong(path, capsys)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5", ".mtx"])
+def test_a_matrix_beyond_the_free_memory_is_one_line(
+    tmp_path, capsys, monkeypatch, suffix
+):
+    """By what its header tells, before it is read."""
+    files = {} if suffix == ".mtx" else compressed(tmp_path, suffix)
+    path = wheel(tmp_path, **files)
+    place = "hpcwhirl.store.models.sparse_file"
+    monkeypatch.setattr(f"{place}._free_memory", lambda: 100.0)
+    for reader in ("numpy.load", "scipy.io.mmread"):
+        monkeypatch.setattr(reader, lambda *_, **__: pytest.fail("it was read"))
+    assert "arrays of at most 3.3e-08 GB, 1/3 of the memory" in told_wrong(path, capsys)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("%%MatrixMarket matrix coordinate real general\n9 9 99999999\n", "cut short"),
+        ("%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n", "pattern"),
+        ("%%MatrixMarket matrix coordinate real skew-symmetric\n1 1 0\n", "symmetric"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 1\n3 3 1.0\n", "cannot"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1.0\n", "cannot"),
+        ("no matrix\n", "cannot read"),
+        ("", "cannot read"),
+    ],
+)
+def test_a_wrong_matrix_market_file_is_one_line(tmp_path, capsys, text, told):
+    path = wheel(tmp_path)
+    (tmp_path / "k.mtx").write_text(text)
+    assert told in told_wrong(path, capsys)
+
+
+def test_what_is_read_is_not_overwritten(tmp_path, capsys):
+    path = wheel(tmp_path, **compressed(tmp_path, ".h5"))
+    held = (tmp_path / "k.h5").read_bytes()
+    assert main(["import-model", str(path), "--out", str(tmp_path / "k.h5")]) == 2
+    assert "another file than" in capsys.readouterr().err
+    assert (tmp_path / "k.h5").read_bytes() == held
+
+
+def test_a_file_without_end_is_refused(tmp_path, capsys):
+    path = wheel(tmp_path)
+    (tmp_path / "k.mtx").unlink()
+    os.mkfifo(tmp_path / "k.mtx")
+    assert "not a regular file" in told_wrong(path, capsys)
+
+
+@pytest.mark.slow
+def test_the_imported_rotor_is_marched(tmp_path, capsys):
+    _, out = imported(sector(tmp_path), capsys)
+    settings = [f"file={out}", f"blades={N}", "duration=0.002", "preset=draft"]
+    words = [w for s in settings[:3] for w in ("--set", s)]
+    assert main(["run", *words, "--preset", "draft", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcome"] == "completed"

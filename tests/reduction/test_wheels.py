@@ -1,0 +1,81 @@
+"""Wheels of other finite element codes, small ones: the codes' own frequencies."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+from scipy.sparse.linalg import eigsh
+
+from hpcwhirl.cli import main
+from hpcwhirl.reduction.imported import rotor_from
+from hpcwhirl.store.models.wheel_file import read_wheel
+
+ROOT = Path(__file__).parents[2]
+GRID = (4, 2, 2, 6)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def job(monkeypatch):
+    """Return the example, its mesh made coarse."""
+    monkeypatch.syspath_prepend(str(ROOT / "jobs"))
+    monkeypatch.syspath_prepend(str(ROOT / "scripts/evidence"))
+    import wheel
+
+    monkeypatch.setattr(wheel, "GRID", GRID)
+    yield wheel
+    for name in ("wheel", "wheels", "wheel_ccx"):
+        sys.modules.pop(name, None)
+
+
+def written(folder, name, document, modes):
+    path = folder / f"{name}.toml"
+    document[name]["modes"] = modes
+    path.write_text(tomli_w.dumps(document), encoding="utf-8")
+    return path
+
+
+def frequencies(path, blades):
+    out = path.with_suffix(".h5")
+    assert main(["import-model", str(path), "--out", str(out)]) == 0
+    return rotor_from(str(out), blades, 0.0).omega / (2 * np.pi)
+
+
+def full(path, count):
+    wheel = read_wheel(path)
+    mass, stiffness = wheel.mass.tocsc(), wheel.stiffness.tocsc()
+    squared = eigsh(stiffness, count, mass, sigma=-1e4, return_eigenvectors=False)
+    return np.sqrt(np.sort(squared)) / (2 * np.pi)
+
+
+def test_a_wheel_of_scikit_fem(job, tmp_path):
+    pytest.importorskip("skfem", reason="pip install scikit-fem")
+    whole = written(tmp_path, "wheel", job.whole(tmp_path), 440)
+    sector = written(tmp_path, "sector", job.sector(tmp_path), 440)
+    truth = full(whole, 46)
+    for path in (whole, sector):
+        got = frequencies(path, job.BLADES)[:46]
+        np.testing.assert_allclose(got, truth, rtol=1e-6)
+        assert (got > truth * (1 - 1e-7)).all()  # a reduction is too stiff, if at all
+
+
+def test_a_wheel_of_calculix(job, tmp_path):
+    if shutil.which("ccx") is None:
+        pytest.skip("apt-get install calculix-ccx")
+    import wheel_ccx
+
+    whole = wheel_ccx.solids(*job.whole_mesh(GRID))
+    wheel_ccx.solved(tmp_path, "solved", wheel_ccx.deck(whole, job.SPRINGS / 2, ""))
+    own = wheel_ccx.own_frequencies(tmp_path / "solved.dat")
+    assert len(own) == wheel_ccx.MODES
+    sector = wheel_ccx.solids(*job.sector_mesh(GRID))
+    document = wheel_ccx.document(tmp_path, "sector", sector, job.BLADES)
+    got = frequencies(written(tmp_path, "sector", document, 880), job.BLADES)
+    np.testing.assert_allclose(got[: len(own)], own, rtol=1e-6)
+    document = wheel_ccx.document(tmp_path, "wheel", whole, 1)
+    got = frequencies(written(tmp_path, "wheel", document, 110), job.BLADES)
+    np.testing.assert_allclose(got[:22], own[:22], rtol=1e-4)

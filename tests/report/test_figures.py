@@ -1,0 +1,391 @@
+"""Figures of real campaigns: every kind, its axes and units, and its refusals."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from paper import figures as paper_figures
+from paper import text as paper_text
+from paper import veering
+from paper.reasons import REASONS, with_reason
+
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.report.figures import kinds, motions, shapes, sweeps, waves
+from hpcwhirl.report.map.critical import speeds_of
+from hpcwhirl.scene import Rotor, Scene, apply_settings
+from hpcwhirl.store.reading.results_file import Results
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+FULL = """
+[scene]
+duration = 0.1
+[output]
+traces = "full"
+[solver]
+time_step = 4e-6
+[sweep]
+speed = [410, 300, 520]
+"""
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    place = tmp_path_factory.mktemp("full")
+    (place / "full.toml").write_text(FULL)
+    assert (
+        main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
+    )
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def cases(full):
+    return Results(full)
+
+
+def texts(figure):
+    """Every title and axis label of a figure."""
+    out = [a.get_title() + a.get_xlabel() + a.get_ylabel() for a in figure.axes]
+    return " ".join(out)
+
+
+def test_rows_and_traces_are_those_of_the_case(cases):
+    assert [row["speed"] for row in cases.rows] == [410.0, 300.0, 520.0]
+    assert cases.like(0) == [1, 0, 2]
+    scene = cases.scene(1)
+    assert (scene.speed, scene.output.traces) == (300.0, "full")
+    own = simulate(scene).traces["casing"]
+    assert np.array_equal(cases.traces(1)["casing"], own)
+    result = simulate(scene)
+    traces = cases.traces(1)
+    assert traces.keys() == result.traces.keys()
+    for name, values in result.traces.items():
+        assert np.allclose(traces[name], values, rtol=1e-14, atol=0), name
+    assert cases.rows[1]["late_friction"] == result.row["late_friction"]
+    assert cases.value(1, "gap") == scene.gap
+
+
+def test_the_rotating_frame_undoes_the_static_one(cases):
+    traces, row = cases.traces(0), cases.rows[0]
+    turned = motions.rotating(traces, row["speed"]) @ [1, 1j]
+    again = turned * np.exp(1j * row["speed"] * traces["time"])
+    assert again == pytest.approx(traces["centre"] @ [1, 1j], abs=1e-15)
+
+
+def test_a_kind_is_drawn_of_the_case_that_was_asked_for(full, tmp_path, capsys):
+    words = ["--kind", "cascade", "--kind", "ledger", "--case", "2"]
+    assert main(["figures", str(full), "--out", str(tmp_path), *words]) == 0
+    lines = capsys.readouterr().out.split()
+    assert [Path(li).name for li in lines] == ["cascade.png", "ledger-0002.png"]
+
+
+@pytest.mark.slow
+def test_every_kind_is_drawn_once_or_once_a_case(full, tmp_path, capsys):
+    assert main(["figures", str(full), "--out", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.split()
+    assert sorted(Path(li).name for li in lines) == sorted(
+        p.name for p in tmp_path.iterdir()
+    )
+    for name, kind in kinds.KINDS.items():
+        found = [li for li in lines if Path(li).stem.startswith(name)]
+        assert len(found) == (3 if kind.of == "case" else 1), name
+    assert all(p.stat().st_size > 5000 for p in tmp_path.iterdir())
+
+
+def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys):
+    words = ["figures", str(finished), "--out", str(tmp_path)]
+    assert main([*words, "--kind", "contributions", "--kind", "orbit"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert re.search("^contributions: needs traces = full, .* none of tips$", lines[0])
+    assert [Path(li).name for li in lines[1:]] == ["orbit-0000.png", "orbit-0001.png"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--kind", "orbits"], "did you mean 'orbit'"),
+     (["--case", "7"], "--case must be a finished case, 0 to 2, got 7")],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_refused(full, tmp_path, capsys, words, said):
+    assert main(["figures", str(full), "--out", str(tmp_path), *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_directory_without_results_is_one_line(tmp_path, capsys):
+    assert main(["figures", str(tmp_path)]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_orbits_show_the_window_alone_unless_asked(cases):
+    static, rotating = motions.draw_orbits(cases, 0).axes
+    late = motions.in_window(cases.traces(0)["time"], cases.rows[0])
+    drawn = {line.get_label(): len(line.get_xdata()) for line in static.lines}
+    assert drawn["window of the words"] == late.sum()
+    assert "transient" not in drawn
+    assert "static frame" in static.get_xlabel()
+    assert "rotating frame" in rotating.get_xlabel()
+    asked = motions.draw_orbits(cases, 0, transient=True).axes[0]
+    drawn = {line.get_label(): len(line.get_xdata()) for line in asked.lines}
+    assert drawn["transient"] == (~late).sum()
+
+
+def test_the_orbit_drawn_is_the_one_kept_in_its_unit(cases):
+    axes = motions.draw_orbits(cases, 0, transient=True).axes[0]
+    factor = {"mm": 1e3, "µm": 1e6, "nm": 1e9}[axes.get_label()]
+    late = motions.in_window(cases.traces(0)["time"], cases.rows[0])
+    line = next(li for li in axes.lines if li.get_label() == "window of the words")
+    assert line.get_xydata() == pytest.approx(factor * cases.traces(0)["centre"][late])
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit"),
+    [(2e-3, "mm"), (2e-4, "mm"), (3e-6, "µm"), (1e-9, "nm"), (0, "pm")],
+)
+def test_lengths_are_told_in_a_unit_of_their_size(largest, unit):
+    assert motions.unit_of(largest)[1] == unit
+
+
+def test_amplitudes_and_frames_are_told(cases):
+    line = cases.like(0)
+    told = texts(sweeps.draw_frequency(cases, line))
+    assert "frequency, Hz (rotating frame)" in told
+    assert "amplitude, mm (peak of the sine)" in told
+    told = texts(sweeps.draw_cascade(cases, line))
+    assert "static frame:\nbackward < 0 < forward" in told
+    assert "m √kg" in texts(motions.draw_contributions(cases, 0))
+    assert "N s" in texts(motions.draw_contacts(cases, 0))
+    assert "J, cumulative" in texts(motions.draw_ledger(cases, 0))
+
+
+def test_regimes_lie_under_the_interaction_diagram(cases):
+    diagram, strip = waves.draw_interaction(cases, cases.like(0)).axes
+    assert len(strip.patches) == 3
+    told = [t.get_text() for t in diagram.texts]
+    assert told[0].startswith("Eq. 13: 27")  # the first cell begins below it
+    assert told[-1].startswith("n = 12")
+    assert "casing's frame" in diagram.get_ylabel()
+
+
+def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
+    soft = apply_settings(cases.scene(0), {"centre_stiffness": 1.7e7})
+    monkeypatch.setattr(cases, "scene", lambda _: soft)
+    axes = waves.draw_interaction(cases, cases.like(0)).axes[0]
+    told = [t.get_text() for t in axes.texts]
+    own = {row["family"]: row["speed"] for row in speeds_of(soft) if row["order"] == 1}
+    assert f"Eq. 13, suspension: {own['suspension']:.0f} rad/s" in told
+    assert sum(t.startswith("Eq. 13") for t in told) == 2
+
+
+def test_measured_growth_stands_beside_the_linear_check(cases):
+    upper, lower = sweeps.draw_growth(cases, cases.like(0)).axes
+    dots = [li for li in upper.lines if li.get_marker() == "o"]
+    drawn = [(li.get_xdata()[0], li.get_ydata()[0]) for li in dots]
+    assert sorted(drawn) == sorted((r["speed"], r["growth_rate"]) for r in cases.rows)
+    rubbed = next(li for li in lower.lines if li.get_label() == "friction")
+    row = cases.rows[1]
+    assert rubbed.get_ydata()[0] == row["late_friction"] / row["late_lost"]
+
+
+def test_a_clamped_centre_moves_only_nodal_diameter_one():
+    free = veering.frequencies(veering.full_rotor(Rotor()))
+    held = veering.frequencies(veering.full_rotor(Rotor(), clamped=True))
+    for (k, family), hertz in held.items():
+        if k != 1:
+            assert hertz == pytest.approx(free[k, family], rel=1e-9)
+    assert abs(held[1, "2F"] / free[1, "2F"] - 1) > 0.01
+    assert (1, "suspension") not in held
+
+
+def test_shapes_and_veering_are_drawn(tmp_path):
+    for name, figure in (
+        ("shapes", shapes.draw_shapes(Rotor())),
+        ("veering", veering.draw_veering(Rotor())),
+    ):
+        assert kinds.save(figure, tmp_path / f"{name}.png").stat().st_size > 5000
+    assert "k = 1, f = 40.77 Hz" in texts(shapes.draw_shapes(Rotor()))
+
+
+def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
+    rigid = apply_settings(cases.scene(0), {"kind": "rigid"})
+    monkeypatch.setattr(cases, "scene", lambda _: rigid)
+    with pytest.raises(InputError, match="elastic casing"):
+        waves.draw_interaction(cases, [0])
+
+
+@pytest.fixture(scope="module")
+def stiff(tmp_path_factory):
+    """A compressor: blades eight times as thick, 1F far above the paper's, two gaps."""
+    place = tmp_path_factory.mktemp("stiff")
+    (place / "stiff.toml").write_text(
+        FULL.replace("[410, 300, 520]", "[800, 1600]\ngap = [1.28e-4, 2.56e-4]")
+        .replace("0.1", "0.03").replace("4e-6", "2e-6")
+        + "[engine.rotor]\nroot_thickness = 0.085\n"
+    )  # fmt: skip
+    words = ["campaign", str(place / "stiff.toml"), "--out", str(place / "out")]
+    assert main(words) == 0
+    return place / "out"
+
+
+def test_ranges_are_those_of_the_engine(stiff):
+    cases = Results(stiff)
+    line = cases.slices()[0]
+    table = modal_table(resolve(cases.scene(0)).model)
+    first = first_family(table, "rotor")
+    hertz = max(first.values()) / (2 * np.pi)
+    assert hertz > 250
+    frequency = sweeps.draw_frequency(cases, line).axes[0]
+    assert frequency.get_ylim()[1] > hertz
+    diagram = waves.draw_interaction(cases, line).axes[0]
+    low, high = diagram.get_ylim()
+    speeds = [cases.rows[i]["speed"] for i in line]
+    assert high > max(speeds) + first[1]
+    assert low < min(speeds) - first[1]
+    cascade = sweeps.draw_cascade(cases, line).axes[0]
+    assert cascade.get_ylim()[1] > first[1] + max(speeds)
+
+
+def test_a_run_that_stopped_has_the_samples_up_to_there(stiff):
+    cases = Results(stiff)
+    stopped = [i for i in cases.finished() if cases.rows[i]["stop"] == "amplitude"]
+    assert stopped
+    for case in stopped:
+        row, traces = cases.rows[case], cases.traces(case)
+        last = traces["time"][-1]
+        assert last <= row["end_time"] < last + row["sample_interval"]
+        for name, values in traces.items():
+            assert np.isfinite(values).all(), name
+
+
+def test_no_axis_of_frequency_is_beyond_what_the_samples_tell(cases, monkeypatch):
+    line = cases.like(0)
+    rows = [row | {"sample_interval": 5e-3} for row in cases.rows]
+    monkeypatch.setattr(cases, "rows", rows)
+    assert waves.rotating_top(cases, line) == 100.0
+    assert waves.centre_top(cases, line) == pytest.approx(2 * np.pi * 100.0)
+
+
+def test_each_line_of_speeds_has_a_file_of_its_own(stiff, tmp_path, capsys):
+    words = ["figures", str(stiff), "--kind", "interaction", "--out", str(tmp_path)]
+    assert main(words) == 0
+    names = ["interaction-gap=0.000128.png", "interaction-gap=0.000256.png"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == names
+    capsys.readouterr()
+    assert main([*words, "--at", "gap=2.56e-4"]) == 0
+    assert capsys.readouterr().out.split() == [str(tmp_path / names[1])]
+
+
+def test_figures_that_draw_nothing_are_wrong_input(finished, tmp_path, capsys):
+    words = ["figures", str(finished), "--out", str(tmp_path), "--kind", "contacts"]
+    assert main(words) == 2
+    told = capsys.readouterr()
+    assert "needs traces = full" in told.out
+    assert "nothing drawn" in told.err
+
+
+def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):
+    words = ["figures", str(finished), "--out", str(tmp_path)]
+    assert main([*words, "--kind", "shapes", "--kind", "campbell"]) == 0
+    assert {p.name for p in tmp_path.iterdir()} == {"shapes.png", "campbell.png"}
+    axes = waves.draw_campbell(Scene(), np.array([200.0, 500.0])).axes[0]
+    assert any(t.get_text() == "Eq. 13: 271 rad/s" for t in axes.texts)
+    assert axes.get_ylabel() == "frequency, Hz (rotating frame)"
+
+
+def test_a_mistuned_rotor_has_no_shapes_by_diameter():
+    scene = apply_settings(Scene(), {"mistuning": [0.01] + [0.0] * 21})
+    with pytest.raises(InputError, match="equal blades"):
+        shapes.draw_shapes_of(scene)
+
+
+def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
+    number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
+    near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
+    assert [s.verdict for s in (near, far, none)] == [
+        "agrees",
+        "differs",
+        "cannot be judged",
+    ]
+    told = {"one": paper_text.Judged([near, none, far], ["## Why it diverges"])}
+    text = paper_text.page(told, quick=False)
+    assert "## one: why it diverges" in text
+    assert "3 statements: 1 differ, 1 cannot be judged, 1 agree." in text
+    verdicts = re.findall(r"^\| (differs|cannot be judged|agrees) ", text, re.MULTILINE)
+    assert verdicts == ["differs", "cannot be judged", "agrees"]
+    with pytest.raises(ValueError, match="verdict must be one of"):
+        paper_text.Statement("", "", "", "perfect")
+
+
+def told_of(*verdicts):
+    claims = [
+        paper_text.Statement("Fig. 1", f"{i}", "x", v) for i, v in enumerate(verdicts)
+    ]
+    return paper_text.Judged(claims, [])
+
+
+def test_engines_stand_beside_one_another_what_agrees_on_fewest_first():
+    yes, no, open_ = "agrees", "differs", "cannot be judged"
+    told = {"one": told_of(yes, no, no), "two": told_of(yes, open_, no)}
+    text = paper_text.page(told, quick=False)
+    assert "one: 3 statements: 2 differ, 0 cannot be judged, 1 agree." in text
+    assert "On at least one of them 1 of 3 agree." in text
+    assert re.findall(r"^\| Fig. 1 \| (\d)", text, re.MULTILINE) == ["2", "1", "0"]
+    assert f"*{no}*: x | *{open_}*: x |" in text
+    told["two"].statements.reverse()  # answers to other questions
+    with pytest.raises(ValueError, match="different questions"):
+        paper_text.page(told, quick=False)
+
+
+def test_a_reason_stands_beside_a_miss_alone():
+    claim, reason = next(iter(REASONS.items()))
+    for verdict in paper_text.VERDICTS:
+        told = with_reason(paper_text.Statement("Fig. 1", claim, "1 Hz", verdict))
+        assert (told.claim, told.verdict) == (claim, verdict)
+        assert told.computed.startswith("1 Hz")
+        assert (reason in told.computed) == (verdict != "agrees")
+    other = paper_text.Statement("Fig. 1", "another", "1 Hz", "differs")
+    assert with_reason(other) == other
+
+
+def test_two_lobes_are_looked_for_where_blades_touch(monkeypatch, tmp_path):
+    asked = []
+
+    def computed(_place, document, _engine):
+        asked.append((document["scene"]["gap"], document["sweep"]["nodal_diameter"]))
+        touches = int(document["scene"]["gap"] < 3e-4)
+        return SimpleNamespace(rows=[{"contacts": touches}, {"contacts": touches}])
+
+    monkeypatch.setattr(paper_figures, "computed", computed)
+    table1 = paper_figures.designs(paper_figures.QUICK)["table1"]
+    for contacts, gaps in ((1, []), (0, [5e-4, 2.5e-4])):
+        rows = [{"nodal_diameter": 2, "contacts": contacts}]
+        cases = SimpleNamespace(rows=rows)
+        found = paper_figures.two_lobes(cases, tmp_path, table1, "four_motions")
+        assert (found is None) == (not gaps)
+        assert asked == [(gap, [2]) for gap in gaps]
+    assert table1["scene"]["gap"] == 1e-3  # Table 1 is as it was
+
+
+@pytest.mark.slow
+def test_the_quick_paper_is_whole_and_continues(tmp_path):
+    call = [
+        sys.executable,
+        str(SCRIPTS / "paper/figures.py"),
+        "--out",
+        str(tmp_path),
+        "--quick",
+    ]
+    done = subprocess.run(call, capture_output=True, text=True, check=True)
+    assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {
+        p.name for p in tmp_path.iterdir()
+    }
+    page = (tmp_path / "paper.md").read_text()
+    assert page.count("\n| ") > 50
+    assert str(tmp_path / "paper.md") in done.stdout

@@ -1,0 +1,79 @@
+"""The looks of words: apart in colour, in grey, and to the colour-blind."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS, word_of
+from hpcwhirl.store.reading.shares import words_of
+
+# Machado, Oliveira, Fernandes, IEEE TVCG 15 (2009), severity 1, on linear RGB
+BLIND = {
+    "nobody": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+                   [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+                     [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602],
+                   [0.004733, 0.691367, 0.303900]],
+}  # fmt: skip
+XYZ = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
+                [0.0193339, 0.1191920, 0.9503041]])  # of linear sRGB, D65  # fmt: skip
+TABLES = {"regime": SHOWN, "whirl": WHIRLS | BAD}
+
+
+def linear(colour):
+    """Return linear RGB, (3,), of '#RRGGBB' (IEC 61966-2-1)."""
+    part = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    """Return CIE L*a*b*, (3,), of linear RGB under D65."""
+    part = XYZ @ np.clip(rgb, 0, 1) / np.array([0.95047, 1.0, 1.08883])
+    low = part / (3 * (6 / 29) ** 2) + 4 / 29
+    x, y, z = np.where(part > (6 / 29) ** 3, np.cbrt(part), low)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def test_lab_is_lab():
+    assert lab(linear("#FFFFFF")) == pytest.approx([100, 0, 0], abs=0.02)
+    assert lab(linear("#FF0000")) == pytest.approx([53.24, 80.09, 67.20], abs=0.02)
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("eye", BLIND)
+def test_words_are_apart_to_every_eye(eye, table):
+    looks, turn = TABLES[table].items(), np.array(BLIND[eye])
+    seen = {word: lab(turn @ linear(look.colour)) for word, look in looks}
+    for a, b in itertools.combinations(seen, 2):
+        assert np.linalg.norm(seen[a] - seen[b]) > 12, (a, b)
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_words_are_apart_in_grey(table):
+    looks = TABLES[table].items()
+    light = sorted((lab(linear(look.colour))[0], word) for word, look in looks)
+    for (low, a), (high, b) in itertools.pairwise(light):
+        assert high - low > 11, (a, b)
+
+
+def test_letters_are_legible_on_their_colour():
+    for word, look in (SHOWN | WHIRLS).items():
+        y, ink = (float(XYZ[1] @ linear(c)) for c in (look.colour, look.ink))
+        contrast = (max(y, ink) + 0.05) / (min(y, ink) + 0.05)  # WCAG 2
+        assert contrast > 4.5, word
+
+
+def test_every_word_of_a_file_has_one_look():
+    looks = list(SHOWN.values())
+    for part in ("colour", "letter", "marker", "told"):
+        assert len({getattr(look, part) for look in looks}) == len(looks), part
+    triples = list(
+        itertools.product(*(ENUMS[n] for n in ("status", "outcome", "regime")))
+    )
+    one = [word_of(*t) for t in triples]
+    assert set(one) == set(SHOWN)
+    assert list(words_of(*map(np.array, zip(*triples, strict=True)))) == one
+    assert set(WHIRLS) == set(ENUMS["whirl"])

@@ -1,0 +1,164 @@
+"""Inputs with units: the numbers that SI gives, wherever a value may stand."""
+
+import subprocess
+import sys
+
+import pytest
+from synthetic import grid_of, synthetic
+
+import hpcwhirl
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings, digest, parse_setting
+from hpcwhirl.scene.quantities import INPUTS
+from hpcwhirl.scene.units import in_si, measure
+
+RPM = 0.10471975511965977  # rad/s
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("0.8 mm", "m", 0.8e-3),
+        ("0.8mm", "m", 0.8e-3),
+        ("128 um", "m", 1.28e-4),
+        ("3000 rpm", "rad/s", 3000 * RPM),
+        ("50 Hz", "rad/s", 50 * 6.283185307179586),
+        ("1 kHz", "rad/s", 6283.185307179586),
+        ("30 kN", "N", 30e3),
+        ("210 GPa", "Pa", 210e9),
+        ("7.8 g/cm^3", "kg/m^3", 7800.0),
+        ("34 kN/mm", "N/m", 3.4e7),
+        ("0.63 ms", "s", 0.63e-3),
+        ("5 %", "1", 0.05),
+        ("-2e1 ms", "s", -0.02),
+    ],
+)
+def test_a_number_with_a_unit_is_the_number_that_si_gives(text, unit, expected):
+    assert in_si(text, unit) == expected
+
+
+@pytest.mark.parametrize("decimals", range(1, 200, 7))
+def test_a_decimal_prefix_changes_no_digit(decimals):
+    assert in_si(f"0.{decimals} mm", "m") == float(f"0.{decimals}e-3")
+
+
+def test_every_unit_of_an_input_is_known_to_the_library():
+    for name, told in INPUTS.items():
+        if told.unit != "1":
+            assert in_si(f"2 {told.unit}", told.unit) == 2.0, name
+
+
+def test_a_scene_with_units_is_the_scene_without():
+    plain = Scene(speed=3000 * RPM, gap=0.8e-3, engine={"rotor": {"radius": 0.9}})
+    told = Scene(speed="3000 rpm", gap="0.8 mm", engine={"rotor": {"radius": "900 mm"}})
+    assert told == plain
+    assert digest(told) == digest(plain)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("gap=0.8 kg", "gap must be in m or a unit of the same kind, got 'kg'"),
+        ("gap=0.8 mmm", "unknown unit 'mmm'; did you mean 'mm'?"),
+        ("rotor.radius=3 s", "engine.rotor.radius must be in m"),
+        ("friction=0.1 m", "friction must be a number, got 'm'"),
+        ("gap=-1 mm", "gap must be >= 0.0, got -0.001"),
+        ("nodal_diameter=2 mm", "nodal_diameter must be a whole number"),
+        ("pulse=1 days since 2000-01-01", "pulse must be in s"),
+        ("pulse=1 lg(re 1 s)", "pulse must be in s"),
+    ],
+)
+def test_a_unit_of_another_kind_is_one_clear_line(text, told):
+    with pytest.raises(InputError) as failed:
+        apply_settings(Scene(), dict([parse_setting(text)]))
+    assert told in str(failed.value)
+    assert "\n" not in str(failed.value)
+
+
+@pytest.mark.parametrize(
+    ("with_units", "plain"),
+    [
+        (
+            {"sweep": {"speed": ["1000 rpm", 200.0], "gap": ["0.1 mm", "0.2 mm"]}},
+            {"sweep": {"speed": [1000 * RPM, 200.0], "gap": [1e-4, 2e-4]}},
+        ),
+        (
+            {"sweep": {"gap": {"start": "0.1 mm", "stop": "0.3 mm", "step": "0.1 mm"}}},
+            {"sweep": {"gap": [1e-4, 2e-4, 3e-4]}},
+        ),
+        (
+            {"sweep": {"force": {"start": "1 kN", "stop": "3 kN", "num": 3}}},
+            {"sweep": {"force": [1e3, 2e3, 3e3]}},
+        ),
+        (
+            {
+                "zip": {
+                    "casing.thickness": ["30 mm", "40 mm"],
+                    "casing.width": [1.0, 2.0],
+                }
+            },
+            {"zip": {"casing.thickness": [0.03, 0.04], "casing.width": [1.0, 2.0]}},
+        ),
+        (
+            {"cases": [{"gap": "0.1 mm"}, {"gap": 2e-4, "speed": "60 rpm"}]},
+            {"cases": [{"gap": 1e-4}, {"gap": 2e-4, "speed": 60 * RPM}]},
+        ),
+    ],
+)
+def test_a_campaign_with_units_has_the_cases_of_one_without(with_units, plain):
+    found, expected = Design.of(with_units), Design.of(plain)
+    assert list(found.digests) == list(expected.digests)
+
+
+def test_drawn_inputs_and_resolutions_take_units():
+    law = {"distribution": "uniform", "low": "0.1 mm", "high": "0.3 mm"}
+    told = {"sample": {"method": "sobol", "count": 4, "gap": law}}
+    plain = {"sample": {"method": "sobol", "count": 4,
+                        "gap": law | {"low": 1e-4, "high": 3e-4}}}  # fmt: skip
+    assert list(Design.of(told).digests) == list(Design.of(plain).digests)
+    sweep = {"speed": [100.0, 200.0], "gap": [1e-4, 4e-4]}
+    finest = {"over": ["speed", "gap"], "scale": {"gap": "log"}}
+    told = finest | {"resolution": {"speed": "200 rpm", "gap": "5 %"}}
+    plain = finest | {"resolution": {"speed": 200 * RPM, "gap": 0.05}}
+    found, expected = (Design.of({"sweep": sweep, "refine": r}) for r in (told, plain))
+    assert found.most == expected.most
+
+
+def test_a_range_of_two_units_is_refused():
+    given = {"start": "1000 rpm", "stop": 500, "num": 3}
+    with pytest.raises(InputError, match="takes one unit for all its numbers"):
+        Design.of({"sweep": {"speed": given}})
+
+
+def test_a_case_is_chosen_by_a_value_with_a_unit(tmp_path, capsys):
+    folder = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[60 * RPM]))
+    assert main(["cases", str(folder), "--at", "gap=0.4 mm", "--csv"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+    assert main(["cases", str(folder), "--at", "speed=60rpm", "--csv"]) == 0
+    assert main(["cases", str(folder), "--at", "gap=1 s"]) == 2
+    assert "gap must be in m or a unit" in capsys.readouterr().err
+
+
+def test_plain_numbers_do_not_load_the_library():
+    script = (
+        "import sys, hpcwhirl; s = hpcwhirl.Scene(speed=300.0); "
+        "print('cf_units' in sys.modules, s.speed); "
+        "s = hpcwhirl.Scene(speed='300 rpm'); print('cf_units' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["False", "300.0", "True"]
+
+
+@pytest.mark.parametrize(
+    "text", ["1e-4", "12", " 1.5E+3 ", ".5", "1.", "-7", "1 2", "1, 2", "1 2 mm"]
+)
+def test_a_number_alone_has_no_unit(text):
+    assert measure(text) is None
+
+
+def test_a_scene_keeps_numbers_alone():
+    assert isinstance(hpcwhirl.Scene(gap="0.8 mm").gap, float)

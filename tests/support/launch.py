@@ -1,0 +1,144 @@
+"""Starting hpcwhirl as processes of its own, alone or under mpirun."""
+
+import json
+import math
+import os
+import shlex
+import signal
+import struct
+import subprocess
+import sys
+import time
+import zlib
+from functools import cache
+from pathlib import Path
+
+import h5py
+from forked import Server
+
+LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to compile
+ROOT = Path(__file__).parents[2]
+MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it
+
+
+def start(words, ranks=0, **options):
+    """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0."""
+    front = [*MPIRUN, "-n", str(ranks)] if ranks else []
+    call = [*front, sys.executable, "-m", "hpcwhirl", *map(str, words)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": ENVIRONMENT, **options})
+
+
+def finish(process):
+    """Return the ended process with `out` and `err`, within the time limit."""
+    try:
+        process.out, process.err = process.communicate(timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        kill(process)
+        raise
+    return process
+
+
+@cache
+def server():
+    return Server(ENVIRONMENT)
+
+
+def launch(*words, ranks=0, **options):
+    """Return the ended command; a plain one is a fork, whose start costs nothing."""
+    if ranks or options:
+        return finish(start(words, ranks, **options))
+    return server().command(words, ROOT)
+
+
+def wait_for(reached, process):
+    """Wait until `reached()`; the process must still be at work then."""
+    end = time.monotonic() + LIMIT
+    while not reached():
+        if process.poll() is not None or time.monotonic() > end:
+            kill(process)
+            raise AssertionError(process.communicate())
+        time.sleep(0.005)
+
+
+def tree(pid):
+    """Return a process and all that descend from it; mpirun's have own groups."""
+    found = [pid]
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in task.read_text().split():
+            found += tree(int(child))
+    return found
+
+
+def kill(process):
+    """Kill -9 a process and its descendants before one of them can clean up."""
+    members = tree(process.pid)
+    for number in (signal.SIGSTOP, signal.SIGKILL):
+        for pid in members:
+            try:
+                os.kill(pid, number)
+            except ProcessLookupError:
+                continue
+    process.communicate()
+
+
+def records(folder):
+    """Return every whole record of a campaign's journals, read without hpcwhirl."""
+    logs = sorted(folder.glob("journal/*.log"))
+    return [record for log in logs for _, _, record in kept(log)]
+
+
+def kept(log):
+    """Return (first byte, end, record) of each whole record of a journal."""
+    data, found = log.read_bytes(), []
+    magic = data.find(b"\n") + 1
+    if not magic or len(data) < magic + 8:
+        return found
+    length, tag = struct.unpack_from("<I4s", data, magic)
+    body = data[magic + 8 :][:length]
+    if len(body) < length:
+        return found  # it is being written
+    assert zlib.crc32(body).to_bytes(4, "little") == tag
+    header, start = json.loads(body), 2 * (magic + 8 + length)
+    codes = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "64s"}
+    bits = -(-len(header["fields"]) // 8)
+    code = f"<4sIiI{bits}s" + "".join(codes[kind] for _, _, kind, _ in header["fields"])
+    size, text, wanted = struct.calcsize(code), b"", math.inf
+    for place in range(start, len(data) - size + 1, size):
+        mark, crc, more, _, has, *values = struct.unpack_from(code, data, place)
+        if mark != tag or crc != zlib.crc32(data[place + 8 : place + size]):
+            continue
+        if more >= 0:
+            begin, wanted, text, own = place, more, b"", (has, values)
+        else:
+            text += data[place + 16 : place + size]
+        if len(text) >= wanted:
+            record = {"message": "", **unpacked(header, *own)}
+            for name, value in json.loads(text[:wanted] or b"{}").items():
+                both = isinstance(value, dict) and name in record
+                record[name] = record[name] | value if both else value
+            found.append((begin, place + size, record))
+            wanted = math.inf  # what follows is of another one
+    return found
+
+
+def unpacked(header, has, values):
+    """Return what the fields of a record hold, by what its file tells of them."""
+    told, record = int.from_bytes(has, "little"), {}
+    for place, (table, name, kind, words) in enumerate(header["fields"]):
+        value = values[place]
+        if kind == "word":
+            value = words[value]
+        elif kind in ("hex", "text"):
+            value = value.hex() if kind == "hex" else value.rstrip(b"\0").decode()
+        if told >> place & 1:
+            (record.setdefault(table, {}) if table else record)[name] = value
+    return record
+
+
+def root_variables(folder):
+    """Return {name: (type, shape, bytes)} of the root variables of results.h5."""
+    with h5py.File(folder / "results.h5") as file:
+        found = {n: d for n, d in file.items() if isinstance(d, h5py.Dataset)}
+        return {n: (str(d.dtype), d.shape, d[()].tobytes()) for n, d in found.items()}
