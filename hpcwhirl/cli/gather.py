@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.campaign.log import say
-    from hpcwhirl.cli.command import code_of
+    from hpcwhirl.cli.command import code_of, tell_failure
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.launch import communicator
     from hpcwhirl.store.directory.owner import Asking
@@ -45,6 +45,11 @@ def run(args: argparse.Namespace) -> int:
         if comm.rank == 0:
             raise
         return code_of(failed)
+    except Exception as failed:  # noqa: BLE001 - printed here, aborted below
+        code = tell_failure(failed)
+        sys.stderr.flush()
+        comm.Abort(code)  # the other ranks may wait for this one
+        return code
     code = COMPLETE
     if comm.rank == 0:
         print(path)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import resource
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ from launch import ENVIRONMENT, LIMIT, launch, root_variables
 from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
 import hpcwhirl
+from hpcwhirl.cli.command import run_command
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Alone
 from hpcwhirl.scene import Scene, flatten
@@ -250,6 +252,35 @@ def test_where_gathering_fails_one_line_says_so_and_the_old_file_stays(
     assert why in told
     assert (tmp_path / "results.h5").read_text() == "old"
     assert not list(tmp_path.glob("*.part"))
+
+
+def test_the_index_of_a_campaign_travels_between_ranks(tmp_path):
+    begin(tmp_path, one_interval=False)
+    own = contents_of(tmp_path)
+    other = pickle.loads(pickle.dumps(own))  # as mpi4py does
+    cases = range(len(SPEEDS))
+    expected, found = blocks.read_block(own, cases), blocks.read_block(other, cases)
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values)
+
+
+class Second(Alone):
+    """Rank 1 of two, which notes how it ends all."""
+
+    rank, size = 1, 2
+    ended = None
+
+    def Abort(self, code):
+        self.ended = code
+
+
+def test_an_unforeseen_error_on_one_rank_ends_all_of_them(monkeypatch, capsys):
+    comm = Second()
+    monkeypatch.setattr("hpcwhirl.launch.communicator", lambda: comm)
+    monkeypatch.setattr("hpcwhirl.store.results.gather.gather", lambda *_, **__: 1 / 0)
+    assert run_command(["gather", "out"]) == comm.ended == 70
+    assert "ZeroDivisionError" in capsys.readouterr().err
 
 
 def test_facts_may_be_long_as_the_hosts_of_ten_thousand_ranks_are(tmp_path):

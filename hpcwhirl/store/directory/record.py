@@ -69,6 +69,10 @@ class Layout:
         self._out = [_writer(kind, words) for _, _, kind, words in self.fields]
         self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
 
+    def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
+        """Travel between ranks as the fields: what is compiled from them cannot."""
+        return Layout, (self.fields,)
+
     @property
     def kinds(self) -> dict[str, str]:
         """Kinds of the fields, by `TABLE.NAME`."""
