@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import OR_FILE, print_json
-from hpcwhirl.cli.tables import print_csv, print_table, records
+from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.tables import add_format, print_data, print_table, unit_of
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 SHOWN = 200  # rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
 TWINS = ("word_majority", "word_share", "twin_count")
-WORD = "word"  # column: the regime, or why there is none
 Columns = dict[str, NDArray[Any]]
 
 
@@ -53,14 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
         "have all)",
     )  # fmt: skip
-    parser.add_argument(
-        "--no-units",
-        action="store_true",
-        help="head CSV columns by names without units",
-    )
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--csv", action="store_true", help="print comma-separated values")
-    how.add_argument("--json", action="store_true", help="print JSON, not text")
+    add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -82,13 +74,8 @@ def run(args: argparse.Namespace) -> int:
         source = source_of(data)
         chosen = _chosen(args, data, source)
         columns = _columns(args, data, source, chosen)
-        units = {n: _unit(data, n) for n in columns}
-    if args.csv:
-        print_csv(columns, units, headed=not args.no_units)
-    elif args.json:
-        print_json({"units": {n: u for n, u in units.items() if u},
-                    "cases": records(columns)})  # fmt: skip
-    else:
+        units = {n: unit_of(data, n) for n in columns}
+    if not print_data(args, columns, units, "cases"):
         _print_first(columns, units, args.limit)
     return 0
 
@@ -134,6 +121,7 @@ def _columns(
     source: Source,
     chosen: NDArray[np.intp],
 ) -> Columns:
+    from hpcwhirl.analysis.columns import WORD
     from hpcwhirl.store.reading.select import swept_of
 
     swept = swept_of(data) or ["speed"]
@@ -149,14 +137,11 @@ def _columns(
     return columns
 
 
-def _unit(data: xarray.Dataset, name: str) -> str:
-    unit = str(data[name].attrs.get("units", "")) if name in data else ""
-    return "" if unit == "1" else unit
-
-
 def _tell_columns(data: xarray.Dataset) -> None:
+    from hpcwhirl.analysis.columns import WORD
+
     print(f"{WORD}: the regime, or overloaded, unstable, failed, missing")
     for name, variable in data.variables.items():
         if variable.dims == ("case",):
             meaning = variable.attrs.get("long_name", "")
-            print(f"{with_unit(str(name), _unit(data, str(name)))}: {meaning}")
+            print(f"{with_unit(str(name), unit_of(data, str(name)))}: {meaning}")

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import print_json
+from hpcwhirl.cli.options import add_json, print_json
 from hpcwhirl.scene import (
     engine_inputs,
     engine_names,
@@ -38,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "preset for all presets, or the name of one; engines for the built-in engines; "
         "or a word in the meanings of the inputs sought",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print JSON, not text")
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

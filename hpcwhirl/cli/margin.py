@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import OR_FILE, print_json
-from hpcwhirl.cli.tables import print_csv, print_table, records
+from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.tables import add_format, print_data, print_table, unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hpcwhirl.analysis.margins import SafeRange
 
 ENDS = ("low", "high", "below", "above")
+OVER = (*ENDS, "distance")  # columns in the unit of the input of --over
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,14 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="in a campaign with [twins]: a case counts as damped if at least this "
         "share of its twins is damped (default: if most are)",
     )  # fmt: skip
-    parser.add_argument(
-        "--no-units",
-        action="store_true",
-        help="head CSV columns by names without units",
-    )
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--csv", action="store_true", help="print comma-separated values")
-    how.add_argument("--json", action="store_true", help="print JSON, not text")
+    add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,13 +58,8 @@ def run(args: argparse.Namespace) -> int:
         point, data = _chosen(results, over, args.at)
         found = safe_ranges(data, over, args.sure)
         columns = _columns(found, point)
-        units = {n: _unit(data, over, n) for n in columns}
-    if args.csv:
-        print_csv(columns, units, headed=not args.no_units)
-    elif args.json:
-        print_json({"over": over, "units": {n: u for n, u in units.items() if u},
-                    "ranges": records(columns)})  # fmt: skip
-    else:
+        units = {n: unit_of(data, over if n in OVER else n) for n in columns}
+    if not print_data(args, columns, units, "ranges", over=over):
         print(f"damped over {over}; the boundary lies between low and below, and "
               "between high and above")  # fmt: skip
         print_table(columns, units, len(found))
@@ -121,12 +110,6 @@ def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
     if point is not None:
         out["distance"] = [r.distance(point) for r in found]
     return {name: np.array(values) for name, values in out.items()}
-
-
-def _unit(data: xarray.Dataset, over: str, name: str) -> str:
-    name = over if name in (*ENDS, "distance") else name
-    unit = str(data[name].attrs.get("units", "")) if name in data else ""
-    return "" if unit == "1" else unit
 
 
 def _nearest(found: list[SafeRange], over: str, point: float, unit: str) -> str:

@@ -2,29 +2,75 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from hpcwhirl.cli.options import add_json, print_json
 from hpcwhirl.errors import legible, one_line
 
-AT_ONCE = (
-    10_000  # rows of CSV per pass: as Python objects they take 10 times the memory
-)
+if TYPE_CHECKING:
+    import xarray
+
+AT_ONCE = 10_000  # rows per pass: as Python objects they take 10 times the memory
 Columns = Mapping[str, NDArray[Any]]
 Units = Mapping[str, str]
 
 
-def records(columns: Columns) -> list[dict[str, Any]]:
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """Add the options ``--csv``, ``--json`` and ``--no-units``."""
+    parser.add_argument(
+        "--no-units",
+        action="store_true",
+        help="head CSV columns by names without units",
+    )
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--csv", action="store_true", help="print comma-separated values")
+    add_json(how)
+
+
+def unit_of(data: xarray.Dataset, name: str) -> str:
+    """Return the unit of a variable, "" where it has none or is not in the results."""
+    unit = str(data[name].attrs.get("units", "")) if name in data else ""
+    return "" if unit == "1" else unit
+
+
+def print_data(
+    args: argparse.Namespace, columns: Columns, units: Units, rows: str, **facts: Any
+) -> bool:
+    """Print columns as CSV or JSON if ``--csv`` or ``--json`` is given.
+
+    Parameters
+    ----------
+    args : with the options of `add_format`
+    columns : {name: values (rows,)}
+    units : {name: unit}, empty without one
+    rows : key of the rows in JSON
+    facts : what JSON tells besides
+
+    Returns
+    -------
+    whether one of the options is given; otherwise nothing is printed
+    """
+    if args.csv:
+        _print_csv(columns, units, headed=not args.no_units)
+    elif args.json:
+        told = {n: u for n, u in units.items() if u}
+        print_json({**facts, "units": told, rows: _records(columns)})
+    return bool(args.csv or args.json)
+
+
+def _records(columns: Columns) -> list[dict[str, Any]]:
     """Return the rows as a list of {column: value}."""
     rows = zip(*(c.tolist() for c in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def print_csv(columns: Columns, units: Units, *, headed: bool = True) -> None:
+def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
     """Print columns as CSV.
 
     Parameters
