@@ -25,13 +25,16 @@ LAYOUT = (
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "file", type=Path, metavar="FILE.toml",
+        "file", type=Path, nargs="?", metavar="FILE.toml",
         help="file that names the matrix files of M and K and the unknowns at tips, "
-        "centre and sector cuts; its keys: hpcwhirl/store/models/wheel_file.py",
+        "centre and sector cuts; its keys: --example",
     )  # fmt: skip
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="FILE.h5",
-        help="engine file to write",
+        "--out", type=Path, metavar="FILE.h5", help="engine file to write"
+    )
+    parser.add_argument(
+        "--example", action="store_true",
+        help="print a FILE.toml with all keys and their meanings, and end",
     )  # fmt: skip
     add_json(parser)
 
@@ -74,7 +77,15 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Reduce the model and write the file."""
+    """Reduce the model and write the file, or print an example of its description."""
+    if args.example:
+        from hpcwhirl.store.models.wheel_file import EXAMPLE
+
+        sys.stdout.write(EXAMPLE.read_text())
+        return 0
+    if args.file is None or args.out is None:
+        msg = "import-model needs FILE.toml and --out FILE.h5; --example prints a file"
+        raise InputError(msg)
     check_writable(args.out, folder=False)
     from hpcwhirl.reduction.finite_elements import imported
     from hpcwhirl.store.models.wheel_file import read_wheel

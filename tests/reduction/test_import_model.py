@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import tomllib
 import zipfile
 
 import h5py
@@ -18,6 +19,8 @@ from hpcwhirl.reduction import factors, sparse_modes
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.scene import Rotor
+from hpcwhirl.store.models.wheel_file import TABLES as KNOWN
+from hpcwhirl.store.models.wheel_file import read_wheel
 from hpcwhirl.structure import bladed_disk
 from hpcwhirl.structure.assembly import add_element, turn
 from hpcwhirl.structure.beams import beam
@@ -573,3 +576,25 @@ def test_the_imported_rotor_is_marched(tmp_path, capsys):
     words = [w for s in settings[:3] for w in ("--set", s)]
     assert main(["run", *words, "--preset", "draft", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["outcome"] == "completed"
+
+
+def test_the_example_has_every_key_and_is_read_as_it_stands(
+    tmp_path, monkeypatch, capsys
+):
+    assert main(["import-model", "--example"]) == 0
+    text = capsys.readouterr().out
+    told = tomllib.loads(re.sub(r"^# (?=\[|\w+ = )", "", text, flags=re.MULTILINE))
+    assert {name: {*keys} for name, keys in told.items()} == {
+        name: {*keys} for name, keys in KNOWN.items()
+    }
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wheel.toml").write_text(text)
+    for name in ("mass", "stiffness"):
+        sparse.save_npz(f"{name}.npz", sparse.csr_array(np.eye(6)))
+    found = read_wheel(tmp_path / "wheel.toml")
+    assert (found.blades, found.tips.tolist()) == (3, [[0, 1], [2, 3], [4, 5]])
+
+
+def test_without_a_file_the_way_to_an_example_is_told(capsys):
+    assert main(["import-model"]) == 2
+    assert "--example" in capsys.readouterr().err

@@ -1,34 +1,9 @@
 """Reading the TOML that says what a finite element model's unknowns are. No mechanics.
 
 Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad, against the
-clock. Of a whole wheel:
-
-[wheel]
-mass, stiffness   files beside this one, see `sparse_file`; kg, N/m (or t, N/mm, ...)
-blades            N
-modes             fixed-interface modes kept, at most (default 5 N)
-held              DoF that do not move (default none)
-[tips]
-x, y              N DoF each, blade 0, 1, ... against the clock: a pair of axes
-angle             of blade 0 from the pair's x axis, blade j 2 pi j / N further (default
-                  0), or a list of N
-or radial, tangential, N DoF each, with the angle (default 0) by which the tips' own
-axes are turned from these
-[centre]          none: clamped
-x, y              DoF of the shaft's centre
-angle             of blade 0 from its x axis (default: that of [tips] x, y)
-stiffness, mass   of the shaft, added to x and to y, N/m and kg (default 0)
-held              true: more than the centre and `stiffness` hold the wheel in K
-
-Of one sector, [sector] instead of [wheel], whose blade is blade 0: x, y, radial and
-tangential are one DoF, K and M of a shared centre are one sector's part, and
-
-[sector]
-left, right       DoF on both cuts, right[i] being left[i] of the next sector, against
-                  the clock, in axes that turn with the sectors (cylindrical; or along
-                  the shaft)
-left_x, left_y,   the same in the axes of this sector, not turned
-right_x, right_y
+clock. `wheel_example.toml` has all keys with their meanings; `hpcwhirl import-model
+--example` prints it. Of one sector, [sector] instead of [wheel], whose blade is blade
+0, the keys x, y, radial and tangential are one DoF.
 """
 
 from __future__ import annotations
@@ -50,6 +25,7 @@ from hpcwhirl.store.models.sparse_file import read_matrix
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_BLADES = LARGEST // 2 - 1
+EXAMPLE = Path(__file__).with_name("wheel_example.toml")
 FAMILIES = 5  # of modes kept, where the file does not say
 EVEN = 1e-6  # rad, of 2 pi / N from blade to blade
 KEYS = {
@@ -196,7 +172,7 @@ def read_wheel(path: Path) -> FiniteElements:
     kinds = [name for name in ("wheel", "sector") if name in document]
     if len(kinds) != 1:
         msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
-        raise InputError(msg)
+        raise InputError(f"{msg}: hpcwhirl import-model --example")
     for name in document:
         if name not in TABLES:
             raise unknown(f"table in {file}", name, TABLES)
