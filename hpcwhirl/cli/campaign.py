@@ -21,6 +21,7 @@ from hpcwhirl.cli.campaign_options import (
     design_of_call,
     extension,
     policy_of,
+    ranks_foreseen,
     rules_of,
 )
 from hpcwhirl.cli.command import (
@@ -154,6 +155,7 @@ def _prepared(
     if args.regimes_only:
         settings |= _words_alone(args.file, settings)
     args.to = extension(args)
+    ranks = ranks_foreseen(args, ranks)
     design = design_of_call(args, settings)
     rules = rules_of(args, design.rules)
     args.out, args.report = Path(args.out or rules.out), rules.report

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
+from hpcwhirl.cluster.jobs.request import MOST_TASKS
 from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.campaign_tables import Campaign
@@ -33,6 +34,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--dry-run", action="store_true",
         help="compute a few cases, print the number of cases and the predicted time, "
         "core-hours and disk space, and end",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ranks", type=int, metavar="N",
+        help="with --dry-run: predict the wall time on N ranks (default: those of this "
+        "call)",
     )  # fmt: skip
     fails = parser.add_mutually_exclusive_group()
     for name, field in FIELDS.items():
@@ -115,6 +121,25 @@ def extension(args: argparse.Namespace) -> float | None:
         msg = f"--to must be a number of seconds > 0, got {args.to}"
         raise InputError(msg)
     return None if args.to is None else float(args.to)
+
+
+def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
+    """Return for how many ranks --dry-run predicts, --ranks or those of this call.
+
+    Raises
+    ------
+    InputError
+        for --ranks without --dry-run, or less than 1
+    """
+    if args.ranks is None:
+        return ranks
+    if not args.dry_run:
+        msg = f"--ranks is for --dry-run; mpirun -n {args.ranks} starts ranks"
+        raise InputError(msg)
+    if not 1 <= args.ranks <= MOST_TASKS:
+        msg = f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}"
+        raise InputError(msg)
+    return int(args.ranks)
 
 
 def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:

@@ -1,4 +1,4 @@
-"""Output of `hpcwhirl campaign --dry-run`: cases, predicted time, core-hours, bytes."""
+"""What `campaign --dry-run` and `job` predict: cases, time, core-hours, bytes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from hpcwhirl.cli.options import print_json
 if TYPE_CHECKING:
     from hpcwhirl.campaign.foresight.forecast import Forecast
     from hpcwhirl.campaign.plan.design import Design
+    from hpcwhirl.cluster.jobs.request import Request
 
 
 def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
@@ -18,7 +19,7 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
     Parameters
     ----------
     cost, design : forecast and design of the campaign
-    ranks : number of ranks for which the wall time is predicted: those of this call
+    ranks : number of ranks for which the wall time is predicted
     as_json : whether to print one JSON object instead of lines
     """
     if as_json:
@@ -57,6 +58,35 @@ def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
         facts |= {"coarse": len(design.settings), "at_most": design.most, "more": more}
         facts["beyond"] = cost.beyond
     return facts
+
+
+def job_line(cost: Forecast, ranks: int, request: Request) -> str:
+    """Return a line on core-hours and wall time, beside the time limit of a job.
+
+    Parameters
+    ----------
+    cost : forecast of what the job computes
+    ranks : of the job, of an array of all its elements
+    request : of the job
+    """
+    usual, low, high = cost.wall(ranks)
+    text = (
+        f"predicted {cost.seconds / 3600:.3g} core-hours, {_duration(usual)} "
+        f"({_duration(low)} to {_duration(high)}) on {_on(ranks)}; "
+        f"--time {request.time}"
+    )
+    enough = request.seconds - request.warning
+    if high <= enough:
+        return text
+    whole = "may not be" if usual <= enough else "is not"
+    again = f"it comes again up to {request.requeues} times (--requeues)"
+    return f"{text} {whole} enough for all: " + (
+        again if request.requeues else "submit it again"
+    )
+
+
+def _on(ranks: int) -> str:
+    return f"{ranks} rank" + ("s" if ranks > 1 else "")
 
 
 def _step(cost: Forecast) -> float:
@@ -115,11 +145,10 @@ def _wall(cost: Forecast, ranks: int) -> str:
     """Return the line on the wall time and on its serial part."""
     usual, low, high = cost.wall(ranks)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    on = f"{ranks} rank" + ("s" if ranks > 1 else "")
     overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"
     note = "; kernels were compiled here" if cost.compiled else ""
     return (
-        f"wall time on {on}: {_duration(usual)} ({_duration(low)} to "
+        f"wall time on {_on(ranks)}: {_duration(usual)} ({_duration(low)} to "
         f"{_duration(high)}); {_duration(serial)} of it start, gather and map, "
         f"{overhead}{note}"
     )

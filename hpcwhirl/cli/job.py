@@ -1,15 +1,19 @@
-"""`hpcwhirl job`: print or write a job script for a cluster's scheduler."""
+"""`hpcwhirl job`: print or write a job script, and what the job will take."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.safe_open import read_regular
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.plan.design import Design
 
 TEXTS = {
     "out": (
@@ -23,6 +27,8 @@ TEXTS = {
     "name": ("NAME", "name of the job (default hpcwhirl)"),
     "partition": ("NAME", "partition or queue"),
     "account": ("NAME", "account, project or bank"),
+    "mem": ("SIZE", "memory of each node, e.g. 4G (Slurm)"),
+    "qos": ("NAME", "quality of service (Slurm)"),
     "shard": ("I/N", "compute only the I-th of N shares of the campaign"),
     "launcher": (
         "NAME",
@@ -34,6 +40,7 @@ TEXTS = {
     "script": ("PATH", "write the script to PATH instead of printing it"),
 }
 IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
+PLACES = ("file", "out", "venv", "script")  # where ~ is the home directory
 NUMBERS = {
     "ntasks": "number of ranks, of an array for each element (default 32)",
     "nodes": "number of nodes to spread the ranks over (default: scheduler's choice)",
@@ -66,31 +73,54 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="environment module to load; may be repeated",
     )
+    parser.add_argument(
+        "--constraint", action="append", default=[], metavar="FEATURES",
+        help="features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, "
+        "all of them",
+    )  # fmt: skip
+    parser.add_argument("--set", "--preset", dest="inputs", help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--no-predict", dest="predict", action="store_false",
+        help="do not predict the job's time, for which some cases are computed here",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
     from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
     from hpcwhirl.cluster.jobs.script import job_script
+    from hpcwhirl.store.atomic import write_whole
 
+    if args.inputs:
+        msg = "job takes --set and --preset from the file: write inputs in its [scene],"
+        raise InputError(msg + " preset in its [solver]")
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
-    table = _in_file(Path(args.file), shards=bool(args.array or args.shard))
+    for name in PLACES:
+        values[name] = values[name] and os.path.expanduser(values[name])  # noqa: PTH111
+    design = _design(Path(values["file"]), shards=bool(args.array or args.shard))
+    rules = design.rules
     for name, key in IN_FILE.items():
         if values[name] is None:
             default = Request.__dataclass_fields__[name].default
-            values[name] = table.get(key, default)
-    request = Request(**(values | {"modules": tuple(args.modules)}))
+            in_file = key in rules.model_fields_set
+            values[name] = getattr(rules, key) if in_file else default
+    values |= {name: tuple(getattr(args, name)) for name in ("modules", "constraint")}
+    request = Request(**values)
     text = job_script(request)
+    if request.script:
+        _check_kept(Path(request.script))
+    if args.predict:
+        _predict(design, request)
     if not request.script:
         sys.stdout.write(text)
         return 0
-    _write(Path(request.script), text)
+    write_whole(Path(request.script), text.encode())
     print(f"{SCHEDULERS[request.scheduler].submit} {request.script}")
     return 0
 
 
-def _in_file(path: Path, *, shards: bool) -> dict[str, Any]:
-    """Check a campaign file and return the keys that its table [campaign] sets.
+def _design(path: Path, *, shards: bool) -> Design:
+    """Return the checked campaign of a file.
 
     Parameters
     ----------
@@ -111,14 +141,33 @@ def _in_file(path: Path, *, shards: bool) -> dict[str, Any]:
     if shards and late:
         msg = f"{late[0]} needs the words of all cases: neither --array nor --shard"
         raise InputError(msg)
-    rules = design.rules
-    return {name: getattr(rules, name) for name in rules.model_fields_set}
+    return design
 
 
-def _write(path: Path, text: str) -> None:
-    """Write the script; an existing file is replaced only if it is such a script."""
+def _predict(design: Design, request: Request) -> None:
+    """Print on stderr what is left of the campaign, beside the job's time limit.
+
+    Raises
+    ------
+    InputError
+        if no case of the campaign could be integrated
+    """
+    from hpcwhirl.campaign.foresight.forecast import forecast
+    from hpcwhirl.campaign.resume import as_begun, check_steps
+    from hpcwhirl.cli.dry_run import job_line
+    from hpcwhirl.launch import parse_shard
+
+    out = Path(request.out)
+    check_steps(design)
+    shard = parse_shard(request.shard) if request.shard else None
+    cost = forecast(as_begun(design, out), out, shard)
+    ranks = request.ntasks * (request.array or 1)
+    print(f"hpcwhirl: {job_line(cost, ranks, request)}", file=sys.stderr)
+
+
+def _check_kept(path: Path) -> None:
+    """Refuse to replace a directory, or a file that is no such script."""
     from hpcwhirl.cluster.jobs.script import PRINTED
-    from hpcwhirl.store.atomic import write_whole
 
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED
@@ -130,4 +179,3 @@ def _write(path: Path, text: str) -> None:
     if PRINTED not in old:
         msg = f"--script {path}: there is a file that is no job script; it is kept"
         raise InputError(msg)
-    write_whole(path, text.encode())

@@ -1,6 +1,7 @@
 """What --dry-run says beforehand is what there is afterwards."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.case.limits import step_counts
+from hpcwhirl.cli import main
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.store.directory.journal import read_records
 
@@ -239,3 +241,19 @@ def _straight(design, words):
 
     growth.feed(word, list(growth.wanted))
     return len(growth.wanted) - len(words)
+
+
+def test_a_dry_run_tells_the_wall_time_on_as_many_ranks_as_asked(tmp_path, capsys):
+    (tmp_path / "c.toml").write_text("[scene]\nduration = 0.05\n")
+    words = ["campaign", str(tmp_path / "c.toml"), "--out", str(tmp_path / "o")]
+    assert main([*words, "--dry-run", "--json", "--ranks", "128"]) == 0
+    assert json.loads(capsys.readouterr().out)["wall_seconds"]["ranks"] == 128
+    for options, told in (
+        (["--ranks", "128"], "mpirun -n 128"),
+        (["--dry-run", "--ranks", "0"], "--ranks must be >= 1"),
+    ):
+        assert main([*words, *options]) == 2
+        err = capsys.readouterr().err
+        assert told in err
+        assert err.count("\n") == 1
+    assert not (tmp_path / "o").exists()

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from launch import LIMIT, ROOT, tree, wait_for
 
+from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.cli import main
+from hpcwhirl.cli.dry_run import job_line
 from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
 from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS, clock
 from hpcwhirl.cluster.jobs.script import PRINTED, job_script
@@ -143,7 +146,7 @@ def test_the_templates_are_what_the_command_prints(tmp_path, monkeypatch):
         (tmp_path / "campaign.toml").write_text("[sweep]\nspeed = [300, 410]\n")
         monkeypatch.chdir(tmp_path)
         words = shlex.split(line.removeprefix(PRINTED))
-        assert main(words[1:]) == 0
+        assert main([*words[1:], "--no-predict"]) == 0
         same = (tmp_path / "jobs" / path.name).read_text() == text
         assert same, f"print {path.name} anew: {shlex.join(words)}"
 
@@ -181,7 +184,7 @@ def test_what_is_asked_for_stands_in_the_directives(scheduler, lines):
     st.integers(1, 10**6),
     st.integers(60, 10**7),
     st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1),
-    st.lists(st.sampled_from(["openmpi/5", "a b", "x;y"]), max_size=3),
+    st.lists(st.sampled_from(["openmpi/5", "a b", "x;y", "gcc"]), max_size=3),
 )
 def test_the_printed_command_prints_the_same_again(scheduler, ranks, time_, out, load):
     limit = clock(time_ % 3_000_000 + 60)
@@ -189,12 +192,15 @@ def test_the_printed_command_prints_the_same_again(scheduler, ranks, time_, out,
         scheduler, "c.toml", out=f"./{out}", ntasks=ranks, time=limit,
         modules=tuple(load), script="job.sh", warning=30,
     )  # fmt: skip
+    if scheduler == "slurm":
+        asked = replace(asked, constraint=tuple(one for one in load if one.isalnum()))
     words = shlex.split(asked.command())
     found = {}
 
     def keep(args):
         values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
-        found["request"] = Request(**(values | {"modules": tuple(args.modules)}))
+        lists = {n: tuple(v) for n, v in values.items() if isinstance(v, list)}
+        found["request"] = Request(**(values | lists))
         return 0
 
     with pytest.MonkeyPatch.context() as patch:
@@ -303,6 +309,13 @@ WRONG = [
     ("flux c.toml --array 4", "arrays --shard 1/4 4/4"),
     ("pbs c.toml", "--script"),
     ("slurm -- -c.toml", "file '-c.toml'"),
+    ("slurm c.toml --mem 4x", "--mem 4G '4x'"),
+    ("slurm c.toml --qos a;b", "--qos 'a;b'"),
+    ('slurm c.toml --constraint a"b', "--constraint 'a\"b'"),
+    ("slurm c.toml --constraint a|b --constraint c", "--constraint | only"),
+    ("pbs c.toml --script j --mem 4G", "--mem slurm pbs"),
+    ("slurm c.toml --set speed=3", "--set [scene]"),
+    ("slurm c.toml --preset draft", "--preset [solver]"),
 ]
 
 
@@ -334,7 +347,7 @@ def test_a_file_that_is_no_job_script_is_kept(tmp_path, capsys):
     script = tmp_path / "job.sh"
     for ranks in ("2", "3"):
         words = ["job", "slurm", "c.toml", "--ntasks", ranks, "--script", str(script)]
-        assert main(words) == 0
+        assert main([*words, "--no-predict"]) == 0
         assert f"--ntasks={ranks}\n" in script.read_text()
     assert capsys.readouterr().out == f"sbatch {script}\n" * 2
 
@@ -346,11 +359,12 @@ def test_a_job_takes_directory_and_time_from_the_campaign_s_file(
     rules = '[campaign]\nout = "scratch/whirl"\nwalltime = "08:00:00"\n'
     rules += "[sweep]\nspeed = [300, 410]\n"
     (tmp_path / "c.toml").write_text(rules)
-    assert main(["job", "slurm", "c.toml"]) == 0
+    assert main(["job", "slurm", "c.toml", "--no-predict"]) == 0
     text = capsys.readouterr().out
     assert "\nout=scratch/whirl\n" in text
     assert "--time=08:00:00\n" in text
-    assert main(["job", "slurm", "c.toml", "--out", "x", "--time", "01:00:00"]) == 0
+    words = ["job", "slurm", "c.toml", "--out", "x", "--time", "01:00:00"]
+    assert main([*words, "--no-predict"]) == 0
     text = capsys.readouterr().out
     assert "\nout=x\n" in text
     assert "--time=01:00:00\n" in text
@@ -389,3 +403,37 @@ def test_shards_of_what_follows_from_words_are_refused(tmp_path, capsys):
     )
     assert main(["job", "slurm", str(path), "--out", "x", "--array", "4"]) == 2
     assert "[refine] needs the words of all cases" in capsys.readouterr().err
+
+
+def test_what_slurm_alone_has_is_quoted_and_the_home_is_found(capsys, monkeypatch):
+    monkeypatch.setenv("HOME", "/home/me")
+    words = "--mem 4G --qos long --constraint milan --constraint ib --venv ~/venv"
+    assert main(["job", "slurm", "c.toml", "--no-predict", *words.split()]) == 0
+    text = capsys.readouterr().out
+    for line in ("--mem=4G", "--qos=long", '--constraint="milan&ib"'):
+        assert f"#SBATCH {line}\n" in text
+    assert "\nsource /home/me/venv/bin/activate\n" in text
+
+
+def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
+    asked = []
+
+    def kept(*args):
+        asked.append(forecast(*args))
+        return asked[0]
+
+    monkeypatch.setattr("hpcwhirl.campaign.foresight.forecast.forecast", kept)
+    assert main(["job", "slurm", "c.toml", "--time", "24:00:00"]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("#!/bin/bash\n")
+    (cost,) = asked
+    hours = f"{cost.seconds / 3600:.3g}"
+    assert cost.seconds > 0.0
+    assert err.startswith(f"hpcwhirl: predicted {hours} core-hours, ")
+    assert err.endswith(" on 32 ranks; --time 24:00:00\n")
+    for day, told in ((1.5, "may not be enough"), (4.0, "is not enough")):
+        low, *rest = (32 * 86400 * day * part for part in (0.5, 0.6, 1.0))
+        more = replace(cost, range=(low, rest[1]), seconds=rest[0])
+        line = job_line(more, 32, request("slurm", time="24:00:00"))
+        assert f" {told} for all: it comes again up to 20 times" in line
+        assert f"predicted {rest[0] / 3600:.3g} core-hours" in line

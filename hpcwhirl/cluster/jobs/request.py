@@ -20,6 +20,13 @@ WORD = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
 PLACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,:@/+=-]{0,199}")
 TIME = re.compile(r"(?:(\d{1,3})-)?(\d{1,3}):([0-5]\d):([0-5]\d)")
 WORDS = {"name": WORD, "partition": PLACE, "account": PLACE, "mpi": WORD, "pe": WORD}
+SIZE = re.compile(r"[1-9]\d{0,11}[KMGT]?")
+FEATURES = re.compile(r"[A-Za-z0-9_(\[][A-Za-z0-9_.:,&|*()\[\]@-]{0,199}")
+SLURM = {  # options of Slurm alone: their form, what it is
+    "mem": (SIZE, "a size such as 4G"),
+    "qos": (WORD, "the name of a quality of service"),
+    "constraint": (FEATURES, "features of nodes such as 'milan&ib'"),
+}
 MOST_TASKS = 10_000_000  # ranks of a job, at most
 LONGEST = 365 * 86400  # s, time limit of a job, at most
 
@@ -37,6 +44,8 @@ class Request:
     nodes : number of nodes to spread the ranks over; 0: the scheduler's choice
     name : name of the job
     partition, account : queue and project; empty: the site's default
+    mem, qos : of Slurm: memory of each node, quality of service; empty: the default
+    constraint : of Slurm: features, all of which nodes must have; one may have & and |
     array : number of elements of an array job, one shard each; 0: no array
     shard : ``I/N``, the single shard that this job computes; empty: all
     launcher : program that starts the ranks; empty: the first of `LAUNCHERS`
@@ -58,6 +67,9 @@ class Request:
     name: str = "hpcwhirl"
     partition: str = ""
     account: str = ""
+    mem: str = ""
+    qos: str = ""
+    constraint: tuple[str, ...] = ()
     array: int = 0
     shard: str = ""
     launcher: str = ""
@@ -88,8 +100,24 @@ class Request:
             if value and not pattern.fullmatch(value):
                 msg = f"--{name} must be letters, digits and {_allowed(pattern)}, "
                 raise InputError(msg + f"not first '-', got {value!r}")
+        self._check_slurm()
         self._check_numbers()
         self._check_together()
+
+    def _check_slurm(self) -> None:
+        """Check the options of Slurm alone."""
+        for name, (pattern, what) in SLURM.items():
+            given = getattr(self, name)
+            for value in (given,) if isinstance(given, str) else given:
+                if value and not pattern.fullmatch(value):
+                    msg = f"--{name} must be {what}, got {value!r}"
+                    raise InputError(msg)
+            if given and self.scheduler != "slurm":
+                msg = f"--{name} is for slurm, got {self.scheduler}: add the directive "
+                raise InputError(msg + "to the script by hand")
+        if len(self.constraint) > 1 and any("|" in one for one in self.constraint):
+            msg = "--constraint with | must be the only one, got "
+            raise InputError(msg + " and ".join(self.constraint))
 
     def _check_numbers(self) -> None:
         limits = {

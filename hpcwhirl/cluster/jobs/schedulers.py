@@ -63,6 +63,7 @@ def _mpirun(request: Request) -> str:
 
 def _slurm(request: Request) -> Lines:
     log = "%x-%A_%a.log" if request.array else "%x-%j.log"
+    features = "&".join(request.constraint)
     return [
         f"--job-name={request.name}",
         f"--ntasks={request.ntasks}",
@@ -72,6 +73,10 @@ def _slurm(request: Request) -> Lines:
         f"--time={clock(request.seconds)}",
         *_given("--partition=", request.partition),
         *_given("--account=", request.account),
+        *_given("--mem=", request.mem),
+        *_given("--qos=", request.qos),
+        # it takes these quotes away, as a shell would
+        *_given("--constraint=", features and f'"{features}"'),
         *_given("--array=1-", request.array),
         f"--signal=B:USR1@{request.warning}",
         "--requeue",
