@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.columns import WORD, source_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.store.reading.select import swept_of, variable_of
+from hpcwhirl.store.reading.select import follows, swept_of, variable_of
 from hpcwhirl.store.reading.shares import COUNT, MAJORITY
 
 if TYPE_CHECKING:
@@ -129,13 +129,7 @@ def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64
 
 def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
     """Return the other swept inputs, without those that are functions of `over`."""
-    along = data[over].to_numpy().tolist()
-
-    def follows(name: str) -> bool:
-        pairs = set(zip(along, data[name].to_numpy().tolist(), strict=True))
-        return len(pairs) == len(set(along))
-
-    return [n for n in swept if n != over and not follows(n)]
+    return [n for n in swept if n != over and not follows(data, n, over)]
 
 
 def _lines(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.store.directory.refined import PLACE
-from hpcwhirl.store.reading.select import swept_of
+from hpcwhirl.store.reading.select import follows, swept_of
 
 if TYPE_CHECKING:
     import xarray
@@ -170,9 +170,4 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
     """Return the axis that tells an input, "" for none."""
-    values = table[name].to_numpy().tolist()
-    for axis in axes:
-        known = table[axis].to_numpy().tolist()
-        if len(set(zip(known, values, strict=True))) == len(set(known)):
-            return axis
-    return ""
+    return next((axis for axis in axes if follows(table, name, axis)), "")

@@ -30,6 +30,12 @@ def swept_of(data: xarray.Dataset | Results) -> list[str]:
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
 
+def follows(data: xarray.Dataset, name: str, by: str) -> bool:
+    """Return whether an input has one value for each value of another one, `by`."""
+    known, values = (data[n].to_numpy().tolist() for n in (by, name))
+    return len(set(zip(known, values, strict=True))) == len(set(known))
+
+
 def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> str:
     """Return the variable of an input named as in the file or as in the TOML.
 
