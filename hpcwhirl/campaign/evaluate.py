@@ -32,7 +32,8 @@ from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.planner.jobs import Completion, completion_of
 from hpcwhirl.scene.words import TOLD
 from hpcwhirl.store.directory.heartbeats import Running
-from hpcwhirl.store.directory.journal import Journal, Record
+from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.results.measured import WHY_NOT
 
 MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same

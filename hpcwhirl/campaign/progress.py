@@ -23,8 +23,9 @@ from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import Told, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
 from hpcwhirl.store.directory.heartbeats import notes
-from hpcwhirl.store.directory.journal import Record, next_run, read_journals
+from hpcwhirl.store.directory.journal import next_run, read_journals
 from hpcwhirl.store.directory.manifest import Manifest, read_manifest
+from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 from hpcwhirl.store.directory.runs import why_stopped
 

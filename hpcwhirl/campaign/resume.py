@@ -27,7 +27,6 @@ from hpcwhirl.store.directory.manifest import (
     SAMPLE,
     Manifest,
     check_same,
-    is_sealed,
     read_manifest,
     write_manifest,
 )
@@ -74,7 +73,7 @@ def prepare(
         if not mends:
             _check_measure(old, manifest, folder)
     manifest = replace(manifest, extended=extended_by(design, folder, extend))
-    if old == manifest and is_sealed(folder):
+    if old == manifest:
         return
     check_steps(design)
     write_manifest(folder, manifest, check)

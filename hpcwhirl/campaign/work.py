@@ -24,8 +24,9 @@ from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.planner import Jobs, Planner
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.heartbeats import crashes, forget_crashes
-from hpcwhirl.store.directory.journal import Record, claim_run, is_whole
+from hpcwhirl.store.directory.journal import claim_run, is_whole
 from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import drop_state, stored_states
 from hpcwhirl.store.results.measured import WHY_NOT
 
@@ -122,7 +123,7 @@ def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
     """Return a case of each kind of those left that may need a kernel of its own."""
-    rows = planner.rows_of(jobs)
+    rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}
     for case in map(planner.number, rows[len(coarse) :].tolist()):

@@ -21,8 +21,9 @@ from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.launch import fate, interpreter
 from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.store.directory.lines import Record, opened, sealed
+from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.packing import unpacked
+from hpcwhirl.store.directory.record import Record
 
 LOOK_EVERY = 0.01  # s, as between slices
 PATIENCE = 3.0  # s for a child to keep its state at a stop

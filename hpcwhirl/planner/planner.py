@@ -117,10 +117,6 @@ class Planner:
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
-    def rows_of(self, jobs: Jobs) -> Cases:
-        """Return the rows of the cases of some jobs, each once, ascending."""
-        return jobs.row if self.is_plain else np.unique(jobs.row)
-
     @property
     def open(self) -> NDArray[np.bool_]:
         """Whether anything is left of each case and its twins, (rows,)."""

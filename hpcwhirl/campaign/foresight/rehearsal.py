@@ -33,7 +33,8 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import ALONE
 from hpcwhirl.planner.jobs import Job
 from hpcwhirl.store.directory.completions import Ended
-from hpcwhirl.store.directory.journal import Record, read_records
+from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import read_state, stored_states
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from hpcwhirl.scene.table import listed
 from hpcwhirl.store.directory.manifest import Manifest
 
 if TYPE_CHECKING:
-    from hpcwhirl.store.directory.journal import Record
+    from hpcwhirl.store.directory.record import Record
 
 DETAIL = "output.traces"
 MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared

@@ -19,8 +19,9 @@ from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import told_by
-from hpcwhirl.store.directory.journal import Record, whole_records
+from hpcwhirl.store.directory.journal import whole_records
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
+from hpcwhirl.store.directory.record import Record
 
 
 class Place(NamedTuple):

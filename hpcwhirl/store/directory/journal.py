@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +30,8 @@ from hpcwhirl.store.atomic import keep_names, telling
 from hpcwhirl.store.directory.listing import run_of
 from hpcwhirl.store.directory.packing import packed, unpacked
 from hpcwhirl.store.directory.reader import journals, rows_of
-from hpcwhirl.store.directory.record import fields_of, header_of
+from hpcwhirl.store.directory.record import Record, fields_of, header_of
 
-Record = dict[str, Any]
 EVERY = 1.0  # s between groups of finished cases; a kill costs those of the last
 MOST = 8 << 20  # bytes of a group
 T = TypeVar("T")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import zlib
-from typing import Any
 
-Record = dict[str, Any]
+from hpcwhirl.store.directory.record import Record
 
 
 def sealed(record: Record) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -15,11 +15,10 @@ from hpcwhirl.errors import (
     InputError,
     MissingFileError,
     StoreError,
-    WhirlError,
     shown,
 )
 from hpcwhirl.refinement.rule import check_change
-from hpcwhirl.safe_open import open_regular, read_regular
+from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
@@ -121,8 +120,7 @@ def _sha256(body: bytes) -> bytes:
 def read_manifest(folder: Path) -> Manifest:
     """Return the plan of a campaign directory, or raise one clear line.
 
-    Its seal, the SHA-256 of all that follows it, must fit. A file of before there were
-    seals is believed where the digests of its cases follow from its inputs.
+    Its seal, the SHA-256 of all that follows it, must be there and fit.
     """
     path = folder / NAME
     try:
@@ -136,14 +134,9 @@ def read_manifest(folder: Path) -> Manifest:
         raise StoreError(msg)
     plan = _parsed(path, text)
     if not head:
-        verify(plan, path)
+        msg = f"{path} is damaged or was edited: it has no seal; {REMEDY}"
+        raise StoreError(msg)
     return plan
-
-
-def is_sealed(folder: Path) -> bool:
-    """Return whether a plan has a seal; older ones have none."""
-    with open_regular(folder / NAME) as file:
-        return SEAL.match(file.read(len(SEALED % _sha256(b"")))) is not None
 
 
 def _parsed(path: Path, text: bytes) -> Manifest:
@@ -205,37 +198,6 @@ def _are_cases(digests: Any, settings: Any) -> bool:
     )
 
 
-def verify(plan: Manifest, path: Path) -> None:
-    """Raise StoreError where the digests of a plan do not follow from its inputs.
-
-    Some 50 us a case. The content of an engine's file that is swept is not in the plan:
-    it has to be there still, unchanged.
-    """
-    if plan.is_arithmetic:
-        msg = f"{path} has no seal: it cannot be known for unchanged; {REMEDY}"
-        raise StoreError(msg)
-    if plan.base.get(PHYSICS) != PHYSICS_VERSION:
-        msg = f"{path} has no seal, and is of another physics version than this "
-        msg += f"program ({PHYSICS_VERSION}): it cannot be checked. Gather it with "
-        raise StoreError(msg + f"hpcwhirl {plan.version}, which wrote it")
-    try:
-        first = next(_strangers(plan), None)
-    except WhirlError as failed:
-        msg = f"{path} has no seal and cannot be checked: {failed}"
-        raise StoreError(msg) from None
-    if first is not None:
-        msg = f"{path} is damaged or was edited: case {first} is not that of its "
-        raise StoreError(msg + f"digest; {REMEDY}")
-
-
-def _strangers(plan: Manifest) -> Iterator[int]:
-    """Yield the cases of a plan whose digests are not those of their inputs."""
-    found = digests_of(plan)
-    for case, settings in enumerate(plan.settings):
-        if found(settings) != plan.digests[case]:
-            yield case
-
-
 def digests_of(plan: Manifest) -> Digests:
     """Return the digests of cases by what they set beside what all of a plan share."""
     known = input_names()
@@ -262,8 +224,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
         if name == FINGERPRINT:  # who calls knows whether another function may go on
             continue
         was, now = old.base.get(name), _values(new, name, old.swept)
-        begun_before = name == PHYSICS and was is None
-        if now and was not in now and not begun_before:
+        if now and was not in now:
             msg = f"{folder} was begun with {name} = {shown(was)}, "
             got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
             raise InputError(msg + f"got {got}: {own}")

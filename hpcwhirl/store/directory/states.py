@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.directory.lines import Record, opened, sealed
+from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.record import Record
 
 Arrays = dict[str, NDArray[Any]]
 FORMAT = 2
