@@ -73,10 +73,9 @@ class Thresholds:
     )
 
 
-def threshold_facts(limits: Thresholds | None = None) -> dict[str, float]:
-    """Return thresholds, by default the current ones, as attributes of results."""
-    limits = limits or Thresholds()
-    return {f"threshold_{name}": value for name, value in asdict(limits).items()}
+def threshold_facts() -> dict[str, float]:
+    """Return the thresholds as attributes of results."""
+    return {f"threshold_{name}": value for name, value in asdict(Thresholds()).items()}
 
 
 def block_means(values: Floats, count: int) -> Floats:

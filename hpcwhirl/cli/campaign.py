@@ -161,9 +161,6 @@ def _prepared(
     args.out, args.report = Path(args.out or rules.out), rules.report
     design = design if args.fresh else as_begun(design, args.out)
     policy = policy_of(args, design, rules)
-    if policy.shard and design.twins and design.twins.is_late:
-        msg = f"[twins] of = {design.twins.of} needs the words of all cases: no --shard"
-        raise InputError(msg)
     check_folder(args.out)
     tell_preset(design.base)
     if args.explain:

@@ -178,10 +178,9 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
     Raises
     ------
     InputError
-        for a shard of a refined campaign
+        for a shard of a campaign whose shards need one another's words
     """
     shard = parse_shard(args.shard) if args.shard is not None else None
-    if design.grows and shard:
-        msg = "--shard and [refine]: what a shard is to compute follows from the words "
-        raise InputError(msg + "of all cases; one job of more ranks does the same")
+    if shard:
+        design.check_shards("no --shard")
     return Policy.of(rules, shard, take_over=args.take_over)

@@ -136,11 +136,8 @@ def _design(path: Path, *, shards: bool) -> Design:
     from hpcwhirl.campaign.plan.design import load_design
 
     design = load_design(path, {})
-    late = [f"[twins] of = {t.of}" for t in [design.twins] if t and t.is_late]
-    late = ["[refine]"] if design.grows else late
-    if shards and late:
-        msg = f"{late[0]} needs the words of all cases: neither --array nor --shard"
-        raise InputError(msg)
+    if shards:
+        design.check_shards("neither --array nor --shard")
     return design
 
 

@@ -91,9 +91,9 @@ class Many:
         words = any(isinstance(value, str) for value in values)
         return np.array(values, dtype=object if words else None)
 
-    def chunks(self, count: int | None = None) -> Iterator[Array]:
-        """Yield the case numbers, up to `count`, in arrays of at most `AT_ONCE`."""
-        most = len(self.table) if count is None else count
+    def chunks(self) -> Iterator[Array]:
+        """Yield the case numbers in arrays of at most `AT_ONCE`."""
+        most = len(self.table)
         for start in range(0, most, AT_ONCE):
             yield np.arange(start, min(start + AT_ONCE, most))
 

@@ -681,7 +681,7 @@ def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):
     file.write_text(tomli_w.dumps(DOCUMENT | {"scene": {"duration": 0.01}}))
     words = ["campaign", str(file), "--out", str(tmp_path / "out")]
     assert main([*words, "--shard", "1/2"]) == 2
-    assert "--shard and [refine]" in capsys.readouterr().err
+    assert "[refine] needs the words of all cases" in capsys.readouterr().err
     assert main([*words, "--extend", "undecided", "--to", "1"]) == 2
     assert "--extend and [refine]" in capsys.readouterr().err
     assert main([*words, "--dry-run"]) == 0

@@ -182,6 +182,18 @@ class Design:
         """Whether further cases follow from words."""
         return self.rule is not None
 
+    def check_shards(self, none: str) -> None:
+        """Raise InputError if shards cannot be computed independently.
+
+        none : which options are refused, for the message
+        """
+        twins = self.twins
+        late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
+        needs = "[refine]" if self.grows else late
+        if needs:
+            msg = f"{needs} needs the words of all cases: {none}; one job of more "
+            raise InputError(msg + "ranks does the same")
+
     @cached_property
     def family(self) -> Family:
         """All cases that there may be, of a design that grows."""

@@ -55,7 +55,7 @@ def _mesh(
 
 
 def frequency_spectra(
-    cases: Results, line: list[int], blade: int = 0
+    cases: Results, line: list[int]
 ) -> dict[str, list[tuple[Floats, Floats]]]:
     """Return spectra (Hz, m) of a blade's tip and of the centre, after revolution 5.
 
@@ -65,7 +65,6 @@ def frequency_spectra(
     ----------
     cases : a campaign with `tips`
     line : its cases, in the order wanted
-    blade : 0 .. N - 1
     """
     out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
     for case in line:
@@ -74,7 +73,7 @@ def frequency_spectra(
         if len(traces["time"][part]) < 16:  # ended before
             part = slice(0, None)
         signals = {
-            "tip": traces["tips"][part, blade, 1],
+            "tip": traces["tips"][part, 0, 1],
             "centre": rotating(traces, row["speed"])[part, 0],
         }
         for name, signal in signals.items():

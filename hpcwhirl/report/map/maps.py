@@ -122,10 +122,10 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
     return Drawing(figure, None, wish, found)
 
 
-def save_map(drawing: Drawing, out: Path, stem: str = "map") -> list[Path]:
+def save_map(drawing: Drawing, out: Path) -> list[Path]:
     """Write a map as PNG and SVG, each whole or not at all; return their paths."""
     told = {KEY: json.dumps(asdict(drawing.wish))}
-    paths = [out / f"{stem}.png", out / f"{stem}.svg"]
+    paths = [out / "map.png", out / "map.svg"]
     for path in paths:
         save(drawing.figure, path, dpi=140, metadata=told)
         drawing.figure.set_layout_engine("none")  # it is laid out now

@@ -51,10 +51,10 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
     return path
 
 
-def is_stale(folder: Path, path: Path | None = None) -> bool:
+def is_stale(folder: Path) -> bool:
     """Return whether there is a page that shows other results than there are."""
     try:
-        with open_regular(path or folder / NAME) as file:
+        with open_regular(folder / NAME) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
     except OSError:
         return False
