@@ -127,6 +127,35 @@ def wave_roots(model: ModalModel, piece: Block, speed: float) -> Complexes:
     return roots[np.argsort(roots.imag, kind="stable")]
 
 
+def diameter_matrices(
+    model: ModalModel, piece: Block, speed: float
+) -> tuple[Complexes, Complexes, Complexes, Complexes]:
+    """Return (2 Omega C, D + D_s, K + Omega^2 K_1, S) of a nodal diameter, (m, m) each.
+
+    In coordinates of its modes at rest, where M = 1.
+    """
+    spin = model.spin
+    if spin is None or piece.coriolis is None or piece.stiffening is None:
+        raise TypeError(piece.k)
+    basis, back = piece.modes, piece.modes.conj().T
+    ratios = model.ratios[(model.diameter == piece.k) & (model.phase == 0)]
+    gyro = back @ (2 * speed * piece.coriolis) @ basis
+    stiffness = back @ (speed**2 * piece.stiffening) @ basis
+    stiffness = np.diag(piece.omega**2) + (stiffness + stiffness.conj().T) / 2
+    hub = hub_of(model, piece)
+    moved = np.outer(hub.conj(), hub)
+    damping = np.diag(2 * ratios * piece.omega) + spin.damping * moved
+    push = -1j * (speed * spin.damping - spin.cross) * moved
+    return (gyro - gyro.conj().T) / 2, damping, stiffness, push
+
+
+def hub_of(model: ModalModel, piece: Block) -> Complexes:
+    """Return z_o of a nodal diameter's modes at rest, (m,), x_o + i y_o = conj(z_o)."""
+    if piece.k == 1 and len(piece.mass) > HUB and has_hub(model):
+        return np.asarray(piece.modes[HUB])
+    return np.zeros(len(piece.mass), dtype=np.complex128)
+
+
 def has_hub(model: ModalModel) -> bool:
     """Return whether a rotor of equal sectors with a spin has a free centre."""
     spin = model.spin

@@ -1,0 +1,159 @@
+"""Arrays of the kernel `waves`: a rotating rotor as waves, forward and backward apart.
+
+On a nodal diameter, in coordinates of the modes at rest (M = 1), central differences
+
+(1/dt^2 + G/2dt) x_{n+1} = f_n + (2/dt^2 - K) x_n - (1/dt^2 - G/2dt) x_{n-1}
+
+with G = D + 2 Omega C and K = K(Omega) + S move freely as x_n = sum over waves of Y z^n a
+with z = (1 + s dt/2) / (1 - s dt/2), and s the 2 m roots of
+
+[s^2 (1 - dt^2 K/4) + s G + K] Y = 0.
+
+A wave's amplitude a is complex: a' = z a + beta Lambda, Lambda the spectrum of the
+multipliers; d_n = x_n - x_{n-1} = sum of Y (1 - 1/z) a. Jacobi's energy at n + 1/2, and
+the loss of a step, (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2, are forms of a.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eig
+
+from hpcwhirl.dynamics.kernels import waves
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicCasing,
+    CyclicContact,
+    Load,
+    WaveRotor,
+)
+from hpcwhirl.dynamics.kernels.passes import packed as packed_modes
+from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import Block
+from hpcwhirl.reduction.waves import diameter_matrices, hub_of
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+WORST = 1e7  # condition of scaled waves, beyond which they are no basis
+
+
+@dataclass(frozen=True)
+class Diameter:
+    """Waves of one nodal diameter; m modes at rest, w = 2 m waves.
+
+    Attributes
+    ----------
+    k : nodal diameter
+    ahead : (w,), z - 1
+    shapes, rises : (m, w), Y and Y (1 - 1/z): x and d of unit amplitudes
+    inverse : (w, 2 m), amplitudes of (x, d)
+    give : (m, m), m/N.., (1/dt^2 + G/2dt)^-1
+    radial, along : (m,), what a tip's gap, and its place against theta, read of x
+    hub : (m,), z_o of x; zero where the centre rests
+    energy : (w, w), Hermitian, of a: J
+    rate, push : (m, m), D and S
+    """
+
+    k: int
+    ahead: Complexes
+    shapes: Complexes
+    rises: Complexes
+    inverse: Complexes
+    give: Complexes
+    radial: Complexes
+    along: Complexes
+    hub: Complexes
+    energy: Complexes
+    rate: Complexes
+    push: Complexes
+
+    @property
+    def condition(self) -> float:
+        """Condition of the waves as a basis, velocities scaled."""
+        scale = np.abs(self.ahead).max()
+        basis = np.vstack([self.shapes, self.rises / scale])
+        return float(np.linalg.cond(basis))
+
+    def force(self, mu: float) -> Complexes:
+        """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
+        return np.asarray((self.radial + mu * self.along).conj())
+
+    def pushed(self, mu: float) -> Complexes:
+        """Return the amplitudes (w,) of a unit Lambda."""
+        more = self.give @ self.force(mu)
+        return np.asarray(self.inverse @ np.concatenate([more, more]))
+
+    def passing(self) -> Complexes:
+        """Return d' + d of unit amplitudes after a step without forces, (m, w)."""
+        return np.asarray(self.rises * (1 + 1 / (1 + self.ahead)))
+
+    def lost(self, step: float) -> Complexes:
+        """Return the form (w, w) of a step's loss without forces, of a after it, J."""
+        moved, place = self.passing(), self.shapes / (1 + self.ahead)
+        out = moved.conj().T @ (self.rate @ moved) / (4 * step)
+        out = out + moved.conj().T @ (self.push @ place) / 2
+        return np.asarray((out + out.conj().T) / 2)
+
+    def work(self, mu: float, step: float) -> tuple[Complexes, float]:
+        """Return (row (w,), number): what Lambda adds to energy and loss of a step.
+
+        It adds Re(conj(Lambda) row a) + number |Lambda|^2, a before it.
+        """
+        beta, more = self.pushed(mu), self.give @ self.force(mu)
+        row = 2 * beta.conj() @ self.energy
+        row = row + more.conj() @ self.rate @ self.passing() / (2 * step)
+        row = row + more.conj() @ self.push @ self.shapes / (1 + self.ahead) / 2
+        number = beta.conj() @ self.energy @ beta
+        number = number + more.conj() @ self.rate @ more / (4 * step)
+        return np.asarray(row), float(number.real)
+
+
+def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
+    """Return the waves of all nodal diameters of a rotor of equal sectors."""
+    spin = model.rotor.spin
+    pieces = spin.waves if spin else ()
+    return [_diameter(model, scene, piece) for piece in pieces]
+
+
+def _diameter(model: Model, scene: Scene, piece: Block) -> Diameter:
+    step = scene.solver.time_step
+    gyro, rate, stiffness, push = diameter_matrices(model.rotor, piece, scene.speed)
+    same, whole = np.eye(len(rate)), stiffness + push
+    roots, shapes = _roots(same - step**2 / 4 * whole, rate + gyro, whole)
+    ahead = roots * step / (1 - roots * step / 2)
+    scale = np.sqrt((2.0 - piece.simple) / model.blades)
+    radial, along = -scale * piece.modes[0], -scale * piece.modes[1]
+    turned = radial @ shapes
+    size = np.abs(turned)
+    shapes = shapes * np.where(size > 0.0, turned.conj() / np.where(size, size, 1.0), 1)
+    rises = shapes * ahead / (1 + ahead)
+    fast = np.abs(ahead).max()
+    inverse = np.linalg.inv(np.vstack([shapes, rises / fast]))
+    inverse[:, len(same) :] /= fast
+    energy = rises.conj().T @ rises / (2 * step**2)
+    energy = energy + shapes.conj().T @ stiffness @ (shapes / (1 + ahead)) / 2
+    return Diameter(
+        piece.k, ahead, shapes, rises, inverse,
+        np.linalg.inv(same / step**2 + (rate + gyro) / (2 * step)), radial, along,
+        hub_of(model.rotor, piece), (energy + energy.conj().T) / 2, rate, push,
+    )  # fmt: skip
+
+
+def _roots(
+    mass: Complexes, damping: Complexes, stiffness: Complexes
+) -> tuple[Complexes, Complexes]:
+    """Return (s (2 m,), Y (m, 2 m)) of [s^2 M + s G + K] Y = 0."""
+    m = len(mass)
+    right = np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    top = np.hstack([np.zeros((m, m)), np.eye(m)])
+    roots, vectors = eig(np.vstack([top, -right]))
+    shapes = vectors[:m]
+    return roots, shapes / np.linalg.norm(shapes, axis=0)
