@@ -32,7 +32,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     WaveRotor,
 )
 from hpcwhirl.dynamics.kernels.passes import packed as packed_modes
-from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model
@@ -157,3 +157,96 @@ def _roots(
     roots, vectors = eig(np.vstack([top, -right]))
     shapes = vectors[:m]
     return roots, shapes / np.linalg.norm(shapes, axis=0)
+
+
+def is_basis(diameters: list[Diameter]) -> bool:
+    """Return whether waves of all diameters span its motion: none nearly coincide."""
+    return bool(diameters) and all(own.condition < WORST for own in diameters)
+
+
+def wave_arrays(
+    model: Model, scene: Scene, diameters: list[Diameter]
+) -> tuple[Arrays, int]:
+    """Return (arrays of `kernels.waves.march_waves`, rows of the ring)."""
+    blades, mu = model.blades, friction_with_sign(scene)
+    ring, lobe, ring_rows = ring_arrays(model, scene)
+    slot, sign = fold(scene.nodal_diameter, blades)
+    turns, wave = transforms(blades)
+    rotor = _rotor(diameters, widths(blades)[0], mu, scene.solver.time_step)
+    k = np.arange(len(diameters))
+    opens = [own.radial @ own.give @ own.force(mu) for own in diameters]
+    waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
+    column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
+    arrays = Arrays(
+        Load(scene.force, scene.pulse, lobe),
+        rotor,
+        CyclicCasing(packed_modes(ring), slot, sign),
+        CyclicContact(column, turns, wave, ()),
+    )
+    return arrays, ring_rows
+
+
+def _rotor(diameters: list[Diameter], slots: int, mu: float, step: float) -> WaveRotor:
+    """Return the kernel's arrays of a rotor."""
+    rows = max(len(own.ahead) for own in diameters)
+    items = np.zeros((waves.ITEMS, rows, slots))
+    fixed, hub = np.zeros((waves.FIXED, slots)), np.zeros((2, rows, 2, slots))
+    form = np.zeros((rows, rows, 2, slots))
+    for own in diameters:
+        k, count = own.k, len(own.ahead)
+        work, adds = own.work(mu, step)
+        of_wave = {
+            waves.AHEAD_RE: own.ahead, waves.PUSH_RE: own.pushed(mu),
+            waves.RATE_RE: own.along @ own.passing(), waves.WORK_RE: work,
+            waves.ALONG_RE: own.along @ own.shapes,
+        }  # fmt: skip
+        for place, values in of_wave.items():
+            items[place, :count, k], items[place + 1, :count, k] = _parts(values)
+        items[waves.RADIAL, :count, k] = (own.radial @ own.shapes).real
+        opened = own.give @ own.force(mu)
+        for place, row in (
+            (waves.OPENS_RE, own.radial),
+            (waves.SLIDES_RE, own.along),
+        ):
+            fixed[place, k], fixed[place + 1, k] = _parts(row @ opened)
+        fixed[waves.ADDS, k] = adds
+        centre = own.hub @ own.shapes
+        hub[0, :count, :, k] = np.column_stack([centre.real, -centre.imag])
+        hub[1, :count, :, k] = np.column_stack([-centre.imag, -centre.real])
+        upper = np.triu(own.energy) + np.triu(own.energy, 1)
+        form[:count, :count, 0, k], form[:count, :count, 1, k] = _parts(upper)
+    chosen = form[np.triu_indices(rows)]
+    return WaveRotor(
+        packed(items), aligned(fixed.ravel()), hub.reshape(2, -1).copy(),
+        aligned(chosen.ravel()),
+    )  # fmt: skip
+
+
+def _parts(values: Complexes) -> tuple[Floats, Floats]:
+    return values.real, values.imag
+
+
+def packed(items: Floats) -> Floats:
+    """Return items (ITEMS, rows, slots) as the kernel reads them, flat."""
+    apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
+    return aligned(np.ascontiguousarray(apart).ravel())
+
+
+def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
+    """Return the amplitudes a (w,) of a diameter in the kernel's state of the rotor."""
+    parts = state.reshape(-1, 2, slots)[: len(own.ahead), :, own.k]
+    return np.asarray(parts[:, 0] + 1j * parts[:, 1])
+
+
+def modal_places(model: Model, state: Floats, diameters: list[Diameter]) -> Floats:
+    """Return the amplitudes (m,) of the modes at rest from an ended state."""
+    body, slots = model.rotor, widths(model.blades)[0]
+    q = np.zeros(len(body.omega))
+    for own in diameters:
+        x = own.shapes @ amplitudes_of(state, own, slots)
+        same = body.diameter == own.k
+        for phase, part in enumerate(_parts(x)):
+            members = np.flatnonzero(same & (body.phase == phase))
+            if len(members):
+                q[members[np.argsort(body.rank[members])]] = part
+    return q

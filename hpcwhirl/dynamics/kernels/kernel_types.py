@@ -277,6 +277,23 @@ class CyclicRotor(NamedTuple):
     hub: Floats
 
 
+class WaveRotor(NamedTuple):
+    """A rotor as waves, see `waves`; k slots, rows of amplitudes.
+
+    Attributes
+    ----------
+    items, fixed : (ITEMS rows k,), (FIXED k,), of waves and of slots
+    hub : (2, 2 rows k), x_o, y_o of re and im of the amplitudes
+    form : (rows (rows + 1) k,), J: for each row the energy with itself and those after
+        it, re and im of each slot
+    """
+
+    items: Floats
+    fixed: Floats
+    hub: Floats
+    form: Floats
+
+
 class CyclicCasing(NamedTuple):
     """Packed items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
 
@@ -417,6 +434,30 @@ class CyclicSpace(NamedTuple):
     sample: SampleSpace
     contact: ConstantSpace
     aside: CyclicState
+
+
+class WaveSpace(NamedTuple):
+    """Work space of the kernel `waves`.
+
+    Attributes
+    ----------
+    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
+    rates : (2 wide,)
+    slip_b, slip_c : (4 k,), (2 k,), see `passes.slip_of`; spare : (4 k,)
+    before : (N,), m, gaps before contact
+    sample, contact : of `samples` and `circulant`
+    """
+
+    out_b: Floats
+    out_c: Floats
+    spectrum: Floats
+    rates: Floats
+    slip_b: Floats
+    slip_c: Floats
+    spare: Floats
+    before: Floats
+    sample: SampleSpace
+    contact: ConstantSpace
 
 
 class Flight(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.dynamics.schemes.waves import waves_apart
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -12,9 +13,10 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return what marches a scene.
 
-    The cyclic kernel, or the general one where the rotor's sectors are not equal, the
-    ring is the paper's elements or there are fewer than three blades.
+    The cyclic kernel, with rotation that of waves, or the general one where the rotor's
+    sectors are not equal, the ring is the paper's elements or there are fewer than
+    three blades.
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
-    return general.build(model, scene, beat)
+    return waves_apart(model, scene) or general.build(model, scene, beat)

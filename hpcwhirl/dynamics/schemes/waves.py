@@ -1,0 +1,95 @@
+"""The kernel `waves`: `modal` where rotation couples the modes of equal sectors."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels import differences, waves
+from hpcwhirl.dynamics.kernels.contact import STEP
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, WaveSpace
+from hpcwhirl.dynamics.kernels.passes import RING_STATE
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes.integrator import (
+    Balance,
+    Ended,
+    Floats,
+    Integrator,
+    at_rest,
+    reader,
+    ring_reader,
+    unfold,
+)
+from hpcwhirl.dynamics.slots import ring_displacements
+from hpcwhirl.dynamics.turning_waves import (
+    diameters_of,
+    is_basis,
+    modal_places,
+    wave_arrays,
+)
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import RingOperator
+
+
+def waves_apart(model: Model, scene: Scene) -> Integrator | None:
+    """Return the march of a rotor's waves; None where they are not told apart.
+
+    So of unequal sectors, fewer than three blades, a ring of elements, or where two
+    waves nearly coincide.
+    """
+    spin = model.rotor.spin
+    if spin is None or not spin.waves or isinstance(model.ring, RingOperator):
+        return None
+    diameters = diameters_of(model, scene) if model.blades > 2 else []
+    if not is_basis(diameters):
+        return None
+    arrays, ring_rows = wave_arrays(model, scene, diameters)
+    k, _ = widths(model.blades)
+    c_b, c_c = arrays.rotor, arrays.casing.items
+    rows = len(c_b.items) // (waves.ITEMS * k)
+    sizes = 2 * k * (rows + waves.SEEN), RING_STATE * ring_rows * k, 4 * k, 3 * k
+    state_at_rest = at_rest(model.blades, scene.gap, sizes)
+    step, friction = scene.solver.time_step, friction_with_sign(scene)
+    march = cast(Any, waves.march_waves)
+
+    @cache
+    def space() -> WaveSpace:
+        return waves.space_of(arrays, state_at_rest)
+
+    def kernel(*given: Any) -> None:
+        march(*given, space())
+
+    def ended(state: CyclicState) -> Ended:
+        s_b, s_c = np.zeros_like(state.rotor), np.zeros_like(state.ring)
+        sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
+        waves.end_waves(
+            state.rotor, s_b, c_b, state.ring, s_c, c_c, state.lam, state.counter,
+            sums_b, sums_c, np.zeros_like(state.lam),
+        )  # fmt: skip
+        return s_b, s_c, sums_b, sums_c
+
+    def balance(state: CyclicState) -> Balance:
+        s_b, s_c, sums_b, sums_c = ended(state)
+        now = int(state.counter[STEP] & 1)
+        own, ring = waves.energies_of_waves(s_b, c_b, s_c, c_c, now, step)
+        rotation, impact, drag, given = differences.column_sums(sums_b, sums_c, step)
+        return Balance(own + ring, given - own, rotation, friction * drag, impact)
+
+    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        s_b, s_c, _, _ = ended(state)
+        q_c = ring_displacements(model, scene, s_c, steps)
+        return unfold(model, modal_places(model, s_b, diameters), q_c)
+
+    return Integrator(
+        kernel=kernel,
+        arrays=arrays,
+        state=state_at_rest,
+        balance=balance,
+        displacements=displacements,
+        casing_width=2 * ring_rows * k,
+        casing_waves=reader(model, scene, ring_reader(model, scene)),
+    )
