@@ -11,9 +11,13 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels import cyclic, passes, waves
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, GeneralRotor
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    CyclicState,
+    GeneralRotor,
+    WaveRotor,
+)
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -147,7 +151,8 @@ def flight_operations(scene: Scene, scheme: str) -> int:
 
     Counted from `dynamics.kernels.passes`, padding included: 11 per real amplitude of
     the rotor, 36 per complex one of the ring, 2 per entry of the transform, 4 per gap;
-    in `general` also 2 per entry of the matrix of tips by modes.
+    in `general` also 2 per entry of the matrix of tips by modes. With rotation a wave
+    of the rotor takes 12.
 
     Raises
     ------
@@ -160,9 +165,12 @@ def flight_operations(scene: Scene, scheme: str) -> int:
         msg = "the operations are counted for rings of harmonics and rigid casings only"
         raise InputError(msg)
     rotor, ring = march.state.rotor, march.state.ring
-    step = 11 * len(rotor) // passes.ROTOR_STATE + 36 * len(ring) // passes.RING_STATE
-    step += 2 * (2 * k * wide) + 4 * wide
     tips = march.scheme.arrays.rotor
+    if isinstance(tips, WaveRotor):
+        step = 12 * len(tips.items) // waves.ITEMS
+    else:
+        step = 11 * len(rotor) // passes.ROTOR_STATE
+    step += 36 * len(ring) // passes.RING_STATE + 2 * (2 * k * wide) + 4 * wide
     return step + (2 * len(tips.read) if isinstance(tips, GeneralRotor) else 2 * k)
 
 

@@ -4,8 +4,8 @@ On a nodal diameter, in coordinates of the modes at rest (M = 1), central differ
 
 (1/dt^2 + G/2dt) x_{n+1} = f_n + (2/dt^2 - K) x_n - (1/dt^2 - G/2dt) x_{n-1}
 
-with G = D + 2 Omega C and K = K(Omega) + S move freely as x_n = sum over waves of Y z^n a
-with z = (1 + s dt/2) / (1 - s dt/2), and s the 2 m roots of
+with G = D + 2 Omega C and K = K(Omega) + S move freely as x_n = sum of Y z^n a over
+waves with z = (1 + s dt/2) / (1 - s dt/2), and s the 2 m roots of
 
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0.
 
@@ -42,7 +42,7 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-WORST = 1e7  # condition of scaled waves, beyond which they are no basis
+WORST = 1e6  # condition of scaled waves, beyond which they are no basis
 
 
 @dataclass(frozen=True)
@@ -136,13 +136,15 @@ def _diameter(model: Model, scene: Scene, piece: Block) -> Diameter:
     shapes = shapes * np.where(size > 0.0, turned.conj() / np.where(size, size, 1.0), 1)
     rises = shapes * ahead / (1 + ahead)
     fast = np.abs(ahead).max()
-    inverse = np.linalg.inv(np.vstack([shapes, rises / fast]))
+    basis = np.vstack([shapes, rises / fast])
+    inverse = np.linalg.solve(basis, np.eye(len(basis)))
     inverse[:, len(same) :] /= fast
     energy = rises.conj().T @ rises / (2 * step**2)
     energy = energy + shapes.conj().T @ stiffness @ (shapes / (1 + ahead)) / 2
     return Diameter(
         piece.k, ahead, shapes, rises, inverse,
-        np.linalg.inv(same / step**2 + (rate + gyro) / (2 * step)), radial, along,
+        np.linalg.solve(same / step**2 + (rate + gyro) / (2 * step), same), radial,
+        along,
         hub_of(model.rotor, piece), (energy + energy.conj().T) / 2, rate, push,
     )  # fmt: skip
 

@@ -30,6 +30,7 @@ SCHEMES = {
     "mistuned": {"mistuning": [0.01 * (-1) ** j * j for j in range(22)]},
     "paper": {"scheme": "paper", "duration": 1.2e-3},
     "folded": {"nodal_diameter": 2},
+    "turning": {"rotation": "full"},
 }
 FITS = {"machine": "this"}
 

@@ -1,4 +1,4 @@
-"""Marching a rotor with all that rotation adds: `general` and `paper`."""
+"""Marching a rotor with all that rotation adds: `modal`, `general` and `paper`."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,12 @@ from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, WaveRotor
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.turning import by_diameter, turning
+from hpcwhirl.dynamics.turning_waves import diameters_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene, apply_settings
@@ -18,6 +22,7 @@ SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
     "time_step": 2e-6, "interval": 1e-4, "scheme": "general",
 }  # fmt: skip
+TURNING_SCHEMES = "modal", "general"
 QUIET = {
     "kind": "rigid", "duration": 1e-2, "damping": 0.0, "suspension_damping": 0.0,
 }  # fmt: skip
@@ -32,31 +37,133 @@ def march_of(**settings):
 
 def kicked(march, speeds, seed=1):
     """Start at rest in place, with velocities of so many modes, m/s."""
-    order, _ = by_diameter(march.model.rotor)
-    velocity = np.zeros(len(order))
-    own = np.argsort(march.model.rotor.omega[order])[: len(speeds)]
+    body, step = march.model.rotor, march.scene.solver.time_step
+    velocity = np.zeros(len(body.omega))
+    own = np.argsort(body.omega, kind="stable")[: len(speeds)]
     velocity[own] = np.asarray(speeds) * np.random.default_rng(seed).choice([-1, 1])
-    march.state.d_b[:] = march.scene.solver.time_step * velocity
-    return velocity
+    if isinstance(march.scheme.arrays.rotor, CoupledBody):
+        march.state.d_b[:] = step * velocity[by_diameter(body)[0]]
+        return
+    slots, _ = widths(march.model.blades)
+    rows = march.state.rotor.reshape(-1, 2, slots)
+    for own in diameters_of(march.model, march.scene):
+        d = sum(
+            factor * velocity[(body.diameter == own.k) & (body.phase == phase)]
+            for phase, factor in ((0, 1.0), (1, 1.0j))[
+                : 1 + (0 < 2 * own.k < march.model.blades)
+            ]
+        )
+        a = own.inverse @ np.concatenate([0.0 * d, step * d])
+        rows[: len(a), :, own.k] = np.column_stack([a.real, a.imag])
+    energy, given = march.scheme.balance(march.state)[:2]
+    march.state.sums_b[2 * slots] = -given  # so that nothing is lost yet
+    assert energy > 0.0
 
 
 @pytest.mark.slow
-def test_general_and_paper_march_the_same_rotation():
-    """The one in modes by diameter, the other in coordinates of the whole."""
-    found = [march_of(scheme=s, duration=0.02).run() for s in ("general", "paper")]
-    impulses = [history.contact_impulse for history in found]
+def test_all_schemes_march_the_same_rotation():
+    """In waves, in modes by diameter, in coordinates of the whole."""
+    schemes = "modal", "general", "paper"
+    found = [march_of(scheme=s, duration=0.02).run() for s in schemes]
     assert min(history.contacts for history in found) > 5
-    assert impulses[0] == pytest.approx(impulses[1], rel=1e-8)
-    assert found[0].centre == pytest.approx(found[1].centre, abs=1e-8 * 1e-4)
+    first = found[0]
+    for history in found[1:]:
+        impulse = history.contact_impulse
+        assert impulse == pytest.approx(first.contact_impulse, rel=1e-8)
+        assert history.centre == pytest.approx(first.centre, abs=1e-8 * 1e-4)
     for history in found:
         ledger = history.ledger
         assert abs(ledger["residual"]) < 1e-9 * ledger["pulse"]
 
 
-def test_modal_hands_over_what_rotation_couples():
-    found = [march_of(scheme=s, duration=4e-3).run() for s in ("modal", "general")]
-    assert found[0].contact_impulse == found[1].contact_impulse > 0.0
-    assert np.array_equal(found[0].centre, found[1].centre)
+WALL = {"kind": "rigid", "casing__amplitude": 1.3e-4, "casing__rise": 1e-3}
+CASES = {
+    "odd": {},
+    "back": {"speed": -450.0, "nodal_diameter": 1},
+    "even": {**WALL, "blades": 6, "modes": 12, "nodal_diameter": 3},
+    "wall": {**WALL, "speed": 450.0, "friction": 0.3},
+    "standing": {
+        "cross_coupling": 2e6, "suspension_damping": 0.05, "nodal_diameter": 1,
+    },
+    "three": {**WALL, "blades": 3, "modes": 6, "nodal_diameter": 1},
+    "at rest": {**WALL, "speed": 0.0, "nodal_diameter": 1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
+    given = {"duration": 6e-3, "traces": "blades", **CASES[name]}
+    marches = [march_of(scheme=s, **given) for s in ("modal", "general")]
+    assert isinstance(marches[0].scheme.arrays.rotor, WaveRotor)
+    waves, modes = [march.run() for march in marches]
+    assert waves.contacts == modes.contacts > 0
+    assert waves.contact_impulse == pytest.approx(modes.contact_impulse, rel=1e-9)
+    assert waves.slip == pytest.approx(modes.slip, rel=1e-8)
+    assert waves.gap_error < 1e-13
+    for own in ("centre", "tips", "energy", "lost", "fed", "friction", "blade_impulse"):
+        there, here = getattr(modes, own), getattr(waves, own)
+        least = 1e-9 * np.abs(modes.tips).max() if own == "centre" else 0.0
+        assert here == pytest.approx(there, abs=1e-9 * np.abs(there).max() + least)
+    for there, here in zip(*(m.displacements() for m in marches[::-1]), strict=True):
+        assert here == pytest.approx(there, abs=1e-9 * np.abs(there).max(initial=0.0))
+    assert waves.ledger["residual"] == pytest.approx(0.0, abs=1e-10)
+
+
+def test_waves_of_many_blades_open_gaps_as_the_whole_rotor_does():
+    """W is circulant and, but for rotation and friction, would be symmetric."""
+    march = march_of(blades=22, modes=110, friction=0.2, scheme="modal")
+    whole = rotor_compliance(march.model, march.scene)[:, 0]
+    rigid = march_of(blades=22, modes=110, friction=0.2, scheme="modal", kind="rigid")
+    column = rigid.scheme.arrays.contact.column
+    assert column == pytest.approx(whole, abs=1e-12 * whole[0])
+    assert np.abs(column[1:] - column[:0:-1]).max() > 1e-6 * whole[0]
+
+
+def test_what_waves_lose_is_what_damping_and_supports_take():
+    """And what contact gives them is its work: of all diameters, by forms alone."""
+    more = {"suspension_damping": 0.05, "cross_coupling": 3e6}
+    march = march_of(blades=22, modes=110, friction=0.2, speed=-410.0, **more)
+    mu, step = friction_with_sign(march.scene), march.scene.solver.time_step
+    pushed = 0.0
+    for own in diameters_of(march.model, march.scene):
+        turn, size = 1 + own.ahead, np.abs(own.energy).max()
+        back = np.outer((1 / turn).conj(), 1 / turn) * own.energy
+        assert back - own.energy == pytest.approx(own.lost(step), abs=1e-14 * size)
+        assert np.abs(own.lost(step)).max() > 1e-5 * size
+        row, number = own.work(mu, step)
+        reads = own.radial + mu * own.along
+        work = reads @ own.passing() / 2
+        assert row == pytest.approx(work, abs=1e-13 * np.abs(work).max())
+        assert number == pytest.approx((reads @ own.give @ own.force(mu)).real / 2)
+        pushed += np.abs(own.push).max()
+    assert pushed > 0.0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"mistuning": [1e-3, 0.0, 0.0, 0.0, 0.0]},
+        {"discretization": "elements"},
+        {"blades": 2, "modes": 4, "nodal_diameter": 1},
+        # two waves coincide: they are no basis
+        {"damping": 1.0, "suspension_damping": -1.0, "speed": 0.0},
+    ],
+)
+def test_modal_hands_over_what_is_not_told_apart(given):
+    found = [march_of(scheme=s, duration=2e-3, **given) for s in ("modal", "general")]
+    arrays = [march.scheme.arrays for march in found]
+    assert not isinstance(arrays[0].rotor, WaveRotor)
+    assert type(arrays[0].rotor) is type(arrays[1].rotor)
+
+
+def test_waves_in_slices_have_the_same_bits():
+    whole, parts = (march_of(scheme="modal", duration=6e-3) for _ in range(2))
+    whole.advance(whole.total)
+    while not parts.done:
+        parts.advance(37)
+    assert whole.history().contacts > 0
+    for one, other in zip(whole.state, parts.state, strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 def test_unequal_sectors_turn_as_equal_ones_do():
@@ -66,15 +173,17 @@ def test_unequal_sectors_turn_as_equal_ones_do():
     assert found[0].contact_impulse == pytest.approx(found[1].contact_impulse, rel=1e-6)
 
 
-def test_coriolis_forces_do_no_work():
+@pytest.mark.parametrize("scheme", TURNING_SCHEMES)
+def test_coriolis_forces_do_no_work(scheme):
     """Nor does the softening: Jacobi's energy stays, of a motion that is not small."""
-    march = march_of(**QUIET, speed=700.0, gap=1.0, amplitude_limit=1e3)
+    march = march_of(**QUIET, speed=700.0, gap=1.0, amplitude_limit=1e3, scheme=scheme)
     kicked(march, [1.0] * 8)
     energy = [march.scheme.balance(march.state).energy]
     for _ in range(5):
         march.advance(1000)
         energy.append(march.scheme.balance(march.state).energy)
-    assert march.scheme.balance(march.state).damping == 0.0
+    lost = march.scheme.balance(march.state).damping
+    assert abs(lost) < (1e-12 * energy[0] if scheme == "modal" else 1e-300)
     assert np.abs(np.array(energy) / energy[0] - 1.0).max() < 1e-12
 
 
@@ -119,16 +228,19 @@ def test_free_motion_is_the_matrix_exponential_to_the_scheme_s_order():
     assert misses[0] / misses[1] == pytest.approx(4.0, rel=0.1)
 
 
-def test_a_mirrored_speed_gives_a_mirrored_motion():
-    there, back = (march_of(speed=s, duration=8e-3).run() for s in (410.0, -410.0))
+@pytest.mark.parametrize("scheme", TURNING_SCHEMES)
+def test_a_mirrored_speed_gives_a_mirrored_motion(scheme):
+    given = {"duration": 8e-3, "scheme": scheme}
+    there, back = (march_of(speed=s, **given).run() for s in (410.0, -410.0))
     assert there.contacts == back.contacts > 3
     assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
     assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-14)
 
 
-def test_round_and_smooth_walls_feed_nothing():
+@pytest.mark.parametrize("scheme", TURNING_SCHEMES)
+def test_round_and_smooth_walls_feed_nothing(scheme):
     """Contact without friction, damping, lobes: energy never grows."""
-    march = march_of(**QUIET, friction=0.0, speed=410.0, gap=1e-4)
+    march = march_of(**QUIET, friction=0.0, speed=410.0, gap=1e-4, scheme=scheme)
     kicked(march, [3.0] * 8)
     energy = [march.scheme.balance(march.state).energy]
     while not march.done:

@@ -26,7 +26,6 @@ from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare, rare
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     FRICTION,
-    IMPACT,
     LAST,
     NEAR,
     NEXT_LOOK,
@@ -330,7 +329,8 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
     return [
         ("rotor", state.rotor, 2 * k * (rows + SEEN)),
         ("lam", state.lam, 4 * k), ("sums_b", state.sums_b, 3 * k),
-        ("rotor items", rotor.items, ITEMS * rows * k), ("fixed", rotor.fixed, FIXED * k),
+        ("rotor items", rotor.items, ITEMS * rows * k),
+        ("fixed", rotor.fixed, FIXED * k),
         ("hub", rotor.hub, 4 * k * rows), ("form", rotor.form, k * rows * (rows + 1)),
         ("column", arrays.contact.column, len(state.impulse)),
     ]  # fmt: skip
