@@ -17,6 +17,7 @@ the loss of a step, (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2, are forms
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,6 @@ class Diameter:
     k : nodal diameter
     ahead : (w,), z - 1
     shapes, rises : (m, w), Y and Y (1 - 1/z): x and d of unit amplitudes
-    inverse : (w, 2 m), amplitudes of (x, d)
     give : (m, m), m/N.., (1/dt^2 + G/2dt)^-1
     radial, along : (m,), what a tip's gap, and its place against theta, read of x
     hub : (m,), z_o of x; zero where the centre rests
@@ -66,7 +66,6 @@ class Diameter:
     ahead: Complexes
     shapes: Complexes
     rises: Complexes
-    inverse: Complexes
     give: Complexes
     radial: Complexes
     along: Complexes
@@ -76,11 +75,22 @@ class Diameter:
     push: Complexes
 
     @property
+    def fastest(self) -> float:
+        """Largest |z - 1|: what d is scaled by."""
+        return float(np.abs(self.ahead).max())
+
+    @property
     def condition(self) -> float:
-        """Condition of the waves as a basis, velocities scaled."""
-        scale = np.abs(self.ahead).max()
-        basis = np.vstack([self.shapes, self.rises / scale])
+        """Condition of the waves as a basis of (x, d), d scaled."""
+        basis = np.vstack([self.shapes, self.rises / self.fastest])
         return float(np.linalg.cond(basis))
+
+    @cached_property
+    def inverse(self) -> Complexes:
+        """Amplitudes of (x, d), (w, 2 m)."""
+        basis = np.vstack([self.shapes, self.rises / self.fastest])
+        scale = np.repeat([1.0, 1.0 / self.fastest], len(self.shapes))
+        return np.asarray(np.linalg.solve(basis, np.diag(scale)))
 
     def force(self, mu: float) -> Complexes:
         """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
@@ -135,16 +145,11 @@ def _diameter(model: Model, scene: Scene, piece: Block) -> Diameter:
     size = np.abs(turned)
     shapes = shapes * np.where(size > 0.0, turned.conj() / np.where(size, size, 1.0), 1)
     rises = shapes * ahead / (1 + ahead)
-    fast = np.abs(ahead).max()
-    basis = np.vstack([shapes, rises / fast])
-    inverse = np.linalg.solve(basis, np.eye(len(basis)))
-    inverse[:, len(same) :] /= fast
     energy = rises.conj().T @ rises / (2 * step**2)
     energy = energy + shapes.conj().T @ stiffness @ (shapes / (1 + ahead)) / 2
+    give = np.linalg.solve(same / step**2 + (rate + gyro) / (2 * step), same)
     return Diameter(
-        piece.k, ahead, shapes, rises, inverse,
-        np.linalg.solve(same / step**2 + (rate + gyro) / (2 * step), same), radial,
-        along,
+        piece.k, ahead, shapes, rises, np.asarray(give), radial, along,
         hub_of(model.rotor, piece), (energy + energy.conj().T) / 2, rate, push,
     )  # fmt: skip
 

@@ -342,10 +342,9 @@ def space_of(arrays: Arrays, state: CyclicState) -> WaveSpace:
     blades = len(state.impulse)
     k, wide = widths(blades)
     sizes = [2 * k, 2 * k, 2 * k, 2 * wide, 4 * k, 2 * k, 4 * k, blades]
-    return WaveSpace(
-        *all_aligned([*map(np.zeros, sizes)]), sample_space(state, blades, 2 * k),
-        circulant_space(blades, wide, arrays.contact.column, state.known),
-    )  # fmt: skip
+    solver = circulant_space(blades, wide, arrays.contact.column, state.known)
+    own = all_aligned([*map(np.zeros, sizes)])
+    return WaveSpace._make([*own, sample_space(state, blades, 2 * k), solver])
 
 
 @inlined
