@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.cli.options import OR_FILE
-from hpcwhirl.cli.tables import add_format, print_data, print_table, unit_of
+from hpcwhirl.cli.tables import (
+    add_format,
+    cell,
+    in_units,
+    print_data,
+    print_table,
+    unit_of,
+)
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
@@ -21,6 +28,7 @@ if TYPE_CHECKING:
 
 SHOWN = 200  # rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
+ENDS = ("outcome", "stop")  # why there is a word, or none
 TWINS = ("word_majority", "word_share", "twin_count")
 Columns = dict[str, NDArray[Any]]
 
@@ -74,21 +82,56 @@ def run(args: argparse.Namespace) -> int:
         source = source_of(data)
         chosen = _chosen(args, data, source)
         columns = _columns(args, data, source, chosen)
+        short = _shortened(columns, source, data)
         units = {n: unit_of(data, n) for n in columns}
+    named = {"case", *(args.columns or "").replace(" ", "").split(",")}
+    columns, units = in_units(args, columns, units)
     if not print_data(args, columns, units, "cases"):
-        _print_first(columns, units, args.limit)
+        _print_first(columns | short, units, args.limit, named)
     return 0
 
 
-def _print_first(columns: Columns, units: dict[str, str], limit: int) -> None:
-    """Print the first `limit` rows (0: all), and the number of the rest."""
+def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
+    """Return the columns of lists as short texts, ``#2 [0.1, …`` of the second list.
+
+    ``--at`` takes the number for the list.
+    """
+    from hpcwhirl.report.map.axes import short_names
+    from hpcwhirl.store.reading.select import swept_of
+
+    short = {}
+    for name in set(columns) & set(swept_of(data)):
+        if columns[name].dtype.kind in "OUS":
+            texts = list(dict.fromkeys(source.column(name).astype(str).tolist()))
+            told = dict(zip(texts, short_names(texts), strict=True))
+            values = columns[name].astype(str).tolist()
+            short[name] = np.array([told[text] for text in values])
+    return short
+
+
+def _print_first(
+    columns: Columns, units: dict[str, str], limit: int, named: set[str]
+) -> None:
+    """Print the first `limit` rows (0: all), and the number of the rest.
+
+    What is the same in all rows is said once above, but for the columns `named`.
+    """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)
-    print_table(columns, units, shown)
+    same = [n for n, v in columns.items() if n not in named and _is_same(v)]
+    if same:
+        told = (with_unit(f"{n} = {cell(columns[n][0])}", units[n], " ") for n in same)
+        print(f"all {count} cases: {', '.join(told)}")
+    print_table({n: v for n, v in columns.items() if n not in same}, units, shown)
     if not count:
         print("hpcwhirl: no case is as asked", file=sys.stderr)
     if shown < count:
         print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
+
+
+def _is_same(values: NDArray[Any]) -> bool:
+    """Return whether two values or more are one."""
+    return len(values) > 1 and bool((values == values[0]).all())
 
 
 def _chosen(
@@ -129,7 +172,8 @@ def _columns(
         wanted = [source.variable(n.strip()) for n in args.columns.split(",")]
     else:
         twins = (n for n in TWINS if n in data)
-        wanted = [WORD, *twins, "whirl", *(n for n in NUMBERS if n in data), "message"]
+        numbers = (n for n in NUMBERS if n in data)
+        wanted = [WORD, *ENDS, *twins, "whirl", *numbers, "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
     columns = {name: source.column(name)[chosen] for name in names}
     if not args.columns and not (columns["message"] != "").any():

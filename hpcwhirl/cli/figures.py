@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OF_CAMPAIGN
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +34,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="DIR",
         help="directory for the figures (default: figures in the campaign's directory)",
     )  # fmt: skip
+    add_units(parser, "titles and axes")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,7 +50,10 @@ def run(args: argparse.Namespace) -> int:
     if args.at:
         only = sorted({*(only or []), *cases_at(args.folder, args.at)})
     drawn = 0
-    figures = draw_figures(args.folder, out, args.kind, only, transient=args.transient)
+    figures = draw_figures(
+        args.folder, out, args.kind, only,
+        transient=args.transient, units=asked_units(args.units),
+    )  # fmt: skip
     try:
         for made in figures:
             drawn += isinstance(made, Path)

@@ -1,11 +1,15 @@
-"""`hpcwhirl map`: draw regimes, whirl or a number over the swept inputs."""
+"""`hpcwhirl map`: draw regimes, whirl or a number over the swept inputs.
+
+The map without options is map.png; one with options has a name that tells them, such as
+map-growth_rate.png.
+"""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,32 +37,35 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="what the colours show: regime (default), whirl, a numeric variable such "
         "as growth_rate, or a ratio such as orbit_radius/gap",
     )  # fmt: skip
-    parser.add_argument("--rpm", action="store_true", help="show speeds in rpm")
+    add_units(parser, "axes, panels, title and colour")
+    parser.add_argument(
+        "--rpm", action="store_true", help="show speeds in rpm, as --units rpm"
+    )
     parser.add_argument(
         "--critical", action="store_true",
         help="mark the critical speeds of Eq. 13 and its super-harmonics",
     )  # fmt: skip
     parser.add_argument(
-        "--csv", action="store_true", help="also write the values drawn to map.csv"
+        "--csv", action="store_true", help="also write the values drawn as CSV"
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw map.png and map.svg; with --csv write map.csv."""
+    """Draw map.png and map.svg, of what is asked for map-….png; --csv: their table."""
     from hpcwhirl.report.map.data import Wish
-    from hpcwhirl.report.map.maps import drawing_of, save_map
+    from hpcwhirl.report.map.maps import drawing_of, save_map, stem_of
     from hpcwhirl.store.reading.results_file import results_of
 
     wish = Wish(
         args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,
-        rpm=args.rpm, critical=args.critical,
+        rpm=args.rpm, critical=args.critical, units=asked_units(args.units),
     )  # fmt: skip
     results = results_of(args.folder)
     out = args.out or results.parent
     drawing = drawing_of(results, wish)
     paths = save_map(drawing, out)
     if args.csv:
-        paths.append(drawing.write_table(out / "map.csv"))
+        paths.append(drawing.write_table(out / f"{stem_of(wish)}.csv"))
     for path in paths:
         print(path)
     return 0

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import OR_FILE
-from hpcwhirl.cli.tables import add_format, print_data, print_table, unit_of
+from hpcwhirl.cli.options import OR_FILE, asked_units
+from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import showing, shown_in
+from hpcwhirl.store.reading.select import UNITS
 
 if TYPE_CHECKING:
     import xarray
@@ -59,12 +62,13 @@ def run(args: argparse.Namespace) -> int:
         found = safe_ranges(data, over, args.sure)
         columns = _columns(found, point)
         units = {n: unit_of(data, over if n in OVER else n) for n in columns}
+    columns, units = in_units(args, columns, units)
     if not print_data(args, columns, units, "ranges", over=over):
         print(f"damped over {over}; the boundary lies between low and below, and "
               "between high and above")  # fmt: skip
         print_table(columns, units, len(found))
         if point is not None:
-            print(_nearest(found, over, point, units["distance"]))
+            print(_nearest(found, over, point, asked_units(args.units)))
     return 0
 
 
@@ -112,22 +116,32 @@ def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
     return {name: np.array(values) for name, values in out.items()}
 
 
-def _nearest(found: list[SafeRange], over: str, point: float, unit: str) -> str:
+def _nearest(
+    found: list[SafeRange], over: str, point: float, asked: tuple[str, ...]
+) -> str:
     """Return a line on the distance from the point to the nearest boundary."""
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
-    told = f"{over} = {point:g} {unit}".rstrip()
-    if not inside:
-        return f"{told}: in no safe range of {lines} lines"
-    least = min(inside, key=lambda r: r.distance(point))
-    where = ", ".join(f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}"
-                      for n, v in least.fixed.items())  # fmt: skip
+    with showing(asked):
+        told = _setting(over, point)
+        if not inside:
+            return f"{told}: in no safe range of {lines} lines"
+        least = min(inside, key=lambda r: r.distance(point))
+        where = ", ".join(_setting(name, value) for name, value in least.fixed.items())
+        far = _setting(over, least.distance(point)).partition(" = ")[2]
     count = len({tuple(r.fixed.values()) for r in inside})
-    far = least.distance(point)
-    if not np.isfinite(far):
+    if not np.isfinite(least.distance(point)):
         return f"{told}: in a safe range on {count} of {lines} lines, no boundary met"
     at = f" at {where}" if where else ""
     return (
         f"{told}: in a safe range on {count} of {lines} lines; the nearest boundary "
-        f"is {far:g} {unit} or more away{at}"
+        f"is {far} or more away{at}"
     )
+
+
+def _setting(variable: str, value: Any) -> str:
+    """Return ``variable = value unit`` of an input, in the unit shown."""
+    if not isinstance(value, float):
+        return f"{variable} = {value}"
+    unit, factor = shown_in(UNITS.get(variable, "1"))
+    return with_unit(f"{variable} = {factor * value:g}", unit, " ")

@@ -29,6 +29,8 @@ from hpcwhirl.scene import (
     preset_of,
     scene_of_document,
 )
+from hpcwhirl.scene.quantities import INPUTS, ROW
+from hpcwhirl.scene.units import told_of, units_asked
 
 if TYPE_CHECKING:
     from hpcwhirl.scene.batch_validation import Many
@@ -114,6 +116,21 @@ def add_take_over(parser: argparse.ArgumentParser) -> None:
         "be dead; without this option it counts as dead 2 minutes after its last sign "
         "of life",
     )  # fmt: skip
+
+
+def add_units(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the option ``--units``; `what` says what is shown in them."""
+    parser.add_argument(
+        "--units", metavar="UNIT[,UNIT]",
+        help=f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
+        "mm and kN, where people read; si in CSV and JSON)",
+    )  # fmt: skip
+
+
+def asked_units(text: str | None) -> tuple[str, ...]:
+    """Return the units of ``--units``, checked; those for people to read if None."""
+    known = {q.unit for table in (INPUTS, ROW) for q in table.values()}
+    return told_of("--units", lambda: units_asked(text, sorted(known)))
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:

@@ -8,10 +8,12 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.cli.options import add_json, add_units, asked_units, print_json
 from hpcwhirl.errors import legible, one_line
+from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 
 if TYPE_CHECKING:
     import xarray
@@ -22,7 +24,8 @@ Units = Mapping[str, str]
 
 
 def add_format(parser: argparse.ArgumentParser) -> None:
-    """Add the options ``--csv``, ``--json`` and ``--no-units``."""
+    """Add the options ``--units``, ``--csv``, ``--json`` and ``--no-units``."""
+    add_units(parser, "numbers")
     parser.add_argument(
         "--no-units",
         action="store_true",
@@ -37,6 +40,35 @@ def unit_of(data: xarray.Dataset, name: str) -> str:
     """Return the unit of a variable, "" where it has none or is not in the results."""
     unit = str(data[name].attrs.get("units", "")) if name in data else ""
     return "" if unit == "1" else unit
+
+
+def in_units(
+    args: argparse.Namespace, columns: Columns, units: Units
+) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
+    """Return columns in the units of ``--units``, and these units.
+
+    Parameters
+    ----------
+    args : with the options of `add_format`
+    columns : {name: values (rows,)}, in SI
+    units : {name: unit}, empty without one
+    """
+    asked = asked_units(args.units)
+    if args.units is None and (args.csv or args.json):
+        asked = (AS_STORED,)
+    with showing(asked):
+        shown = {name: shown_in(unit) for name, unit in units.items()}
+    return (
+        {name: _times(values, shown[name][1]) for name, values in columns.items()},
+        {name: unit for name, (unit, _) in shown.items()},
+    )
+
+
+def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
+    """Return values in another unit, by the 15 digits that a change of unit keeps."""
+    if factor == 1.0:
+        return values
+    return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])
 
 
 def print_data(
@@ -100,7 +132,7 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
         right = values.dtype.kind in "iuf"
         table.add_column(Text(head), justify="right" if right else "left")
     for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
-        table.add_row(*(Text(_cell(value)) for value in row))
+        table.add_row(*(Text(cell(value)) for value in row))
     wide = None if sys.stdout.isatty() else 100_000  # a pipe gets whole lines
     Console(width=wide).print(table)
 
@@ -109,7 +141,8 @@ def _plain(value: Any) -> Any:
     return legible(value) if isinstance(value, str) else value
 
 
-def _cell(value: Any) -> str:
+def cell(value: Any) -> str:
+    """Return a value as it stands in a table; nothing for NaN."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))

@@ -13,8 +13,10 @@ from hpcwhirl.scene.quantities import (
     variable_name,
 )
 from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
 
+DIGITS = 6  # of a number in another unit than SI
 SEQUENTIAL = "cividis"  # perceptual, and the same to the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
@@ -28,7 +30,7 @@ def name_of(name: str) -> str:
 
 
 def axis_of(name: str) -> str:
-    """Return a symbol, or else a name, with the unit."""
+    """Return a symbol, or else a name, with the SI unit."""
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
@@ -38,7 +40,7 @@ def eq13_of(family: str) -> str:
 
 
 def value_of(name: str, value: Any, unit: str = "") -> str:
-    """Return ``symbol = value unit``.
+    """Return ``symbol = value unit``, in the unit that `scene.units.shown_in` says.
 
     Parameters
     ----------
@@ -48,10 +50,12 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
+    unit, factor = shown_in(unit or (known.unit if known else ""))
+    if factor != 1.0 and isinstance(value, int | float):
+        value = float(f"{factor * value:.{DIGITS}g}")
     text = value_text(value)
     text = text if len(text) <= 40 else text[:39] + "…"
-    shown = with_unit(text, unit or (known.unit if known else ""), " ")
-    return f"{symbol} = {shown}"
+    return f"{symbol} = {with_unit(text, unit, ' ')}"
 
 
 def title_of(row: Any) -> str:

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import warnings
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import legible
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
+
+LONGEST = 80  # characters of a text in a file's name
+
+
+def part_of_name(text: str) -> str:
+    """Return a text as a part of a file's name: of bounded length, and its own."""
+    plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", text).strip("-")
+    if len(plain) <= LONGEST:
+        return plain
+    return f"{plain[:LONGEST]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:

@@ -1,14 +1,19 @@
-"""Conversion of values with units, such as "0.8 mm" or "3000 rpm", to SI by UDUNITS.
+"""Conversion of values with units, such as "0.8 mm", to SI and back, by UDUNITS.
 
-Plain numbers are in SI; the library is imported only for a text with a unit. Decimal
-arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
+Plain numbers of inputs are in SI; the library is imported only for a text with a unit.
+Decimal arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
+
+What people read, tables and pictures, is in practical units, mm and kN, or in those
+asked for by `showing`; what programs read, CSV, JSON and results, is in SI.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from decimal import Decimal
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -28,7 +33,11 @@ USUAL = (
     "m", "mm", "um", "inch", "s", "ms", "rad/s", "rpm", "Hz", "N", "kN", "MN", "N/m",
     "N/mm", "kN/mm", "MN/m", "Pa", "MPa", "GPa", "kg/m^3", "g/cm^3", "%", "1/s",
 )  # fmt: skip
+TURNING = {ANGULAR, "rpm", *CYCLES}
+PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # SI unit: unit shown, factor
+AS_SHOWN, AS_STORED = "practical", "si"  # words beside the names of units
 Found = TypeVar("Found")
+_asked: ContextVar[tuple[str, ...]] = ContextVar("asked", default=(AS_SHOWN,))
 
 
 def measure(value: object) -> tuple[str, str] | None:
@@ -63,6 +72,70 @@ def each_in_si(value: Any, unit: str) -> Any:
     if isinstance(value, list):
         return [in_si(one, unit) for one in value]
     return in_si(value, unit)
+
+
+@contextmanager
+def showing(asked: Sequence[str]) -> Iterator[None]:
+    """Have `shown_in` return these units, in this order, of `units_asked`."""
+    before = _asked.set(tuple(asked))
+    try:
+        yield
+    finally:
+        _asked.reset(before)
+
+
+def shown_in(unit: str) -> tuple[str, float]:
+    """Return (unit shown, factor from SI) of numbers in an SI unit.
+
+    The first unit asked for by `showing` that is of the same kind; "1" is never
+    converted, and only an angular speed, in rad/s, has revolutions or cycles.
+    """
+    for asked in _asked.get():
+        if asked == AS_STORED:
+            break
+        if asked == AS_SHOWN:
+            if unit in PRACTICAL:
+                return PRACTICAL[unit]
+        elif factor := _shown(unit, asked):
+            return asked, factor
+    return unit, 1.0
+
+
+@lru_cache(maxsize=256)
+def _shown(unit: str, asked: str) -> float:
+    """Return the factor from an SI unit to another one; 0 for another kind."""
+    if unit in {"", "1"} or (asked in TURNING) != (unit == ANGULAR):
+        return 0.0
+    try:
+        return float(1 / _factor(asked, unit))
+    except ValueError:
+        return 0.0
+
+
+def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
+    """Return the units of an option ``--units mm,rpm``, those for pictures if None.
+
+    Parameters
+    ----------
+    text : units, "practical" or "si", separated by commas
+    known : SI units of what is shown
+
+    Raises
+    ------
+    ValueError
+        for a unit that no number is shown in
+    """
+    if text is None:
+        return (AS_SHOWN,)
+    asked = [part.strip() for part in text.split(",")]
+    words = [one for one in asked if one in {AS_SHOWN, AS_STORED}]
+    for one in asked:
+        if one not in words and not any(_shown(unit, one) for unit in known):
+            kinds = ", ".join((*USUAL, AS_SHOWN, AS_STORED))
+            msg = f"must be units such as mm,rpm, got {shown(one_line(one))}"
+            hint = nearest(one, [*USUAL, AS_SHOWN, AS_STORED])
+            raise ValueError(msg + (hint or f"; known are {kinds}"))
+    return (*asked, *(() if words else (AS_SHOWN,)))
 
 
 @lru_cache(maxsize=256)

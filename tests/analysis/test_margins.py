@@ -147,6 +147,17 @@ def test_a_point_is_told_its_distance(place, facts, capsys):
     assert "in no safe range of 2 lines" in capsys.readouterr().out
 
 
+def test_margins_are_told_in_the_unit_asked_for(place, capsys):
+    words = ["--at", "speed=105", "--at", "gap=0.2 mm", "--units", "rpm"]
+    assert main(["margin", str(place), *words]) == 0
+    out = capsys.readouterr().out
+    assert "speed = 1002.68 rpm: in a safe range on 1 of 1 lines" in out
+    assert "the nearest boundary is 143.239 rpm or more away" in out
+    assert "954.93" in out
+    assert main(["margin", str(place), "--at", "speed=105", "--units", "um"]) == 0
+    assert "is 5 rad/s or more away at gap = 100 um" in capsys.readouterr().out
+
+
 def test_wrong_words_are_one_line(place, capsys):
     for words in (["--sure", "2"], ["--at", "speed=x"], ["--over", "nothing"],
                   ["--at", "speed=1", "--at", "speed=2"]):  # fmt: skip

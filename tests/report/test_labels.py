@@ -1,5 +1,6 @@
 """What pictures call quantities is what the table calls them."""
 
+import math
 import re
 from pathlib import Path
 
@@ -7,8 +8,10 @@ import pytest
 
 import hpcwhirl
 from hpcwhirl.report import labels
+from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
 from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import showing
 
 REPORT = Path(hpcwhirl.__file__).parent / "report"
 
@@ -16,7 +19,7 @@ REPORT = Path(hpcwhirl.__file__).parent / "report"
 @pytest.mark.parametrize(
     ("name", "axis", "told"),
     [("speed", "Ω, rad/s", "Ω = 410 rad/s"), ("friction", "μ", "μ = 410"),
-     ("gap", "gap, m", "gap = 410 m"), ("time", "time, s", "time = 410 s"),
+     ("gap", "gap, m", "gap = 410000 mm"), ("time", "time, s", "time = 410 s"),
      ("growth_rate", "growth rate, 1/s", "growth rate = 410 1/s")],
 )  # fmt: skip
 def test_a_quantity_is_shown_by_symbol_and_unit(name, axis, told):
@@ -56,3 +59,33 @@ def test_charts_of_the_page_write_no_unit_by_hand():
     charts = REPORT / "page" / "assets" / "charts.js"
     by_hand = re.compile(r""" (rad/s|Hz|W|J|N s|kg|mm|m|s)["'`;]""")
     assert not by_hand.findall(charts.read_text("utf-8"))
+
+
+def test_titles_are_in_the_units_asked_for():
+    asked = {("rpm", "um"): ("Ω = 3915.21 rpm", "gap = 128 um"),
+             ("si",): ("Ω = 410 rad/s", "gap = 0.000128 m"),
+             ("practical",): ("Ω = 410 rad/s", "gap = 0.128 mm")}  # fmt: skip
+    for units, told in asked.items():
+        with showing(units):
+            shown = labels.value_of("speed", 410.0), labels.value_of("gap", 0.000128)
+        assert shown == told
+
+
+def test_ticks_stand_at_round_numbers_of_the_unit_shown():
+    """The data stay in SI: a tick is at 3000 rpm, 314 rad/s."""
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([300.0, 500.0], [1e-4, 4e-4])
+    axes.set(xlabel="Ω, rad/s", ylabel="|q|, m √kg")
+    with showing(("rpm",)):
+        tell_in_units(figure)
+    assert axes.get_xlabel() == "Ω, rpm"
+    assert axes.get_ylabel() == "|q|, m √kg"
+    ticks = axes.xaxis.get_majorticklocs()
+    texts = axes.xaxis.get_major_formatter().format_ticks(ticks)
+    assert "3500" in texts
+    for place, text in zip(ticks, texts, strict=True):
+        assert place * 30 / math.pi == pytest.approx(float(text))
+        assert float(text) % 250 == 0

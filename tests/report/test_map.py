@@ -17,7 +17,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.report import labels
 from hpcwhirl.report.map import drawing, layout, maps
 from hpcwhirl.report.map.axes import cell_edges, straight
-from hpcwhirl.report.map.data import RPM, Wish, picture_of
+from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
 from hpcwhirl.scene.words import SHOWN, word_of
 
@@ -332,12 +332,12 @@ def test_panels_tell_the_unit_of_what_they_share(tmp_path):
     rows = [{"speed": s, "gap": gap, "friction": mu} for s, gap, mu in at]
     map_ = drawn(synthetic(tmp_path / "out", rows), x="speed", y="friction")
     titles = {axes.get_title() for axes in map_.figure.axes}
-    assert titles == {"gap = 0.0001 m", "gap = 0.0002 m"}
+    assert titles == {"gap = 0.1 mm", "gap = 0.2 mm"}
 
 
 def test_speeds_may_be_told_in_rpm(made):
     picture = drawn(made("uneven"), rpm=True).picture
-    assert picture.x.levels[0] == pytest.approx(300.0 * RPM)
+    assert picture.x.levels[0] == pytest.approx(300.0 * (30.0 / np.pi))
     assert picture.x.label.endswith("rpm")
 
 
@@ -406,7 +406,9 @@ def test_the_csv_has_what_is_drawn(made, tmp_path):
     folder = made("three inputs")
     words_ = ["--at", "friction=0.1", "--csv", "--colour", "growth_rate"]
     assert main(["map", str(folder), "--out", str(tmp_path), *words_]) == 0
-    with (tmp_path / "map.csv").open(encoding="utf-8") as file:
+    (path,) = tmp_path.glob("*.csv")
+    assert path.name == "map-growth_rate-friction=0.1.csv"
+    with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     data = open_results(folder)
     assert len(rows) == 28
@@ -420,6 +422,20 @@ def test_the_csv_has_what_is_drawn(made, tmp_path):
     assert counts == drawn(folder, at=("friction=0.1",)).picture.counts()
 
 
+def test_a_map_that_is_asked_for_has_a_name_of_its_own():
+    names = {
+        Wish(): "map",
+        Wish(colour="growth_rate"): "map-growth_rate",
+        Wish(colour="orbit_radius/gap", rpm=True): "map-orbit_radius-gap-rpm",
+        Wish(x="gap", at=("friction=0.1",)): "map-x-gap-friction=0.1",
+        Wish(units=("um", "practical")): "map-um-practical",
+    }
+    assert {wish: maps.stem_of(wish) for wish in names} == names
+    long = [maps.stem_of(Wish(at=("gap=1e-4",) * n)) for n in (90, 91)]
+    assert long[0] != long[1]
+    assert max(map(len, long)) < 100
+
+
 def test_a_title_tells_engine_inputs_duration_and_preset(tmp_path):
     rows = [{"speed": 300.0}, {"speed": 400.0}]
     folder = synthetic(
@@ -429,7 +445,7 @@ def test_a_title_tells_engine_inputs_duration_and_preset(tmp_path):
     map_ = drawn(folder)
     title = map_.figure.get_suptitle()
     assert title.startswith("a $x$ <b>_{2: k = 1")
-    for part in ("gap = 0.000128 m", "μ = 0.1", "2.5 s", "preset standard"):
+    for part in ("gap = 0.128 mm", "μ = 0.1", "2.5 s", "preset standard"):
         assert part in title
     assert not any("paper" in t for t in texts(map_.figure))
     assert maps.save_map(map_, tmp_path)  # no mathematics is read into the name
@@ -475,14 +491,18 @@ def test_classify_draws_the_map_again_as_it_was_asked_for(campaign, facts, capsy
     code, folder = campaign("sweep = {speed = [300, 410], gap = [1e-4, 2e-4]}")
     assert code == 0
     assert main(["map", str(folder), "--x", "gap", "--colour", "whirl"]) == 0
-    before = (folder / "map.png").stat().st_mtime_ns
+    paths = [folder / f"{name}.{end}" for name in ("map-whirl-x-gap", "map")
+             for end in ("png", "svg")]  # fmt: skip
+    before = [path.stat().st_mtime_ns for path in paths]
     (folder / "report.html").write_text("older words")
     capsys.readouterr()
     told = facts("classify", str(folder), "--json", "--set", "rise=0.2")
-    assert told["drawn again"] == [str(folder / "map.png"), str(folder / "map.svg")]
-    assert (folder / "map.png").stat().st_mtime_ns > before
-    asked = maps.wish_of(folder / "map.png")
+    assert told["drawn again"] == [str(path) for path in paths]
+    for path, earlier in zip(paths, before, strict=True):
+        assert path.stat().st_mtime_ns > earlier
+    asked = maps.wish_of(folder / "map-whirl-x-gap.png")
     assert (asked.x, asked.colour) == ("gap", "whirl")
+    assert maps.wish_of(folder / "map.png") == Wish()
     assert main(["classify", str(folder)]) == 0
     assert "report.html is stale: hpcwhirl report" in capsys.readouterr().err
 

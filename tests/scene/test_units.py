@@ -12,7 +12,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, digest, parse_setting
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.scene.units import in_si, measure
+from hpcwhirl.scene.units import in_si, measure, showing, shown_in, units_asked
 
 RPM = 0.10471975511965977  # rad/s
 
@@ -162,3 +162,44 @@ def test_a_number_alone_has_no_unit(text):
 
 def test_a_scene_keeps_numbers_alone():
     assert isinstance(hpcwhirl.Scene(gap="0.8 mm").gap, float)
+
+
+def test_numbers_are_shown_in_the_first_unit_of_their_kind():
+    """1/s is no angular speed, a number without a unit is none of %."""
+    with showing(("rpm", "um", "practical")):
+        assert shown_in("rad/s") == ("rpm", pytest.approx(1 / RPM))
+        assert shown_in("m") == ("um", 1e6)
+        assert shown_in("N") == ("kN", 1e-3)
+        for unit in ("1/s", "1", "", "kg"):
+            assert shown_in(unit) == (unit, 1.0)
+    assert shown_in("rad/s") == ("rad/s", 1.0)
+    assert shown_in("m") == ("mm", 1e3)
+    with showing(("ms", "si")):
+        assert shown_in("s") == ("ms", 1e3)
+        assert shown_in("m") == ("m", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [("mmm", "did you mean 'mm'"), ("kg", "'kg'"), ("mm,", "''"), ("%", "'%'")],
+)
+def test_a_unit_of_nothing_shown_is_refused(asked, told):
+    with pytest.raises(ValueError, match=told):
+        units_asked(asked, ("m", "rad/s", "N", "1"))
+
+
+def test_tables_are_practical_and_files_in_si_unless_asked(tmp_path, capsys):
+    folder = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[60 * RPM]))
+
+    def head(*words):
+        assert main(["cases", str(folder), "--columns", "orbit_radius", *words]) == 0
+        return capsys.readouterr().out
+
+    assert "all 2 cases: speed = 6.28319 rad/s\n" in head()
+    assert "0.4" in head().split()
+    assert "mm" in head().split()
+    assert head("--csv").startswith("case,gap [m],speed [rad/s],")
+    mm = head("--csv", "--units", "rpm,mm").splitlines()
+    assert mm[0].startswith("case,gap [mm],speed [rpm],")
+    assert mm[2].startswith("1,0.4,60.0,")
+    assert '"gap": "um"' in head("--json", "--units", "um")

@@ -143,6 +143,37 @@ def test_rows_are_sorted_and_chosen(folder, data, capsys):
     assert [int(r["case"]) for r in rows] == np.flatnonzero(data.speed == 400).tolist()
 
 
+def test_what_all_rows_share_is_said_once_above(folder, capsys):
+    words = ["cases", str(folder), "--at", "speed=400", "--where", "status == ok"]
+    assert main(words) == 0
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert first.startswith("all 4 cases: speed = 400 rad/s, ")
+    assert "speed" not in "".join(rest)
+    assert {"word", "gap"} <= {*" ".join(rest[:2]).split()}
+    assert main([*words, "--columns", "speed,status"]) == 0  # asked for: kept
+    out = capsys.readouterr().out
+    assert "all 4" not in out
+    assert out.split().count("ok") == 4
+
+
+def test_why_a_case_ended_is_told_by_default(folder, capsys):
+    rows = rows_of(capsys, folder)
+    assert {"outcome", "stop"} <= rows[0].keys()
+
+
+def test_lists_are_short_and_numbered(tmp_path, capsys):
+    lists = [[0.001 * (i + j) for i in range(22)] for j in (0, 1)]
+    place = synthetic(tmp_path / "out", grid_of(mistuning=lists, speed=[300.0, 310.0]))
+    assert main(["cases", str(place)]) == 0
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) < 120
+    for number in ("#1 [", "#2 ["):
+        assert out.count(number) == 2
+    assert main(["cases", str(place), "--at", "mistuning=#2"]) == 0
+    assert "all 2 cases: rotor_mistuning = #2 [" in capsys.readouterr().out
+    assert rows_of(capsys, place)[0]["rotor_mistuning"] == str(lists[0])
+
+
 def test_json_is_strict(folder, facts):
     told = facts("cases", str(folder), "--json")
     assert len(told["cases"]) == 12

@@ -111,7 +111,8 @@ def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
     figure = Figure(figsize=(11.0, 1.4 + 2.3 * len(names)), layout="constrained")
     grid = figure.subplots(len(names), 2, sharex=True, squeeze=False)
     order = np.argsort(found[over].to_numpy())
-    x, sorted_ = found[over].to_numpy()[order], found.isel(point=order)
+    label, factor = label_of(data, over)
+    x, sorted_ = factor * found[over].to_numpy()[order], found.isel(point=order)
     largest = found["total"].max(["point", "quantity"]).fillna(-1.0).to_numpy()
     shown = np.argsort(-largest, kind="stable")[:MOST_LINES]
     for row, name in zip(grid, names, strict=True):
@@ -126,7 +127,7 @@ def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
             axes.axhline(0.0, c="grey", lw=0.6)
             axes.set_title(f"{title_of(name)}: {told}", fontsize=9, parse_math=False)
     for axes in grid[-1]:
-        axes.set_xlabel(label_of(data, over), parse_math=False)
+        axes.set_xlabel(label, parse_math=False)
     handles, texts = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=4, fontsize=8,
                   frameon=False)  # fmt: skip

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -13,11 +11,12 @@ import numpy as np
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.figures import motions, shapes, sweeps, waves
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import part_of_name, save
+from hpcwhirl.report.ticks import tell_in_units
+from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-LONGEST = 80  # characters of the inputs in a file's name
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
 FULL = {"tips", "blade_impulse"}  # traces that `full` alone keeps
 
@@ -71,6 +70,7 @@ def draw_figures(
     only: list[int] | None = None,
     *,
     transient: bool = False,
+    units: Sequence[str] = ("practical",),
 ) -> Iterator[Path | str]:
     """Draw figures of a campaign; yield the path of each, or why there is none.
 
@@ -81,6 +81,7 @@ def draw_figures(
     kinds : names of `KINDS`; all if None
     only : cases of the figures that show one case
     transient : show what is before the window of the words, too
+    units : of titles and axes, see `scene.units.showing`
     """
     for name in kinds or []:
         if name not in KINDS:
@@ -94,7 +95,9 @@ def draw_figures(
             continue
         for part, of in found.items():
             path = out / f"{name}{part}.png"
-            yield _drawn(name, results, of, path, transient=transient)
+            with showing(units):
+                made = _drawn(name, results, of, path, transient=transient)
+            yield made
 
 
 def cases_at(folder: Path, settings: list[str]) -> list[int]:
@@ -153,15 +156,7 @@ def _wanted(
             f"one figure for each of {len(lines)} combinations of the other inputs, "
             f"at most {MOST_CASES}: say which with --at or --case"
         )
-    return {_name_of(results.others(line[0], "=")): line for line in lines}
-
-
-def _name_of(inputs: str) -> str:
-    """Return inputs as a part of a file's name, of bounded length and one's own."""
-    plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", inputs).strip("-")
-    if len(plain) <= LONGEST:
-        return f"-{plain}"
-    return f"-{plain[:LONGEST]}-{hashlib.sha256(inputs.encode()).hexdigest()[:8]}"
+    return {f"-{part_of_name(results.others(line[0], '='))}": line for line in lines}
 
 
 def _drawn(
@@ -171,7 +166,9 @@ def _drawn(
     kind = KINDS[name]
     try:
         more = {"transient": transient} if kind.transient else {}
-        return save(kind.draw(results, of, **more), path)
+        figure = kind.draw(results, of, **more)
+        tell_in_units(figure)
+        return save(figure, path)
     except InputError as refused:
         return (
             f"{name}, case {of}: {refused}"

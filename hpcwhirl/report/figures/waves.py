@@ -22,6 +22,7 @@ from hpcwhirl.reduction.families import (
 from hpcwhirl.report.labels import axis_of, eq13_of, value_of
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
+from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.reading.results_file import Results
 
@@ -110,7 +111,7 @@ def _marks(axes: Any, table: list[Line], k: int, most: float) -> None:
             name, speed = row["family"], row["speed"]
             at = speed, rotor[name] / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
-            axes.annotate(f"{eq13_of(name)}: {speed:.0f} rad/s", at,
+            axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
                           (6, 8 if name == "1F" else -14), fontsize=8,
                           textcoords="offset points")  # fmt: skip
 
@@ -194,10 +195,16 @@ def _marked(
             name = eq13_of(family) if n == 1 else f"n = {n}"
             place = (6, -34) if n == named[0] else (6, 18)
             main = family == "1F"  # the others' names stand on the line's other side
-            axes.annotate(f"{name}: {speed:.0f} rad/s", (speed, height),
+            axes.annotate(f"{name}: {_speed(speed)}", (speed, height),
                           place if main else (-6, 26), ha="left" if main else "right",
                           textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5})  # fmt: skip
+
+
+def _speed(speed: float) -> str:
+    """Return a speed, rad/s, as it stands beside a mark, in the unit shown."""
+    unit, factor = shown_in("rad/s")
+    return f"{factor * speed:.0f} {unit}"
 
 
 def heading(cases: Results, line: list[int]) -> str:

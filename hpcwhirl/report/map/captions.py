@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.labels import value_of
 from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
-from hpcwhirl.report.map.data import FIXED, RPM, Picture, Wish
+from hpcwhirl.report.map.data import FIXED, Picture
 from hpcwhirl.scene import title_of as named
 from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.reading.credibility import SHARED, find_credibility
@@ -43,14 +43,14 @@ def engine_of(data: xarray.Dataset) -> str:
         return str(data.attrs.get("title", "hpcwhirl campaign")).rpartition(", ")[2]
 
 
-def title_of(data: xarray.Dataset, picture: Picture, wish: Wish, width: float) -> str:
+def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
     """Return engine, inputs that all cases share, duration, preset; notes below.
 
     Of a campaign with twins these tell how many cases keep their word in them.
     """
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
-    parts = shared(data, names, picture.case, rpm=wish.rpm)
+    parts = shared(data, names, picture.case)
     if "duration" not in shown:  # some may have gone on for longer
         end = np.unique(data["duration"].to_numpy()[picture.case])
         parts.append(" to ".join(value_text(t) for t in np.unique(end[[0, -1]])) + " s")
@@ -66,17 +66,13 @@ def shared(
     data: xarray.Dataset,
     names: Sequence[str],
     case: NDArray[np.intp] | slice = slice(None),
-    *,
-    rpm: bool = False,
 ) -> list[str]:
     """Return ``symbol = value unit`` of the inputs that some cases have in common."""
     parts = []
     for name in names:
         known = set(data[name].to_numpy()[case].tolist())
         unit = str(data[name].attrs.get("units", ""))
-        if len(known) == 1 and rpm and name == "speed":
-            parts.append(value_of(name, RPM * known.pop(), "rpm"))
-        elif len(known) == 1:
+        if len(known) == 1:
             parts.append(value_of(name, known.pop(), unit))
     return parts
 

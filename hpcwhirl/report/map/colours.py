@@ -14,6 +14,7 @@ from hpcwhirl.analysis.grammar import parse
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.select import variable_of
@@ -165,18 +166,22 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
             raise InputError(msg) from None
 
     values = numbers(text, replace(source, variable=variable), "--colour")
-    return values, _label(data, text, variable)
+    label, factor = _label(data, text, variable)
+    return factor * values, label
 
 
-def _label(data: xarray.Dataset, text: str, variable: Callable[[str], str]) -> str:
-    """Return what a colour bar says: names in words, units where they are plain."""
+def _label(
+    data: xarray.Dataset, text: str, variable: Callable[[str], str]
+) -> tuple[str, float]:
+    """Return what a colour bar says, units where they are plain, and a factor to it."""
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
-        return text.strip()
+        return text.strip(), 1.0
     parts = [variable(str(step.value)) for step in program if step.does == "name"]
     units = [str(data[part].attrs.get("units", "")) for part in parts]
     plain = [part.replace("_", " ") for part in parts]
     if len(parts) == 1:
-        return with_unit(plain[0], units[0])
+        unit, factor = shown_in(units[0])
+        return with_unit(plain[0], unit), factor
     unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"
-    return f"{plain[0]} over {plain[1]}{unit}"
+    return f"{plain[0]} over {plain[1]}{unit}", 1.0

@@ -15,7 +15,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import eq13_of
 from hpcwhirl.report.map.axes import Axis, straight
-from hpcwhirl.report.map.data import RPM, Picture
+from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.reading.results_file import Results
 
@@ -35,9 +35,7 @@ class _Level:
     case: int
 
 
-def mark_critical(
-    panels: Iterable[Any], picture: Picture, folder: Path, *, rpm: bool
-) -> None:
+def mark_critical(panels: Iterable[Any], picture: Picture, folder: Path) -> None:
     """Draw where Omega = (omega_bd + n omega_c) / k in every panel, named by family.
 
     Parameters
@@ -45,18 +43,19 @@ def mark_critical(
     panels : axes, those of further panels than there are not used
     picture : what is shown
     folder : the campaign's directory, whose plan has the scenes
-    rpm : whether speeds are in rpm
     """
     if "speed" not in {picture.x.name, picture.y.name}:
         msg = "--critical marks speeds: speed must be on an axis"
         raise InputError(msg)
     results = Results(folder)
     upright = picture.x.name == "speed"
-    across = picture.y if upright else picture.x
+    speed, across = picture.x, picture.y
+    if not upright:
+        speed, across = across, speed
     for number, axes in zip(range(len(picture.panels)), panels, strict=False):
         found = _levels(across, picture, number)
         lines = [(level, speeds_of(results.scene(level.case))) for level in found]
-        _draw(axes, lines, RPM if rpm else 1.0, upright=upright)
+        _draw(axes, lines, speed.factor, upright=upright)
 
 
 def speeds_of(scene: Scene) -> Rows:

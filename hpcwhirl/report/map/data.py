@@ -15,6 +15,7 @@ from hpcwhirl.report.labels import name_of
 from hpcwhirl.report.map.axes import Axis, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
 from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.directory.refined import PLACE
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.select import (
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 AUTOMATIC = 12  # panels drawn without being asked for
 MOST_PANELS = 60
 FEW = 12  # values of an input that may be panels
-RPM = 30.0 / np.pi  # of 1 rad/s
 FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
 Columns = dict[str, NDArray[Any]]
 Cells = NDArray[np.intp]
@@ -48,8 +48,10 @@ class Wish:
     x, y, panels : names of swept inputs
     at : settings that a case must have, ``NAME=V``
     colour : "regime", "whirl", a number of the file, or one over another
-    rpm : speeds in revolutions a minute
+    rpm : speeds in revolutions a minute, as with "rpm" in `units`
     critical : mark the speeds of Eq. 13
+    units : of axes, panels, title and numbers: names of units, "practical" (mm, kN) or
+        "si", see `scene.units.showing`
     """
 
     x: str | None = None
@@ -59,6 +61,12 @@ class Wish:
     colour: str = "regime"
     rpm: bool = False
     critical: bool = False
+    units: tuple[str, ...] = ("practical",)
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Units that numbers are shown in, the first of each kind."""
+        return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
     panel, values = _numbered(own, panels, len(case))
     word = words_of(*(words(data[n])[case] for n in ("status", "outcome", "regime")))
     whirl = words(data["whirl"])[case]
-    across, up = _axis(data, x, own, wish, case), _axis(data, y, own, wish, case)
+    across, up = _axis(data, x, own, case), _axis(data, y, own, case)
     scattered = _scattered(across, up, panel)
     return Picture(
         case, own, across, up, panel, values, word, whirl,
@@ -314,20 +322,17 @@ def _numbered(
     return np.array([number[key] for key in keys], dtype=np.intp), values
 
 
-def _axis(
-    data: xarray.Dataset, name: str, inputs: Columns, wish: Wish, case: Cells
-) -> Axis:
+def _axis(data: xarray.Dataset, name: str, inputs: Columns, case: Cells) -> Axis:
     if not name:
         return no_axis(len(case))
-    turned = wish.rpm and name == "speed"
-    label = label_of(data, name, rpm=turned)
-    return axis_of(name, inputs[name], label, RPM if turned else 1.0)
+    label, factor = label_of(data, name)
+    return axis_of(name, inputs[name], label, factor)
 
 
-def label_of(data: xarray.Dataset, name: str, *, rpm: bool = False) -> str:
-    """Return what an axis of a variable says."""
-    unit = "rpm" if rpm else str(data[name].attrs.get("units", ""))
-    return with_unit(name_of(name), unit)
+def label_of(data: xarray.Dataset, name: str) -> tuple[str, float]:
+    """Return what an axis of a variable says, and the factor to its unit."""
+    unit, factor = shown_in(str(data[name].attrs.get("units", "")))
+    return with_unit(name_of(name), unit), factor
 
 
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:

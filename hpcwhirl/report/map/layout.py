@@ -129,9 +129,9 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     more = _mark_unsure(data, blocks[0].ravel(), sheet)
     _decorate(grid, sheet)
     for block in blocks if wish.critical else []:
-        mark_critical(block.ravel(), picture, folder, rpm=wish.rpm)
+        mark_critical(block.ravel(), picture, folder)
     add_legend(figure, blocks, layers, picture, more, lettered=sheet.lettered)
-    figure.suptitle(title_of(data, picture, wish, size[0]), fontsize=10,
+    figure.suptitle(title_of(data, picture, size[0]), fontsize=10,
                     parse_math=False)  # fmt: skip
     return figure
 

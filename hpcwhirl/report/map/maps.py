@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.map.data import FIXED, Picture, Wish, picture_of, with_cells
 from hpcwhirl.report.page.build import NAME, is_stale
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.safe_open import open_regular
+from hpcwhirl.scene.units import showing
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reading.reader import open_results
@@ -29,6 +30,7 @@ MADE_BY = {
     NAME: "hpcwhirl report {}",
     "figures": "hpcwhirl figures {}",
 }
+RESULTS = "results.h5"
 KEY = "Description"  # of the files' metadata: how the map was asked for
 
 
@@ -76,7 +78,7 @@ def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
 
 
 def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
-    """Draw map.png and map.svg of a campaign and return their paths.
+    """Draw a campaign's map as PNG and SVG, see `stem_of`, and return their paths.
 
     Parameters
     ----------
@@ -87,12 +89,25 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
     return save_map(drawing_of(results, wish or Wish()), out)
 
 
+def stem_of(wish: Wish) -> str:
+    """Return the name of a map's files: ``map``, or with what was asked for.
+
+    Such as ``map-growth_rate``: one that was asked for never replaces another one.
+    """
+    parts = [wish.colour] if wish.colour != "regime" else []
+    parts += [f"{side}-{name}" for side in ("x", "y") if (name := getattr(wish, side))]
+    parts += [f"panel-{name}" for name in wish.panels] + [*wish.at]
+    parts += [name for name in ("rpm", "critical") if getattr(wish, name)]
+    parts += wish.units if wish.units != Wish.units else ()
+    return "-".join(["map", *filter(None, [part_of_name("-".join(parts))])])
+
+
 def drawing_of(results: Path, wish: Wish) -> Drawing:
     """Return the map of a campaign; only columns of numbers are read, no traces."""
     from hpcwhirl.report.map.layout import figure_of
     from hpcwhirl.report.map.probabilities import wants_shares
 
-    with open_results(results) as data:
+    with open_results(results) as data, showing(wish.shown):
         if not data.sizes.get("case"):
             msg = f"{results} has no cases: nothing to draw"
             raise InputError(msg)
@@ -111,7 +126,7 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
 
     found = probabilities.shares_shown(data, wish)
     if len(probabilities.varied(found)) < 2:
-        figure = probabilities.figure_of_shares(data, found, wish)
+        figure = probabilities.figure_of_shares(data, found)
         return Drawing(figure, None, wish, found)
     cases = probabilities.as_cases(data, found)
     over = replace(wish, colour=probabilities.SHARE, at=())
@@ -123,9 +138,13 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
 
 
 def save_map(drawing: Drawing, out: Path) -> list[Path]:
-    """Write a map as PNG and SVG, each whole or not at all; return their paths."""
+    """Write a map as PNG and SVG, each whole or not at all; return their paths.
+
+    They are named by `stem_of`.
+    """
     told = {KEY: json.dumps(asdict(drawing.wish))}
-    paths = [out / "map.png", out / "map.svg"]
+    stem = stem_of(drawing.wish)
+    paths = [out / f"{stem}.{kind}" for kind in ("png", "svg")]
     for path in paths:
         save(drawing.figure, path, dpi=140, metadata=told)
         drawing.figure.set_layout_engine("none")  # it is laid out now
@@ -133,36 +152,40 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return how a map.png was asked for; None where there is none that tells."""
+    """Return how a map's PNG was asked for; None where there is none that tells."""
     from PIL import Image, UnidentifiedImageError
 
     try:
         with open_regular(path) as file, Image.open(file) as image:
             asked = json.loads(image.info[KEY])
-        lists = {n: tuple(asked[n]) for n in ("panels", "at")}
+        lists = {n: tuple(v) for n, v in asked.items() if isinstance(v, list)}
         return Wish(**{**asked, **lists})
     except (OSError, KeyError, TypeError, ValueError, UnidentifiedImageError):
         return None
 
 
 def refresh(folder: Path) -> tuple[list[Path], list[str]]:
-    """Draw a campaign's map again as it was asked for, and tell what is left stale.
+    """Draw a campaign's maps again as they were asked for; tell what is left stale.
 
     Returns
     -------
     paths drawn, and a line for each file that still shows what was there before
     """
-    drawn, why = [], ""
-    wish = wish_of(folder / "map.png")
-    if wish is not None:
+    drawn: list[Path] = []
+    why = {}
+    for path in sorted(folder.glob("map*.png")):
+        wish = wish_of(path)
+        if wish is None:
+            continue
         try:
-            drawn = draw_map(folder / "results.h5", folder, wish)
+            drawn += save_map(drawing_of(folder / RESULTS, wish), folder)
         except InputError as refused:
-            why = f" ({refused})"
+            why[path.name] = f" ({refused})"
+    names = dict.fromkeys([*MADE_BY, *why])
     lines = [
-        f"{folder / name} is stale{why if name == 'map.png' else ''}: "
-        + command.format(folder)
-        for name, command in MADE_BY.items()
+        f"{folder / name} is stale{why.get(name, '')}: "
+        + MADE_BY.get(name, "hpcwhirl map {} ...").format(folder)
+        for name in names
         if (folder / name).exists() and folder / name not in drawn
         if name != NAME or is_stale(folder)
     ]

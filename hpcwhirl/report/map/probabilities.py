@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.shares import shares
 from hpcwhirl.report.map.captions import engine_of, shared
-from hpcwhirl.report.map.data import FIXED, RPM, Wish, label_of
+from hpcwhirl.report.map.data import FIXED, Wish, label_of
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.reading.select import value_text, variable_of, where
+from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 
 if TYPE_CHECKING:
@@ -76,14 +76,12 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
     ).assign_attrs(attrs)
 
 
-def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, wish: Wish) -> Any:
+def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset) -> Any:
     """Return the figure of shares over one swept input, or of one point."""
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes, over = figure.subplots(), varied(found)
     if over:
-        _lines(axes, found, over[0], label_of(data, over[0], rpm=wish.rpm))
-        if wish.rpm and over[0] == "speed":
-            axes.xaxis.set_major_formatter(lambda x, _: value_text(round(RPM * x)))
+        _lines(axes, found, over[0], *label_of(data, over[0]))
     else:
         _bars(axes, found)
     fixed = ", ".join(shared(data, [n for n in (*FIXED, "duration") if n not in over]))
@@ -103,9 +101,11 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
     return text + (f"; {lost} without a regime left out" if lost else "")
 
 
-def _lines(axes: Any, found: xarray.Dataset, over: str, label: str) -> None:
+def _lines(
+    axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
+) -> None:
     order = np.argsort(found[over].to_numpy())
-    x = found[over].to_numpy()[order]
+    x = factor * found[over].to_numpy()[order]
     for place, (word, look) in enumerate(REGIMES.items()):
         one = found.isel(regime=place, point=order)
         if not one["count"].sum():
