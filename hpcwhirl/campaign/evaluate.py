@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import time
 import traceback
+from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -80,6 +81,7 @@ class Evaluator:
         self.where = {"rank": desk.rank, "host": socket.gethostname()}
         self.told = 0
         self.lost = False  # whether what was computed could not be kept
+        self.beside = array("d")  # s, of each result beside its kernel
 
     def warm(self, cases: Sequence[int]) -> None:
         """Take a step of a case of each kernel that some cases need."""
@@ -116,9 +118,23 @@ class Evaluator:
             self._writing(self.desk.journal.keep_due)
             between_slices()
 
+        start = time.perf_counter()
         computed = computation(self.design, self.code.decode(task), self.extended)
         self.desk.running.begin([computed.digest])
-        return self._compute(computed, between)
+        end, seconds = self._compute(computed, between)
+        if end.is_ok:
+            self.beside.append(time.perf_counter() - start - seconds)
+        return end
+
+    def costs_beside(self) -> tuple[float, float]:
+        """Return the s of a result beside its kernel, the median, and of the first.
+
+        The latter beyond the median: models and tables that later ones share.
+        """
+        if not self.beside:
+            return 0.0, 0.0
+        usual = float(np.median(self.beside))
+        return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
         """Keep what has been computed, while this rank waits."""
@@ -133,7 +149,8 @@ class Evaluator:
 
     def _compute(
         self, computed: Computation, between: Callable[[], None]
-    ) -> Completion:
+    ) -> tuple[Completion, float]:
+        """Compute and keep; return how it ended, and the seconds in the kernel."""
         start, checkpoints = time.perf_counter(), self.desk.checkpoints
         try:
             self.design.check_engine(computed.job.case)
@@ -152,8 +169,9 @@ class Evaluator:
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
             cause = self._changed(computed.job.case) or failed
-            return self._fail(computed, cause, time.perf_counter() - start)
-        return self._keep(computed, result, keep=keep)
+            return self._fail(computed, cause, time.perf_counter() - start), 0.0
+        seconds = float(result.performance["seconds"])
+        return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
         """Return why a case's engine is not known to be the plan's, None if it is."""

@@ -50,6 +50,7 @@ class Ending:
     results : the file
     reason : why it stopped early
     gave_up : whether it was for too many failures
+    piloted : whether it was a pilot that had its time
     left : cases of other shards that have no result yet
     lasting : whether the same command would end for the same reason
     gathered : whether the results are new: those of before held all there was
@@ -61,6 +62,7 @@ class Ending:
     results: Path | None = None
     reason: str = ""
     gave_up: bool = False
+    piloted: bool = False
     left: int = 0
     missing: int = 0
     lasting: bool = False

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Collection
 
 import numpy as np
 
 from hpcwhirl.campaign.plan.cost import Costs
-from hpcwhirl.campaign.work_queue import LAST, WorkQueue
+from hpcwhirl.campaign.work_queue import LAST, LONGEST_FIRST, Order, WorkQueue
 from hpcwhirl.planner.jobs import Completion, Job, JobCode
 from hpcwhirl.planner.planner import Jobs, Planner
 
@@ -26,7 +25,7 @@ class JobQueue(WorkQueue):
     code : how they are sent
     costs : of the planner's rows
     ranks : that share the work
-    apart : cases whose jobs go out after all others
+    order : in which they go out; `last` are the numbers of cases
     """
 
     def __init__(
@@ -36,12 +35,12 @@ class JobQueue(WorkQueue):
         code: JobCode,
         costs: Costs,
         ranks: int = 1,
-        apart: Collection[int] = (),
+        order: Order = LONGEST_FIRST,
     ) -> None:
-        self.planner, self.code, self.apart = planner, code, apart
+        self.planner, self.code, self.apart = planner, code, order.last
         self.twin, self.stage = array("h"), array("b")
         costs.cover(planner)
-        super().__init__((), costs, ranks)
+        super().__init__((), costs, ranks, Order(even=order.even))
         self._keep(jobs, costs.predict(jobs.row))
 
     @property

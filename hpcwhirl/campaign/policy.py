@@ -19,19 +19,27 @@ class Policy(Campaign):
     shard : compute this share alone; the last shard to end gathers
     take_over : whether claims of other machines, to compute and to gather, count as
         dead
+    pilot : s of computing after which this call ends; cases go out evenly over all
     """
 
     seconds: float | None = None
     shard: Shard | None = None
     take_over: bool = False
+    pilot: float | None = None
 
     @classmethod
     def of(
-        cls, rules: Campaign, shard: Shard | None = None, *, take_over: bool = False
+        cls,
+        rules: Campaign,
+        shard: Shard | None = None,
+        *,
+        take_over: bool = False,
+        pilot: float | None = None,
     ) -> Self:
         """Return the rules of a call that begins now."""
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
+        own["pilot"] = pilot
         return cls(**dict(rules) | own)
 
     @property

@@ -52,12 +52,16 @@ class Tally:
     busy : s, computing and keeping cases; on rank 0 without serving the others
     span : s, from the first hand-out until all ranks had ended
     cases : computations finished here, those of twins and of later stages, too
+    beside, first : s that a computation took beside its kernel, the median, and the
+        first one beyond that
     waits : called again and again while this rank waits for others
     """
 
     busy: float = 0.0
     span: float = 0.0
     cases: int = 0
+    beside: float = 0.0
+    first: float = 0.0
     begun: float = field(default_factory=time.perf_counter)
     waits: Callable[[], None] = lambda: None
 
@@ -287,6 +291,8 @@ def keep_shares(
     """
     own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
     own |= {"busy": tally.busy, "span": tally.span}
+    if tally.cases:
+        own |= {"beside": tally.beside, "first": tally.first}
     gathered = comm.gather((own, stopped), root=0)
     if gathered is not None:
         shares = [share for share, _ in gathered]

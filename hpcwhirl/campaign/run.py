@@ -16,7 +16,7 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stop import Stop, Stopping
+from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
@@ -73,7 +73,11 @@ def run_campaign(
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
-        complete=False, cases=len(design.settings), reason=reason, gave_up=gave_up
+        complete=False,
+        cases=len(design.settings),
+        reason=reason,
+        gave_up=gave_up,
+        piloted=reason == PILOT_OVER,
     )
 
 
@@ -92,6 +96,8 @@ def _computed(
         evaluate = Evaluator(design, desk, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
+        if policy.pilot is not None:  # counted from where nothing compiles any more
+            stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
         complete, gave_up = _compute(evaluate, work, queue, comm)
@@ -129,6 +135,7 @@ def _compute(
     tally = Tally(waits=evaluate.keep_due)
     complete = map_ranks(queue, evaluate, report, desk.stopping, comm, tally)
     complete &= all(comm.allgather(evaluate.keep()))
+    tally.beside, tally.first = evaluate.costs_beside()
     if work.jobs:
         why = "" if complete else desk.stopping.reason
         keep_shares(desk.journal.folder, work.run, tally, comm, why)

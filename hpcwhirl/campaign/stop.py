@@ -22,6 +22,7 @@ FILE = "STOP"  # in the campaign's directory
 MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
 LOOK_EVERY = 1.0  # s between looks for the file
 BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
+PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 
 
@@ -46,6 +47,7 @@ class Stopping:
         self.settled = False
         self._file: Path | None = None
         self._deadline: float | None = None
+        self._pilot_ends: float | None = None
         self._looked = 0.0
         self._before: dict[int, Any] = {}
 
@@ -61,6 +63,10 @@ class Stopping:
         self._file = folder / FILE if folder else None
         self._deadline = self._looked + seconds if seconds is not None else None
 
+    def pilot(self, seconds: float) -> None:
+        """End this process some seconds from now, as a pilot does."""
+        self._pilot_ends = time.monotonic() + seconds
+
     def ask(self, reason: str) -> None:
         """Ask this process, and with it the campaign, to end."""
         self.reason = self.reason or reason
@@ -70,6 +76,8 @@ class Stopping:
         now = time.monotonic()
         if self._deadline is not None and now >= self._deadline:
             self.ask("the wall-time is nearly over")
+        elif self._pilot_ends is not None and now >= self._pilot_ends:
+            self.ask(PILOT_OVER)
         elif self._file is not None and now - self._looked >= LOOK_EVERY:
             self._looked = now
             with suppress(OSError):  # a file server that does not answer: later

@@ -17,7 +17,7 @@ from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.work_queue import WorkQueue
+from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.planner.jobs import Completion, Job
@@ -86,7 +86,8 @@ def _planned(
         jobs = Jobs(*(one[np.isin(jobs.row, np.asarray(mine))] for one in jobs))
     alone = _suspects(folder, design, planner, jobs, extended)
     kinds = [case for case in _kinds(design, planner, jobs) if case not in alone]
-    queue = JobQueue(planner, jobs, design.code, costs, ranks, alone)
+    order = Order(alone, even=policy.pilot is not None)
+    queue = JobQueue(planner, jobs, design.code, costs, ranks, order)
     if design.grows:
         mine = range(len(planner))
     identity = "" if design.grows else design.digests.identity

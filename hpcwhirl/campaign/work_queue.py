@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,23 @@ def scattered(count: int) -> NDArray[np.int64]:
     return np.asarray(np.arange(count) * step % max(count, 1))
 
 
+class Order(NamedTuple):
+    """The order in which units go out.
+
+    Attributes
+    ----------
+    last : those that go out after all others
+    even : whether the first to go out lie evenly over all, whatever they take; else the
+        longest goes out first
+    """
+
+    last: Collection[int] = ()
+    even: bool = False
+
+
+LONGEST_FIRST = Order()
+
+
 class WorkQueue:
     """The units of a campaign, handed out by predicted seconds, the longest first.
 
@@ -47,7 +64,7 @@ class WorkQueue:
     rows : (units,), of the case of each unit among the costs
     costs : of the cases; learns with every finished unit
     ranks : that share the work
-    last : units that go out after all others
+    order : in which they go out
     """
 
     def __init__(
@@ -55,9 +72,9 @@ class WorkQueue:
         rows: Sequence[int] | Cases,
         costs: Costs,
         ranks: int = 1,
-        last: Collection[int] = (),
+        order: Order = LONGEST_FIRST,
     ) -> None:
-        self.costs, self.ranks = costs, ranks
+        self.costs, self.ranks, self.even = costs, ranks, order.even
         self.hold = max(SHORTEST, A_RANK * ranks)
         self.least = LEAST_A_RANK * ranks
         self.rows, self.predicted = array("q"), array("d")
@@ -69,7 +86,7 @@ class WorkQueue:
         self.stale = True  # predictions are from before anything finished
         self.learned = 0
         turn = np.ones(len(rows), dtype=np.int8)  # the highest goes out first
-        turn[list(last)] = LAST
+        turn[list(order.last)] = LAST
         own = np.asarray(rows, dtype=np.int64)
         self.add(own, turn, costs.predict(own))
 
@@ -83,7 +100,7 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add units, which are the next to go out; `predicted` in s."""
+        """Add units, `predicted` in s: the next to go out, or the last where even."""
         first, count = len(self.rows), len(rows)
         if not count:
             return
@@ -92,8 +109,13 @@ class WorkQueue:
         self.unfinished.frombytes(bytes([1]) * count)
         self.turn.frombytes(turn.tobytes())
         self.left += count
-        if not self.dropped:
-            self.queue.frombytes(self._ordered(np.arange(first, first + count)))
+        if self.dropped:
+            return
+        added = array("q", self._ordered(np.arange(first, first + count)))
+        if self.even:
+            self.queue = added + self.queue
+        else:
+            self.queue.extend(added)
 
     def __len__(self) -> int:
         """Return the number of units not handed out."""
@@ -165,7 +187,8 @@ class WorkQueue:
         begun = np.flatnonzero(np.frombuffer(self.unfinished, bool))
         rows = np.frombuffer(self.rows, np.int64)[begun]
         np.frombuffer(self.predicted)[begun] = self.costs.predict(rows)
-        self.queue = array("q", self._ordered(np.array(self.queue)))
+        if not self.even:
+            self.queue = array("q", self._ordered(np.array(self.queue)))
         self.stale, self.learned = False, 0
 
     def seconds_left(self) -> float:
@@ -177,7 +200,8 @@ class WorkQueue:
     def _ordered(self, chosen: np.ndarray) -> bytes:
         """Return units by predicted seconds, the longest last, as 8 bytes each."""
         order = scattered(len(chosen))
-        keys = np.frombuffer(self.predicted), np.frombuffer(self.turn, np.int8)
+        turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
+        keys = (turn,) if self.even else (seconds, turn)
         for key in (each[chosen] for each in keys):
             if len(key) and (key != key[0]).any():
                 order = order[np.argsort(key[order], kind="stable")]

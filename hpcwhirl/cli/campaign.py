@@ -6,9 +6,10 @@ import argparse
 import shlex
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +90,7 @@ def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> in
     with ExitStack() as stack:
         if root:
             try:
-                design, policy = _prepared(args, comm.size, stopping)
+                design, policy = _prepared(args, comm.size)
                 claim = _owned(args, design, policy, stopping, stack)
             except WhirlError as failed:
                 failure = failed
@@ -107,8 +108,22 @@ def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> in
             left = {"seconds": policy.seconds - spent}
             policy = policy.model_copy(update=left)
         ending = run_campaign(design, args.out, comm, policy, stopping, claim)
-        code = _conclude(args, ending) if root else COMPLETE
+        tell = partial(_foretell, args, design, policy)
+        code = _conclude(args, ending, tell) if root else COMPLETE
         return int(comm.bcast(code, root=0))
+
+
+def _foretell(args: argparse.Namespace, design: Design, policy: Policy) -> int:
+    """Print what is left to compute, learned from the directory; return exit code 0."""
+    from hpcwhirl.campaign.foresight.forecast import age, forecast
+    from hpcwhirl.campaign.resume import extended_by
+    from hpcwhirl.cli.forecast import tell
+
+    times = extended_by(design, args.out, args.to)
+    loaded = age() - (time.monotonic() - args.began)
+    cost = forecast(design, args.out, policy.shard, times, args.started, loaded)
+    tell(cost, design, args.ranks, as_json=args.json)
+    return COMPLETE
 
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
@@ -146,16 +161,14 @@ def _owned(
     return claim
 
 
-def _prepared(
-    args: argparse.Namespace, ranks: int, stopping: Stopping
-) -> tuple[Design, Policy]:
+def _prepared(args: argparse.Namespace, ranks: int) -> tuple[Design, Policy]:
     from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
 
     settings = parsed(args.settings)
     if args.regimes_only:
         settings |= _words_alone(args.file, settings)
     args.to = extension(args)
-    ranks = ranks_foreseen(args, ranks)
+    args.ranks = ranks_foreseen(args, ranks)
     design = design_of_call(args, settings)
     rules = rules_of(args, design.rules)
     args.out, args.report = Path(args.out or rules.out), rules.report
@@ -165,16 +178,14 @@ def _prepared(
     tell_preset(design.base)
     if args.explain:
         _explain(design)
+    args.started = None
     if args.dry_run:
         check_steps(design)
-        from hpcwhirl.campaign.foresight.forecast import age, forecast
-        from hpcwhirl.campaign.resume import extended_by
-        from hpcwhirl.cli.dry_run import tell
+        _foretell(args, design, policy)
+    elif args.pilot is not None:
+        from hpcwhirl.campaign.foresight.forecast import age
 
-        times = extended_by(design, args.out, args.to)
-        loaded = age() - (time.monotonic() - args.began)
-        cost = forecast(design, args.out, policy.shard, times, stopping, loaded)
-        tell(cost, design, ranks, as_json=args.json)
+        args.started = age()
     return design, policy
 
 
@@ -209,18 +220,33 @@ def _explain(design: Design) -> None:
         print_notes(notes, sys.stderr)
 
 
-def _conclude(args: argparse.Namespace, ending: Any) -> int:
-    """Print how the campaign ended, draw map and page, and return the exit code."""
-    from hpcwhirl.store.reading.results_file import has_contact
+def _conclude(
+    args: argparse.Namespace, ending: Any, foretell: Callable[[], int]
+) -> int:
+    """Print how the campaign ended, draw map and page, and return the exit code.
 
+    foretell : what a pilot that had its time does instead
+    """
+    if not ending.complete:
+        return foretell() if ending.piloted else _conclude_early(args, ending)
+    if ending.left:
+        return _conclude_shard(args, ending)
+    return _conclude_whole(args, ending)
+
+
+def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
+    """Print why the campaign stopped early, and return the exit code."""
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
-    if not ending.complete:
-        _tell_stopped(args, ending.reason)
-        return FAILED if ending.gave_up else STOPPED
-    if ending.left:
-        return _conclude_shard(args, ending)
+    _tell_stopped(args, ending.reason)
+    return FAILED if ending.gave_up else STOPPED
+
+
+def _conclude_whole(args: argparse.Namespace, ending: Any) -> int:
+    """Print what failed, draw map and page, and return the exit code."""
+    from hpcwhirl.store.reading.results_file import has_contact
+
     if ending.failed:
         print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
     if not has_contact(ending.results):

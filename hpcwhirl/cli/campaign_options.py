@@ -30,15 +30,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         f"{', '.join(FIELDS)}, which the command line overrides",
     )  # fmt: skip
     add_set(parser)
-    parser.add_argument(
+    before = parser.add_mutually_exclusive_group()
+    before.add_argument(
         "--dry-run", action="store_true",
-        help="compute a few cases, print the number of cases and the predicted time, "
-        "core-hours and disk space, and end",
+        help="compute nothing; print the number of cases and the predicted time, "
+        "core-hours and disk space: nominal ones, or as the cases tell that have ended "
+        "in the directory",
+    )  # fmt: skip
+    before.add_argument(
+        "--pilot", type=float, metavar="SECONDS",
+        help="compute for so many seconds, keep the results, and predict what is left "
+        "from them; the same command without --pilot continues",
     )  # fmt: skip
     parser.add_argument(
         "--ranks", type=int, metavar="N",
-        help="with --dry-run: predict the wall time on N ranks (default: those of this "
-        "call)",
+        help="with --dry-run or --pilot: predict the wall time on N ranks (default: "
+        "those of this call)",
     )  # fmt: skip
     fails = parser.add_mutually_exclusive_group()
     for name, field in FIELDS.items():
@@ -124,17 +131,19 @@ def extension(args: argparse.Namespace) -> float | None:
 
 
 def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
-    """Return for how many ranks --dry-run predicts, --ranks or those of this call.
+    """Return for how many ranks a time is predicted, --ranks or those of this call.
 
     Raises
     ------
     InputError
-        for --ranks without --dry-run, or less than 1
+        for --ranks without a prediction, or less than 1
     """
     if args.ranks is None:
         return ranks
-    if not args.dry_run:
-        msg = f"--ranks is for --dry-run; mpirun -n {args.ranks} starts ranks"
+    if not args.dry_run and args.pilot is None:
+        msg = (
+            f"--ranks is for --dry-run and --pilot; mpirun -n {args.ranks} starts ranks"
+        )
         raise InputError(msg)
     if not 1 <= args.ranks <= MOST_TASKS:
         msg = f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}"
@@ -178,9 +187,13 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
     Raises
     ------
     InputError
-        for a shard of a campaign whose shards need one another's words
+        for a shard of a campaign whose shards need one another's words, or a pilot of
+        no positive time
     """
     shard = parse_shard(args.shard) if args.shard is not None else None
     if shard:
         design.check_shards("no --shard")
-    return Policy.of(rules, shard, take_over=args.take_over)
+    if args.pilot is not None and not 0.0 < args.pilot < math.inf:
+        msg = f"--pilot must be a number of seconds > 0, got {args.pilot}"
+        raise InputError(msg)
+    return Policy.of(rules, shard, take_over=args.take_over, pilot=args.pilot)

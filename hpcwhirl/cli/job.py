@@ -79,10 +79,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "all of them",
     )  # fmt: skip
     parser.add_argument("--set", "--preset", dest="inputs", help=argparse.SUPPRESS)
-    parser.add_argument(
-        "--no-predict", dest="predict", action="store_false",
-        help="do not predict the job's time, for which some cases are computed here",
-    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -109,8 +105,7 @@ def run(args: argparse.Namespace) -> int:
     text = job_script(request)
     if request.script:
         _check_kept(Path(request.script))
-    if args.predict:
-        _predict(design, request)
+    _predict(design, request)
     if not request.script:
         sys.stdout.write(text)
         return 0
@@ -144,6 +139,8 @@ def _design(path: Path, *, shards: bool) -> Design:
 def _predict(design: Design, request: Request) -> None:
     """Print on stderr what is left of the campaign, beside the job's time limit.
 
+    The cost is nominal where no case has ended in the directory, as in a pilot.
+
     Raises
     ------
     InputError
@@ -151,7 +148,7 @@ def _predict(design: Design, request: Request) -> None:
     """
     from hpcwhirl.campaign.foresight.forecast import forecast
     from hpcwhirl.campaign.resume import as_begun, check_steps
-    from hpcwhirl.cli.dry_run import job_line
+    from hpcwhirl.cli.forecast import job_line
     from hpcwhirl.launch import parse_shard
 
     out = Path(request.out)

@@ -189,7 +189,7 @@ def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["left"] == progress_of(tmp_path).regimes["undecided"]
     # from 0.1 s to 0.2 s at least, to 0.8 s at most
-    assert told["core_hours_most"] == pytest.approx(7 * told["core_hours"])
+    assert told["core_hours_most"] == pytest.approx(7 * told["core_hours"], rel=1e-2)
     assert read_manifest(tmp_path).extended == []
 
 

@@ -1,24 +1,27 @@
-"""What --dry-run says beforehand is what there is afterwards."""
+"""What --dry-run and --pilot say beforehand is what there is afterwards."""
 
 import itertools
 import json
 
 import numpy as np
 import pytest
+from launch import launch, root_variables
 
 from hpcwhirl.campaign.foresight import forecast as forecasts
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.campaign.foresight.foreseen import followers
-from hpcwhirl.campaign.foresight.rehearsal import Rehearsal, drawn, rehearse
 from hpcwhirl.campaign.plan import cost as costs
-from hpcwhirl.campaign.plan.cost import time_steps
+from hpcwhirl.campaign.plan.cost import Costs, time_steps
 from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
 from hpcwhirl.scene.batch_validation import end_times
-from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.journal import Journal, read_records
+from hpcwhirl.store.directory.runs import write_run
 
 SHORT = {
     "scene": {"duration": 2e-3},
@@ -106,8 +109,7 @@ def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
     design = design_of(SHORT | {"output": {"traces": "summary"}})
     before = forecast(design, tmp_path)
     assert (before.cases, before.left, before.finished) == (6, 6, 0)
-    assert before.probed == 3
-    assert before.rehearsed > 0
+    assert before.range is before.wall(2)[1] is None  # nothing was measured
     assert before.seconds > 0.0
     prepare(design, tmp_path)
     run_campaign(design, tmp_path)
@@ -116,104 +118,160 @@ def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
         design_of(SHORT | {"output": {"traces": "summary"}, "sweep": more}), tmp_path
     )
     assert (after.cases, after.left, after.finished) == (9, 3, 6)
-    assert (after.probed, after.rehearsed) == (0, 0)
+    assert after.range[0] <= after.seconds <= after.range[1]
     assert after.steps == pytest.approx(3 * 1000)
 
 
-def test_every_scheme_and_step_is_probed(tmp_path):
-    sweep = {"scheme": ["modal", "exact", "paper"], "time_step": [1e-6, 2e-6]}
-    design = design_of({"scene": {"duration": 0.01}, "sweep": sweep})
-    found = forecast(design, tmp_path)
-    assert found.probed == 6
+def test_a_dry_run_computes_nothing_and_leaves_nothing(tmp_path, monkeypatch, capsys):
+    def marched(*_):
+        pytest.fail("a dry run marches nothing")
+
+    monkeypatch.setattr("hpcwhirl.dynamics.march.March.advance", marched)
+    file = tmp_path / "c.toml"
+    file.write_text("sweep = {speed = [300, 410]}\noutput = {traces = 'summary'}\n")
+    words = ["campaign", str(file), "--out", str(tmp_path / "out"), "--dry-run"]
+    assert main(words) == 0
+    assert "nominal; --pilot SECONDS" in capsys.readouterr().out
+    assert [path.name for path in tmp_path.iterdir()] == ["c.toml"]
 
 
-def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path, monkeypatch):
+def finished(design, folder, rows, share=None):
+    """Make a directory in which some cases have ended.
+
+    rows : {case: (steps, s without steps proved or -1, seconds of computing)}
+    """
+    prepare(design, folder)
+    with Journal(folder, 1, 0, design.digests.identity) as journal:
+        for case, (steps, proved, seconds) in rows.items():
+            record = {
+                "case": case, "digest": design.digest(case), "status": "ok",
+                "performance": {"seconds": seconds, "rank": 0, "host": "n"},
+                "row": {"steps": steps, "certificate": proved, "duration": 2e-3,
+                        "outcome": "completed", "regime": "damped", "stop": "end"},
+            }  # fmt: skip
+            journal.append(record, {})
+    if share:
+        own = {"rank": 0, "host": "n", "cases": len(rows), "busy": 1.0, "span": 1.0}
+        write_run(folder, 1, [own | share])
+
+
+def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path):
     """Half of the cases end after a tenth of their run: that is what all will take."""
-    document = SHORT | {"output": {"traces": "summary"}}
-    design = design_of(document)
-
-    def early(*_):
-        full = 1000 * 1e-6  # s, of the rate that the probes below have
-        ends = {case: full * (0.1 if case < 3 else 1.0) for case in range(6)}
-        return Rehearsal(seconds=ends, rows={}, overhead=0.25)
-
-    monkeypatch.setattr(forecasts, "rehearse", early)
-    monkeypatch.setattr(forecasts, "_probe", lambda *_: False)
+    sweep = {"speed": [300.0, 410.0], "friction": [0.01 * i for i in range(20)]}
+    design = design_of(SHORT | {"output": {"traces": "summary"}, "sweep": sweep})
+    ends = dict.fromkeys(range(20, 40, 2), (1000, -1.0, 0.001))
+    ends |= dict.fromkeys(range(0, 20, 2), (100, -1.0, 0.0001))
+    finished(design, tmp_path, ends, {"beside": 0.25, "first": 0.5})
     found = forecast(design, tmp_path)
-    assert found.seconds == pytest.approx(1000 * 1e-6 * (3 * 0.1 + 3), rel=0.02)
+    assert found.left == 20
+    assert found.seconds == pytest.approx(10 * 1e-3 + 10 * 1e-4, rel=0.02)
     assert found.range[1] > found.seconds
+    assert found.before["models"] == 0.5
     one, two = (found.wall(ranks)[0] for ranks in (1, 2))
     saved = one - two + found.launch
-    assert saved == pytest.approx((found.seconds + 6 * 0.25) / 2)
+    assert saved == pytest.approx((found.seconds + 20 * 0.25) / 2)
 
 
 @pytest.mark.parametrize("longest", [0.0, 8e-3])
 def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
-    tmp_path, monkeypatch, longest
+    tmp_path, longest
 ):
-    """In contact a step takes thrice what the probes say; cases end early or do not."""
-    ends = {0: (1000, -1.0, 1.0), 2: (500, -1.0, 0.5), 4: (1000, 1e-3, 0.5)}
+    """Of three cases one was cut short and one ended by proof, at 3 us a step each."""
+    ends = {0: (1000, -1.0, 3e-3), 2: (500, -1.0, 1.5e-3), 4: (1000, 1e-3, 1.5e-3)}
     solver = SHORT["solver"]
     if longest:
         solver = solver | {"until": "decided", "longest": longest}
-        ends[5] = (4000, -1.0, 4.0)  # undecided, it went on
-    output = {"traces": "summary"}
-    design = design_of(SHORT | {"output": output, "solver": solver})
-    rows = {
-        case: {"steps": steps, "certificate": proved, "duration": 2e-3}
-        for case, (steps, proved, _) in ends.items()
-    }
-    spent = {case: 3e-3 * part for case, (_, _, part) in ends.items()}
-
-    def probed(_, case, costs):
-        costs.learn([case], 1e-3)
-        return True
-
-    monkeypatch.setattr(forecasts, "_probe", probed)
-    monkeypatch.setattr(
-        forecasts, "rehearse", lambda *_: Rehearsal(seconds=spent, rows=rows)
-    )
+        ends[5] = (4000, -1.0, 12e-3)  # undecided, it went on
+    design = design_of(SHORT | {"output": {"traces": "summary"}, "solver": solver})
+    finished(design, tmp_path, ends)
     found = forecast(design, tmp_path)
-    assert found.most == pytest.approx(6 * 3e-3 * max(longest / 2e-3, 1.0))
+    left = 6 - len(ends)
+    assert found.most == pytest.approx(left * 3e-3 * max(longest / 2e-3, 1.0))
     assert found.seconds < found.most
 
 
-def test_a_case_that_was_cut_off_tells_only_how_far_it_came(tmp_path, monkeypatch):
-    design = design_of(SHORT | {"output": {"traces": "summary"}})
-    monkeypatch.setattr(forecasts, "rehearse", lambda *_: Rehearsal(reached=0.2))
-    found = forecast(design, tmp_path)
-    assert found.range[0] == pytest.approx(0.2 * found.seconds)
-    assert found.range[1] == pytest.approx(found.most)
+def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
+    tmp_path, capsys
+):
+    """The cases of the pilot lie evenly over all, and none is computed again."""
+    file, out = tmp_path / "c.toml", tmp_path / "out"
+    speeds = ", ".join(str(300 + i) for i in range(400))
+    file.write_text(
+        "scene = {duration = 0.02}\nsolver = {time_step = 2e-6}\n"
+        f"output = {{traces = 'summary'}}\nsweep = {{speed = [{speeds}]}}\n"
+    )
+    words = ["campaign", str(file), "--out", str(out), "--json"]
+    assert main([*words, "--pilot", "0.5"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    first = read_records(out)
+    assert 0 < len(first) < 400
+    assert told["learned_from"] == {"finished": len(first)}
+    assert told["left"] == 400 - len(first)
+    low, high = told["core_hours_range"]
+    assert low <= told["core_hours"] <= high
+    edges = [-1, *sorted(record["case"] for record in first.values()), 400]
+    widest = max(b - a for a, b in itertools.pairwise(edges))
+    assert widest <= 4 * 400 / len(first)
+    assert not (out / "results.h5").exists()
+    assert main([*words, "--set", "duration=0.02"]) == 0
+    after = read_records(out)
+    assert len(after) == 400
+    assert all(after[name] == record for name, record in first.items())
 
 
-def test_a_rehearsal_leaves_nothing_and_computes_what_the_campaign_does(tmp_path):
-    design = design_of(SHORT | {"output": {"traces": "summary"}})
-    out = tmp_path / "not there yet"
-    found = rehearse(design, out, drawn(range(6)), 30.0, lambda: False)
-    assert not any(tmp_path.iterdir())
-    prepare(design, out)
-    assert run_campaign(design, out).failed == 0
-    rows = {r["case"]: r["row"] for r in read_records(out).values()}
-    assert found.rows == rows
-    assert found.overhead > 0.0
+@pytest.mark.mpi
+def test_a_pilot_changes_no_bit_on_any_number_of_ranks(tmp_path):
+    file, out, whole = (tmp_path / name for name in ("c.toml", "out", "whole"))
+    speeds = ", ".join(str(300 + i) for i in range(200))
+    file.write_text(
+        "scene = {duration = 0.02}\nsolver = {time_step = 2e-6}\n"
+        f"output = {{interval = 1e-3}}\nsweep = {{speed = [{speeds}]}}\n"
+    )
+    words = ("campaign", file, "--out", out)
+    done = launch(*words, "--pilot", 0.5, ranks=2)
+    assert done.returncode == 0, done.err
+    assert "learned from" in done.out
+    assert launch(*words, ranks=3).returncode == 0
+    assert launch("campaign", file, "--out", whole).returncode == 0
+    assert root_variables(out) == root_variables(whole)
 
 
-def test_a_wish_to_stop_ends_a_rehearsal_at_once(tmp_path):
-    design = design_of(SHORT | {"output": {"traces": "summary"}})
-    found = rehearse(design, tmp_path, drawn(range(6)), 30.0, lambda: True)
-    assert not found.seconds
-    assert not any(tmp_path.iterdir())
+def test_a_pilot_in_which_all_ends_is_the_campaign(tmp_path, capsys):
+    file, out = tmp_path / "c.toml", tmp_path / "out"
+    file.write_text(
+        "scene = {duration = 2e-3}\nsolver = {time_step = 2e-6}\n"
+        "sweep = {speed = [300, 410]}\n"
+    )
+    words = ["campaign", str(file), "--out", str(out), "--pilot", "300"]
+    assert main(words) == 0
+    assert str(out / "results.h5") in capsys.readouterr().out
+    for wrong in ("0", "-1", "nan", "inf"):
+        assert main([*words[:-1], wrong]) == 2
+        assert "--pilot must be a number of seconds > 0" in capsys.readouterr().err
+    assert main([*words, "--dry-run"]) == 2
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 78, 1000])
-def test_the_first_drawn_cases_lie_evenly_over_all(count):
-    found = drawn(range(count))
-    assert len(set(found)) == len(found) == min(count, 256)
+@pytest.mark.parametrize("count", [5, 78, 1000])
+def test_the_first_cases_of_a_pilot_lie_evenly_over_all(count):
+    """Whatever they are predicted to take; those that follow go out last."""
+    nominal = np.linspace(1.0, 50.0, count)
+    costs = Costs(nominal, np.zeros((count, 1)))
+    queue = WorkQueue(range(count), costs, order=Order(even=True))
+    found = [queue.take() for _ in range(count - 1)]
     for taken in (4, 16, 64):
-        if taken <= len(found) < count or taken < count // 4:
+        if taken < count // 4:
             edges = [0, *sorted(found[:taken]), count]
             widest = max(b - a for a, b in itertools.pairwise(edges))
             assert widest <= 3 * count / taken
+    rest = queue.take()
+    assert sorted([*found, rest]) == [*range(count)]
+
+
+def test_a_policy_without_a_pilot_has_no_even_order():
+    nominal = np.array([1.0, 3.0, 2.0])
+    queue = WorkQueue(range(3), Costs(nominal, np.zeros((3, 1))))
+    assert [queue.take() for _ in range(3)] == [1, 2, 0]
+    assert Policy().pilot is None
 
 
 def test_followers_are_those_of_the_rule_where_all_words_are_known():

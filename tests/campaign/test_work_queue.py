@@ -12,7 +12,7 @@ from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT
 from hpcwhirl.campaign.plan.cost import Costs, costs_of
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.ranks import Tally, map_ranks, told
-from hpcwhirl.campaign.work_queue import MOST, Questions, WorkQueue
+from hpcwhirl.campaign.work_queue import MOST, Order, Questions, WorkQueue
 from hpcwhirl.launch import ALONE
 
 GRID = {
@@ -245,7 +245,7 @@ def test_the_line_at_the_end_tells_throughput_and_busy_fractions():
 
 
 def test_units_that_are_to_go_last_go_last_however_long():
-    queue = WorkQueue(range(20), known(np.arange(20.0) + 1), last={19, 3})
+    queue = WorkQueue(range(20), known(np.arange(20.0) + 1), order=Order(last={19, 3}))
     assert queue.take() == 18
     queue.finished(18, 1.0)
     assert handed_out(queue)[-2:] == [19, 3]

@@ -61,7 +61,7 @@ def submit(slurm, tmp_path, capsys, kernels):
 
     def put(*options):
         words = ["campaign.toml", "--out", "out", "--time", "00:10:00", *options]
-        assert main(["job", "slurm", *words, "--no-predict"]) == 0
+        assert main(["job", "slurm", *words]) == 0
         (tmp_path / "job.sh").write_text(capsys.readouterr().out)
         export = f"--export=ALL,PATH={path},PYTHONPATH={ROOT},NUMBA_CACHE_DIR={kernels}"
         return slurm("sbatch", "--parsable", export, "job.sh", cwd=tmp_path)

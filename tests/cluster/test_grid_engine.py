@@ -59,9 +59,7 @@ def submit(engine, tmp_path, capsys, kernels):
 
     def put(*options):
         words = ["campaign.toml", "--out", "out", "--time", "00:10:00", *options]
-        assert (
-            main(["job", "sge", *words, "--venv", str(tmp_path), "--no-predict"]) == 0
-        )
+        assert main(["job", "sge", *words, "--venv", str(tmp_path)]) == 0
         (tmp_path / "job.sh").write_text(capsys.readouterr().out)
         told = engine("qsub", "-o", "x.log", "job.sh", cwd=tmp_path)
         return re.search(r"Your job(?:-array)? (\d+)", told)[1]

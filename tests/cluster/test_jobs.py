@@ -16,7 +16,7 @@ from launch import LIMIT, ROOT, tree, wait_for
 
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.cli import main
-from hpcwhirl.cli.dry_run import job_line
+from hpcwhirl.cli.forecast import job_line
 from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
 from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS, clock
 from hpcwhirl.cluster.jobs.script import PRINTED, job_script
@@ -146,7 +146,7 @@ def test_the_templates_are_what_the_command_prints(tmp_path, monkeypatch):
         (tmp_path / "campaign.toml").write_text("[sweep]\nspeed = [300, 410]\n")
         monkeypatch.chdir(tmp_path)
         words = shlex.split(line.removeprefix(PRINTED))
-        assert main([*words[1:], "--no-predict"]) == 0
+        assert main([*words[1:]]) == 0
         same = (tmp_path / "jobs" / path.name).read_text() == text
         assert same, f"print {path.name} anew: {shlex.join(words)}"
 
@@ -347,7 +347,7 @@ def test_a_file_that_is_no_job_script_is_kept(tmp_path, capsys):
     script = tmp_path / "job.sh"
     for ranks in ("2", "3"):
         words = ["job", "slurm", "c.toml", "--ntasks", ranks, "--script", str(script)]
-        assert main([*words, "--no-predict"]) == 0
+        assert main([*words]) == 0
         assert f"--ntasks={ranks}\n" in script.read_text()
     assert capsys.readouterr().out == f"sbatch {script}\n" * 2
 
@@ -359,12 +359,12 @@ def test_a_job_takes_directory_and_time_from_the_campaign_s_file(
     rules = '[campaign]\nout = "scratch/whirl"\nwalltime = "08:00:00"\n'
     rules += "[sweep]\nspeed = [300, 410]\n"
     (tmp_path / "c.toml").write_text(rules)
-    assert main(["job", "slurm", "c.toml", "--no-predict"]) == 0
+    assert main(["job", "slurm", "c.toml"]) == 0
     text = capsys.readouterr().out
     assert "\nout=scratch/whirl\n" in text
     assert "--time=08:00:00\n" in text
     words = ["job", "slurm", "c.toml", "--out", "x", "--time", "01:00:00"]
-    assert main([*words, "--no-predict"]) == 0
+    assert main([*words]) == 0
     text = capsys.readouterr().out
     assert "\nout=x\n" in text
     assert "--time=01:00:00\n" in text
@@ -408,7 +408,7 @@ def test_shards_of_what_follows_from_words_are_refused(tmp_path, capsys):
 def test_what_slurm_alone_has_is_quoted_and_the_home_is_found(capsys, monkeypatch):
     monkeypatch.setenv("HOME", "/home/me")
     words = "--mem 4G --qos long --constraint milan --constraint ib --venv ~/venv"
-    assert main(["job", "slurm", "c.toml", "--no-predict", *words.split()]) == 0
+    assert main(["job", "slurm", "c.toml", *words.split()]) == 0
     text = capsys.readouterr().out
     for line in ("--mem=4G", "--qos=long", '--constraint="milan&ib"'):
         assert f"#SBATCH {line}\n" in text

@@ -29,7 +29,7 @@ OTHERS = {  # {part of the path: command that writes it from a finished campaign
     "/results.h5.": ("gather", "out"),
     "/orbit-0000": ("figures", "out", "--kind", "orbit", "--out", "f"),
     "/report.html": ("report", "out"),
-    "/job.sh": ("job", "slurm", "short.toml", "--script", "job.sh", "--no-predict"),
+    "/job.sh": ("job", "slurm", "short.toml", "--script", "job.sh"),
     "/words.txt": ("cases", "out", "--csv"),
 }
 # what fails to be written there must not be the compiled modules of all tests

@@ -1,9 +1,10 @@
 """What a campaign will cost, before it runs: time on so many ranks, bytes on disk.
 
-Steps are counted; what a step takes is measured, and so is what a case takes beside
-them and how many cases end before their time: some are computed to their end, see
-`rehearsal`. The range is that of what those cases tell of all others, and of machines:
-`APART` between one run and the next.
+Steps are counted. What a step takes, what a case takes beside them and how many cases
+end before their time is learned from the cases that have ended in the directory, as
+those of a pilot; before any has, a step takes what its scheme nominally does. The range
+is that of what these cases tell of all others, and of machines: `APART` between one run
+and the next.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,17 +22,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.foresight.foreseen import Beyond, grown
-from hpcwhirl.campaign.foresight.rehearsal import (
-    Rehearsal,
-    drawn,
-    learned_of,
-    rehearse,
-)
 from hpcwhirl.campaign.plan.cost import Costs, costs_of, time_steps
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.campaign.work import share
-from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Shard
 from hpcwhirl.planner.planner import Jobs
@@ -39,23 +33,22 @@ from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.store.directory.blades import DETAIL
+from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
-from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.directory.reader import rows_of
+from hpcwhirl.store.directory.runs import COSTS, read_runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
-PROBE = 0.03  # s of computing a probe
-FIRST = 2000  # steps of its first slice
-KINDS = 12  # of scheme, engine, eta and step that are probed at most
-REHEARSED = 0.1  # of what all may take, is spent on computing some
-LEAST, MOST = 0.5, 20.0  # s of that
+LITTLE = 0.1  # share of a run, of which less tells nothing of the rest
 APART = 0.1  # relative, between one run and the next
 SIDES = 2.0  # standard errors of a range
 GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
 # s on the machine where `LOADED` s passed until the program had begun: of all, a row, a
 # byte of traces; of a map, a case of it; of a page, a case with traces on it
 LOADED, LAUNCHED, WARMED = 0.27, 0.6, 0.18
+BESIDE = 1e-3  # of a case beside its kernel, while none has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
@@ -76,7 +69,7 @@ class Forecast:
         undecided, to the next time that their word is asked for
     most : the same if all run to their end, and those that are undecided for as long as
         they may
-    range : least and most of `seconds` by what was measured
+    range : least and most of `seconds` by what was measured; None: nothing was
     computations : how many there are, of cases and twins
     overhead : s of a core for each beside its kernel
     before, after : {what: s} that no further rank makes shorter
@@ -84,10 +77,8 @@ class Forecast:
     more : cases that words ask for, or may, and that have not ended: as many as those
         of the nearest known cases would, least, most; (0, 0, 0) where there are none
     beyond : cases beyond the coarse level that have ended
-    probed, rehearsed, finished : cases that the cost is learned from: marched for
-        `PROBE` seconds, computed to their end, or finished in the directory before
+    finished : cases that the cost is learned from
     longest : s of the longest case
-    compiled : whether kernels had to be compiled here
     disk : of the whole campaign, if no case ends early
     """
 
@@ -96,31 +87,31 @@ class Forecast:
     steps: float
     seconds: float
     most: float
-    range: tuple[float, float]
+    range: tuple[float, float] | None
     computations: float
     overhead: float
     before: dict[str, float]
     after: dict[str, float]
-    probed: int
-    rehearsed: int
     finished: int
     longest: float
-    compiled: bool
     disk: Bytes
     launch: float = 0.0
     more: tuple[int, int, int] = (0, 0, 0)
     beyond: int = 0
 
-    def wall(self, ranks: int) -> tuple[float, float, float]:
-        """Return the seconds that the campaign takes on so many ranks: usual, range."""
+    def wall(self, ranks: int) -> tuple[float, tuple[float, float] | None]:
+        """Return the seconds that the campaign takes on so many ranks, and a range."""
+        usual = self._wall(self.seconds, ranks)
+        if self.range is None:
+            return usual, None
+        low, high = (self._wall(kernel, ranks) for kernel in self.range)
+        return usual, (low * (1.0 - APART), high * (1.0 + APART))
+
+    def _wall(self, kernel: float, ranks: int) -> float:
         alone = sum(self.before.values()) + sum(self.after.values())
         alone += self.launch if ranks > 1 else 0.0
         beside = self.overhead * self.computations
-        usual, low, high = (
-            alone + max((kernel + beside) / ranks, self.longest)
-            for kernel in (self.seconds, *self.range)
-        )
-        return usual, low * (1.0 - APART), high * (1.0 + APART)
+        return alone + max((kernel + beside) / ranks, self.longest)
 
 
 def forecast(
@@ -128,7 +119,7 @@ def forecast(
     folder: Path,
     shard: Shard | None = None,
     extended: Sequence[float] = (),
-    stopping: Callable[[], bool] = lambda: False,
+    started: float | None = None,
     loaded: float | None = None,
 ) -> Forecast:
     """Return what is left to compute of a design, and the bytes it will all take.
@@ -139,61 +130,45 @@ def forecast(
     folder : its directory; if it has finished cases, they are learned from
     shard : whose cases alone are counted
     extended : s, to what undecided cases go on
-    stopping : whether to compute no more cases for it
-    loaded : s that this process took to begin, before it read its inputs; None: all
-        the time that it has been there
+    started, loaded : s that this process took until its inputs were checked, and until
+        it read them; None: all the time that it has been there
     """
     since, step = age(), time_steps(design)
-    pace = _pace(since if loaded is None else loaded)
+    started = since if started is None else started
+    pace = _pace(started if loaded is None else loaded)
     costs, longest = costs_of(design, step), longest_of(design, extended)
     mine = share(costs.steps, shard)
     plan = replace(design.manifest(), extended=list(extended))
     ended = ended_in(folder, plan)
     costs.learn_all(ended.seconds)
     left, spans = spans_of(design, ended, longest, mine)
-    before = {"start": since, "plan": age() - since}
-    finished = int(np.isfinite(costs.factor).sum())
-    known = float(costs.predict(left) @ spans[:, 0])
-    budget = 0.0 if finished else _budget(design, known)
-    asked = design, folder, drawn(left), budget, stopping
-    tried = rehearse(*asked) if left else Rehearsal()
-    probed = 0 if finished else sum(_probe(design, c, costs) for c in _probes(design))
-    learned, whole, error = learned_of(costs, tried)
+    known = costs.factor[np.isfinite(costs.factor)]
+    whole = _to_their_end(folder, design, costs)
     most = float(whole.predict(left) @ spans[:, 1])
-    each = learned.predict(left)
+    each = costs.predict(left)
     seconds = float(each @ spans[:, 0])
-    overhead = _overhead(folder, costs) if finished else tried.overhead
-    warm = WARMED * pace if tried.compiled else tried.warm
-    before |= {"kernels": warm, "models": tried.first}
+    overhead, first = _beside(folder, pace)
     found = Forecast(
         cases=len(mine),
         left=len(left),
         steps=float(np.asarray(costs.steps)[left] @ spans[:, 0]),
         seconds=seconds,
         most=most,
-        range=_range(seconds, most, error, tried),
+        range=_range(seconds, known) if len(known) else None,
         computations=float(spans[:, 0].sum()),
         overhead=overhead,
-        before=before,
+        before={"start": started, "plan": age() - since, "kernels": WARMED * pace,
+                "models": first},
         after=_after(len(mine), 0, pace),
-        probed=probed,
-        rehearsed=len(tried.seconds),
-        finished=finished,
+        finished=len(known),
         longest=float((each * spans[:, 0]).max(initial=0.0)),
-        compiled=tried.compiled,
         disk=_disk(design, longest, step),
         launch=LAUNCHED * pace,
-    )
+    )  # fmt: skip
     if design.grows:
-        found = _with_more(found, grown(design, ended, tried, _mean(found)))
+        found = _with_more(found, grown(design, ended, _mean(found)))
     traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
     return replace(found, after=_after(found.cases + found.more[0], int(traces), pace))
-
-
-def _budget(design: Design, seconds: float) -> float:
-    """Return for how many seconds cases are computed, of a campaign of so many."""
-    grown = design.most / max(len(design.settings), 1)
-    return min(max(REHEARSED * seconds * grown, LEAST), MOST)
 
 
 def age() -> float:
@@ -220,25 +195,52 @@ def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
     return {name: seconds * pace for name, seconds in every.items()}
 
 
-def _range(
-    seconds: float, most: float, error: float, tried: Rehearsal
-) -> tuple[float, float]:
-    """Return least and most seconds by what was measured."""
-    if not tried.seconds and tried.reached < 1.0:  # no case has come to its end
-        return seconds * tried.reached, most
-    low = seconds * max(1.0 - SIDES * error, 0.0)
-    return max(low, sum(tried.seconds.values())), seconds * (1.0 + SIDES * error)
+def _range(seconds: float, factors: Floats) -> tuple[float, float]:
+    """Return least and most seconds by the cases that ended.
+
+    factors : of those, their seconds over the nominal ones
+    """
+    error = 1.0
+    if len(factors) > 1 and factors.any():
+        spread = float(factors.std(ddof=1) / factors.mean())
+        error = spread / math.sqrt(len(factors))
+    return seconds * max(1.0 - SIDES * error, 0.0), seconds * (1.0 + SIDES * error)
 
 
-def _overhead(folder: Path, costs: Costs) -> float:
-    """Return the seconds beside its kernel that a case of earlier runs took."""
-    shares = read_runs(folder)
-    count = sum(int(each["cases"]) for each in shares)
-    if not count:
-        return 0.0
-    known = np.isfinite(costs.factor)
-    mean = float((costs.factor * costs.nominal)[known].mean())
-    return max(sum(float(each["busy"]) for each in shares) / count - mean, 0.0)
+def _to_their_end(folder: Path, design: Design, costs: Costs) -> Costs:
+    """Return what cases cost if none ends early, by the steps of those that ended."""
+    whole = Costs(costs.nominal, costs.places, costs.steps)
+    known, steps = CaseIndex(design.digests), np.asarray(costs.steps)
+    seconds = np.full(len(steps), np.nan)
+    for rows in rows_of(folder):
+        case = known.cases_of(rows)
+        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
+        own = np.flatnonzero((case >= 0) & planned & (rows.words("status") == "ok"))
+        made, proved, end, took = (
+            rows.numbers(name, np.nan)[own]
+            for name in ("row.steps", "row.certificate", "row.duration",
+                         "performance.seconds")
+        )  # fmt: skip
+        case = case[own]
+        part = made / np.maximum(steps[case], 1.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            part = np.where(proved < 0.0, part, part * proved / end)  # no steps after
+        seconds[case] = took / np.maximum(part, LITTLE)
+    whole.learn_all(seconds)
+    return whole
+
+
+def _beside(folder: Path, pace: float) -> tuple[float, float]:
+    """Return the s that a case takes beside its kernel, and the first of a rank.
+
+    Of the last run that tells; before any, what it nominally is.
+    """
+    shares = [share for share in read_runs(folder) if "beside" in share]
+    last = [share for share in shares if share["run"] == shares[-1]["run"]]
+    if not last:
+        return BESIDE * pace, 0.0
+    usual, first = ([float(share[name]) for share in last] for name in COSTS)
+    return float(np.median(usual)), float(np.median(first))
 
 
 def _mean(found: Forecast) -> float:
@@ -248,15 +250,18 @@ def _mean(found: Forecast) -> float:
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
     """Return a forecast with the cases beyond the coarse ones."""
-    low, high = found.range
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
+    span = None
+    if found.range is not None:
+        low, high = found.range
+        span = low + beyond.seconds / spread, high + beyond.seconds * spread
     return replace(
         found,
         steps=found.steps + beyond.steps,
         seconds=found.seconds + beyond.seconds,
-        range=(low + beyond.seconds / spread, high + beyond.seconds * spread),
+        range=span,
         most=found.most + beyond.most_seconds,
         computations=found.computations + beyond.count,
         more=(beyond.count, least, min(most, beyond.most)),
@@ -317,35 +322,6 @@ def _span(
     before = max([ends[-1], *extended[: stage - 1]])
     soon = min(2.0 * before, extended[stage - 1])
     return (soon - before) / ends[0], (extended[-1] - before) / ends[0]
-
-
-def _probes(design: Design) -> list[int]:
-    """Return the cases to measure: the first, middle and last of each kind."""
-    columns, own = design.columns, ("solver.scheme", "solver.modes", "solver.time_step")
-    kind = columns.labels(n for n in columns.columns if "engine." in n or n in own)
-    first = np.sort(np.unique(kind, return_index=True)[1])
-    chosen: set[int] = set()
-    for place in np.linspace(0, len(first) - 1, min(KINDS, len(first))).round():
-        cases = np.flatnonzero(kind == kind[first[int(place)]])
-        chosen |= {int(cases[i]) for i in (0, len(cases) // 2, -1)}
-    return sorted(chosen)
-
-
-def _probe(design: Design, case: int, costs: Costs) -> bool:
-    """March a case for a moment and learn; return whether it could be marched."""
-    try:
-        resolved = design.resolved(case)
-        march = March(resolved)
-        march.advance(1)  # compiles
-        march.seconds, size = 0.0, FIRST
-        while march.seconds < PROBE and not march.done:
-            march.advance(size)
-            size *= 2
-    except WhirlError:  # it will fail as a row
-        return False
-    step = march.seconds / max(march.steps - 1, 1)
-    costs.learn([case], step * resolved.steps)
-    return True
 
 
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:

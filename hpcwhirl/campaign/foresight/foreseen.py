@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.foresight.rehearsal import Rehearsal
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.store.directory.completions import Ended
@@ -48,27 +47,24 @@ class Known(NamedTuple):
     seconds: float
 
 
-def grown(design: Design, ended: Ended, tried: Rehearsal, mean: float) -> Beyond:
+def grown(design: Design, ended: Ended, mean: float) -> Beyond:
     """Return what there is, and may be, beyond the coarse level.
 
     Parameters
     ----------
     design : of the campaign
     ended : what has ended in its directory
-    tried : cases computed here
     mean : s of a coarse case, where no finished one tells
     """
     known, asked = _known(design, ended)
     words: dict[Address, str | None] = {a: one.word for a, one in known.items()}
-    for case, row in tried.rows.items():
-        words[design.family.address(case)] = design.family.rule.word_of(row)
     done = [0, 0]
     for address in known:
         done[address.fidelity] += bool(address.level or address.fidelity)
     found = followers(design, words)
     left = [max(n - over, 0) for n, over in zip(found, done, strict=True)]
     most = design.most - len(design.settings) - sum(done)
-    one, two = _each(design, known, tried, mean)
+    one, two = _each(design, known, mean)
     steps = _steps(design)
     return Beyond(
         sum(done), sum(left), max(sum(left) - asked, 0), most,
@@ -95,7 +91,7 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 
 
 def _each(
-    design: Design, known: Mapping[Address, Known], tried: Rehearsal, mean: float
+    design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
     """Return the seconds of a case beyond the coarse level, by each fidelity."""
     taken: tuple[list[float], list[float]] = ([], [])
@@ -103,11 +99,7 @@ def _each(
         if (address.level or address.fidelity) and math.isfinite(one.seconds):
             taken[address.fidelity].append(one.seconds)
     coarse = [one.seconds for address, one in known.items() if not address.fidelity]
-    here = [
-        tried.seconds[case] for case in tried.rows
-        if case >= len(design.settings) and not design.family.address(case).fidelity
-    ]  # fmt: skip
-    usual = next((times for times in (taken[0], here, coarse) if times), [mean])
+    usual = next((times for times in (taken[0], coarse) if times), [mean])
     first = float(np.nanmean(usual))
     if taken[1]:
         return first, float(np.mean(taken[1]))

@@ -14,6 +14,7 @@ from hpcwhirl.store.directory.listing import listed
 
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
+COSTS = {"beside": float, "first": float}  # s; shares of older runs lack them
 LARGEST = 1 << 53  # of the numbers
 
 
@@ -28,7 +29,9 @@ def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") ->
 def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
     """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
-    In the order of the runs; busy, span in s. A run that was killed left no file, and
+    In the order of the runs; busy, span in s. A share may have `beside` and `first`,
+    too: s that a computation took beside its kernel, the median, and the first of its
+    rank beyond that. A run that was killed left no file, and
     a file that is not whole is left out: results do not depend on either.
 
     Parameters
@@ -72,7 +75,8 @@ def _shares(data: Any) -> list[Share]:
         raise TypeError(msg)
     shares = [{"run": data.get("run"), **dict(share)} for share in data["ranks"]]
     for share in shares:
-        for name, kind in ({"run": int} | KEYS).items():
+        more = {name: kind for name, kind in COSTS.items() if name in share}
+        for name, kind in ({"run": int} | KEYS | more).items():
             _check(share.get(name), kind)
     return shares
 

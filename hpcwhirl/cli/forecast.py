@@ -1,4 +1,4 @@
-"""What `campaign --dry-run` and `job` predict: cases, time, core-hours, bytes."""
+"""What `campaign --dry-run`, `--pilot` and `job` predict: time, core-hours, bytes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
 
 def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
     """Return a forecast as plain data for JSON; the parameters are those of `tell`."""
-    usual, low, high = cost.wall(ranks)
+    usual, wall = cost.wall(ranks)
+    hours = cost.range and [seconds / 3600 for seconds in cost.range]
     facts: dict[str, Any] = {
         "cases": cost.cases,
         "left": cost.left,
@@ -39,18 +40,13 @@ def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
         "steps": cost.steps,
         "microseconds_per_step": _step(cost),
         "core_hours": cost.seconds / 3600,
-        "core_hours_range": [seconds / 3600 for seconds in cost.range],
+        "core_hours_range": hours,
         "core_hours_most": cost.most / 3600,
-        "wall_seconds": {"ranks": ranks, "usual": usual, "range": [low, high]},
+        "wall_seconds": {"ranks": ranks, "usual": usual, "range": wall},
         "overhead_seconds_per_case": cost.overhead,
         "seconds_before": cost.before,
         "seconds_after": cost.after,
-        "compiled_here": cost.compiled,
-        "learned_from": {
-            "finished": cost.finished,
-            "rehearsed": cost.rehearsed,
-            "probed": cost.probed,
-        },
+        "learned_from": {"finished": cost.finished},
         "bytes": {**asdict(cost.disk), "total": cost.disk.total},
     }
     if design.grows:
@@ -69,20 +65,23 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     ranks : of the job, of an array of all its elements
     request : of the job
     """
-    usual, low, high = cost.wall(ranks)
+    usual, span = cost.wall(ranks)
     text = (
         f"predicted {cost.seconds / 3600:.3g} core-hours, {_duration(usual)} "
-        f"({_duration(low)} to {_duration(high)}) on {_on(ranks)}; "
-        f"--time {request.time}"
+        f"({_between(span)}) on {_on(ranks)}; --time {request.time}"
     )
     enough = request.seconds - request.warning
-    if high <= enough:
+    if (span[1] if span else usual) <= enough:
         return text
     whole = "may not be" if usual <= enough else "is not"
     again = f"it comes again up to {request.requeues} times (--requeues)"
     return f"{text} {whole} enough for all: " + (
         again if request.requeues else "submit it again"
     )
+
+
+def _between(span: tuple[float, float] | None) -> str:
+    return " to ".join(map(_duration, span)) if span else "nominal"
 
 
 def _on(ranks: int) -> str:
@@ -100,19 +99,18 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     over = f" over {', '.join(design.swept)}" if design.swept else ""
     lines = [f"{cases}{over}{rest}"]
     if design.grows:
-        more, least, most = cost.more
-        beyond = f"{cost.beyond} beyond it have ended, " if cost.beyond else ""
-        lines.append(
-            f"that is the coarse level; {beyond}words may ask for some {more} more "
-            f"({least} to {most}, guessed from the nearest words known), with all of "
-            f"them {design.most} at most{_twins(design)}"
-        )
+        lines.append(_more(cost, design))
     lines.append(f"{cost.steps:.4g} steps, {_step(cost):.2f} us each ({_how(cost)})")
-    low, high = (seconds / 3600 for seconds in cost.range)
-    lines.append(
-        f"predicted: {cost.seconds / 3600:.3g} core-hours ({low:.3g} to {high:.3g}), "
-        f"{cost.most / 3600:.3g} if none ends early"
-    )
+    if cost.range is None:
+        lines.append(
+            f"nominal: {cost.seconds / 3600:.3g} core-hours, if none ends early"
+        )
+    else:
+        low, high = (seconds / 3600 for seconds in cost.range)
+        lines.append(
+            f"predicted: {cost.seconds / 3600:.3g} core-hours ({low:.3g} to "
+            f"{high:.3g}), {cost.most / 3600:.3g} if none ends early"
+        )
     lines.append(_wall(cost, ranks))
     disk = cost.disk
     lines.append(
@@ -120,6 +118,19 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         f"{_size(disk.journal)} journal"
     )
     return lines
+
+
+def _more(cost: Forecast, design: Design) -> str:
+    """Return a clause on the cases beyond the coarse level of a refined campaign."""
+    most = f"with all of them {design.most} at most{_twins(design)}"
+    if not cost.finished:
+        return f"that is the coarse level; words may ask for more, {most}"
+    more, least, last = cost.more
+    beyond = f"{cost.beyond} beyond it have ended, " if cost.beyond else ""
+    return (
+        f"that is the coarse level; {beyond}words may ask for some {more} more "
+        f"({least} to {last}, guessed from the nearest words known), {most}"
+    )
 
 
 def _twins(design: Design) -> str:
@@ -138,19 +149,17 @@ def _how(cost: Forecast) -> str:
     """Return a text on which cases the predicted time of a step rests."""
     if cost.finished:
         return f"learned from {cost.finished} finished cases"
-    return f"{cost.rehearsed} cases computed to their end, {cost.probed} for a moment"
+    return "nominal; --pilot SECONDS computes some of the cases and learns from them"
 
 
 def _wall(cost: Forecast, ranks: int) -> str:
     """Return the line on the wall time and on its serial part."""
-    usual, low, high = cost.wall(ranks)
+    usual, span = cost.wall(ranks)
     serial = sum(cost.before.values()) + sum(cost.after.values())
     overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"
-    note = "; kernels were compiled here" if cost.compiled else ""
     return (
-        f"wall time on {_on(ranks)}: {_duration(usual)} ({_duration(low)} to "
-        f"{_duration(high)}); {_duration(serial)} of it start, gather and map, "
-        f"{overhead}{note}"
+        f"wall time on {_on(ranks)}: {_duration(usual)} ({_between(span)}); "
+        f"{_duration(serial)} of it start, gather and map, {overhead}"
     )
 
 
