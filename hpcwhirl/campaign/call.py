@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Mapping
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import hpcwhirl
-from hpcwhirl.campaign.begin import Manner, begin
+from hpcwhirl.campaign.begin import Manner
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.log import say
@@ -19,9 +18,8 @@ from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import as_begun, check_folder
-from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.campaign.session import Prepared, Session, together
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import (
     InputError,
     StoppedError,
@@ -31,7 +29,6 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
-from hpcwhirl.store.directory.owner import Claim
 from hpcwhirl.store.results.measured import WHY_NOT
 
 if TYPE_CHECKING:
@@ -58,10 +55,13 @@ class Call:
         """Run on all ranks; where one of several breaks, end them all."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
+            found: Path | WhirlError | int
             if comm.size == 1:  # nobody waits for it: the caller's process lives on
-                found = self._run(ALONE, stopping)
+                found = self._run(Session(ALONE, stopping))
             else:
-                found = self._together(comm, stopping)
+                found = together(comm, stopping, self._run, _tell_broken)
+        if isinstance(found, int):  # MPI is ending all ranks
+            sys.exit(found)
         if not isinstance(found, Path):
             raise found
         data = hpcwhirl.open_results(found)  # which registers `data.hpcwhirl`
@@ -69,39 +69,12 @@ class Call:
             _tell_unmeasured(data)
         return data
 
-    def _together(self, comm: Communicator, stopping: Stopping) -> Path | WhirlError:
-        """Run as one rank of several; where it breaks, end all: others would wait."""
-        try:
-            with Watchdog(stopping, Policy().patience, comm) as patience:
-                return self._run(comm, stopping, patience)
-        except BaseException:  # what ends one rank alone would leave the others waiting
-            traceback.print_exc()
-            sys.stderr.flush()
-            comm.Abort(INTERNAL)
-            raise
-
-    def _run(
-        self, comm: Communicator, stopping: Stopping, patience: Watchdog | None = None
-    ) -> Path | WhirlError:
+    def _run(self, session: Session) -> Path | WhirlError:
         """Return the directory, or why there are no results: the same on every rank."""
-        measure, failure = self._agreed(comm)
+        measure, failure = self._agreed(session.comm)
         if failure is not None:
             return failure
-        with ExitStack() as stack:
-            found, own = self._found(comm, stopping, measure)
-            design, policy, folder, failure = comm.bcast(found, root=0)
-            if own is not None:
-                stack.callback(own.release)
-            if failure is not None:
-                refused: WhirlError = failure
-                return refused
-            if patience is not None:
-                patience.seconds = policy.patience
-                patience.last = own.release if own else patience.last
-            design = replace(design, measure=measure)
-            ending = run_campaign(design, folder, comm, policy, stopping, own)
-        ending = comm.bcast(ending, root=0)
-        return _why_not(ending, folder) or folder
+        return session.run(self._prepared, _concluded, measure)
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
         """Return this rank's measure, or what is wrong with that of any rank.
@@ -121,26 +94,17 @@ class Call:
             failure = InputError(_unlike(other[0], every[0][0], every[other[0]][0]))
         return measure, failure
 
-    def _found(
-        self, comm: Communicator, stopping: Stopping, measure: Measure | None
-    ) -> tuple[tuple[Any, ...], Claim | None]:
-        """Return (design, policy, folder, failure) and the claim; of rank 0 alone."""
-        if comm.rank:
-            return (), None
-        try:
-            design = Design.of(self.design)
-            rules = design.rules.with_options(self._options())
-            given = self.out if self.out is not None else rules.out
-            folder = Path(given).absolute()  # wherever a measure may go
-            policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
-            check_folder(folder)
-            manner = Manner(fresh=bool(self.options.get("fresh")))
-            design = design if manner.fresh else as_begun(design, folder)
-            design = replace(design, measure=measure)
-            claim = begin(design, folder, policy, stopping, manner)
-        except WhirlError as failed:
-            return (None, None, None, failed), None
-        return (design, policy, folder, None), claim
+    def _prepared(self) -> Prepared:
+        """Return what all ranks are to run; of rank 0 alone."""
+        design = Design.of(self.design)
+        rules = design.rules.with_options(self._options())
+        given = self.out if self.out is not None else rules.out
+        folder = Path(given).absolute()  # wherever a measure may go
+        policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
+        check_folder(folder)
+        manner = Manner(fresh=bool(self.options.get("fresh")))
+        design = design if manner.fresh else as_begun(design, folder)
+        return Prepared(design, folder, policy, manner)
 
     def _options(self) -> Campaign:
         """Return the options that may stand in [campaign], too."""
@@ -179,12 +143,19 @@ def _unlike(rank: int, first: Any, other: Any) -> str:
     )
 
 
-def _why_not(ending: Ending, folder: Path) -> WhirlError | None:
-    """Return why a campaign has no results yet, None where it has."""
+def _tell_broken(_session: Session, failed: BaseException) -> int:
+    """Print what broke on this rank; return the exit code of all."""
+    traceback.print_exception(failed)
+    return INTERNAL
+
+
+def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
+    """Return the directory of a campaign, or why it has no results yet."""
+    folder = prepared.folder
     safe = f"finished cases are safe in {folder}"
     if ending.lasting:
         return InputError(f"{ending.reason}; {safe}")
     if ending.complete:
-        return None
+        return folder
     why = f": {ending.reason}" if ending.reason else ""
     return StoppedError(f"stopped early{why}; {safe}; the same call continues")

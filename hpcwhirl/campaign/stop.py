@@ -40,11 +40,13 @@ class Stopping:
     ----------
     reason : why it is to end; empty: it is not
     settled : whether all is computed: what is left to do is not ended by force
+    began : s, of the monotonic clock, from which on a limit of time counts
     """
 
     def __init__(self) -> None:
         self.reason = ""
         self.settled = False
+        self.began = time.monotonic()
         self._file: Path | None = None
         self._deadline: float | None = None
         self._pilot_ends: float | None = None
@@ -57,11 +59,11 @@ class Stopping:
         Parameters
         ----------
         folder : looked into for `STOP`; None: by another rank of this node
-        seconds : from now until this process is to end; None: no limit
+        seconds : from `began` until this process is to end; None: no limit
         """
         self._looked = time.monotonic()
         self._file = folder / FILE if folder else None
-        self._deadline = self._looked + seconds if seconds is not None else None
+        self._deadline = self.began + seconds if seconds is not None else None
 
     def pilot(self, seconds: float) -> None:
         """End this process some seconds from now, as a pilot does."""

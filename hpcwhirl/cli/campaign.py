@@ -6,17 +6,14 @@ import argparse
 import shlex
 import sys
 import time
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.cli.campaign_options import (
     arguments,
     design_of_call,
@@ -43,20 +40,23 @@ from hpcwhirl.cli.options import (
     tell_remarks,
 )
 from hpcwhirl.errors import InputError, NoRoomError, WhirlError
-from hpcwhirl.launch import Communicator, communicator
+from hpcwhirl.launch import communicator
 from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.session import Prepared, Session
 
 __all__ = ["arguments", "run"]
 
 
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all ranks; return the exit code."""
-    args.began = time.monotonic()
     with Stopping() as stopping:  # to the end: a signal must not kill the gathering
+        from hpcwhirl.campaign.session import together
+
         comm = communicator()
-        with Watchdog(stopping, Policy().patience, comm) as args.patience_of:
-            code = _guarded(args, comm, stopping)
+        code = together(comm, stopping, partial(_run, args), partial(_broken, args))
         if comm.size > 1:
             # When one rank exits with 75, srun may send TERM to the others: ignore it,
             # so that they exit with 75, too.
@@ -64,64 +64,49 @@ def run(args: argparse.Namespace) -> int:
     return code
 
 
-def _guarded(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
-    """Run and return the exit code; if one rank fails, abort all ranks."""
-    try:
-        return _run(args, comm, stopping)
-    except NoRoomError as full:
-        _tell_stopped(args, str(full))
-        code = STOPPED
-    except WhirlError as failed:
+def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
+    """Print what broke on this rank; return the exit code of all."""
+    if isinstance(failed, NoRoomError):
+        _tell_stopped(session.folder or args.out, str(failed))
+        return STOPPED
+    if isinstance(failed, WhirlError):
         tell_error(failed)
-        code = WRONG_INPUT
-    except Exception as failed:  # noqa: BLE001 - printed here, aborted below
-        code = tell_failure(failed)
-    sys.stderr.flush()
-    comm.Abort(code)  # one rank's error must not hang the others
+        return WRONG_INPUT
+    if isinstance(failed, Exception):
+        return tell_failure(failed)
+    raise failed
+
+
+def _run(args: argparse.Namespace, session: Session) -> int:
+    """Run the campaign, or predict its cost on rank 0; return the exit code."""
+    prepare = partial(_prepared, args, session.comm.size)
+    if args.dry_run:
+        found = session.on_root(lambda: _predict(args, session, prepare()))
+    else:
+        conclude = partial(_conclude, args, session)
+        found = session.run(prepare, conclude, begun=_tell_inputs)
+    if isinstance(found, int):
+        return found
+    return _refused(args, found, root=session.comm.rank == 0)
+
+
+def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
+    """Print what the campaign will cost, and warn of inputs; return exit code 0."""
+    code = _foretell(args, session, prepared)
+    _tell_inputs(prepared.design)
     return code
 
 
-def _run(args: argparse.Namespace, comm: Communicator, stopping: Stopping) -> int:
-    """Prepare on rank 0, share the design or the error with all ranks, and compute."""
-    from hpcwhirl.campaign.run import run_campaign
-
-    root = comm.rank == 0
-    design, policy, failure, claim = None, None, None, None
-    with ExitStack() as stack:
-        if root:
-            try:
-                design, policy = _prepared(args, comm.size)
-                claim = _owned(args, design, policy, stopping, stack)
-            except WhirlError as failed:
-                failure = failed
-        shared = (design, policy, failure, args.out)
-        design, policy, failure, args.out = comm.bcast(shared, root=0)
-        if failure is not None:
-            return _refused(args, failure, root=root)
-        if args.dry_run or design is None or policy is None:
-            return COMPLETE
-        args.patience_of.seconds = policy.patience
-        if claim is not None:
-            args.patience_of.last = claim.release
-        if policy.seconds is not None:  # the walltime counts from the command's start
-            spent = time.monotonic() - args.began
-            left = {"seconds": policy.seconds - spent}
-            policy = policy.model_copy(update=left)
-        ending = run_campaign(design, args.out, comm, policy, stopping, claim)
-        tell = partial(_foretell, args, design, policy)
-        code = _conclude(args, ending, tell) if root else COMPLETE
-        return int(comm.bcast(code, root=0))
-
-
-def _foretell(args: argparse.Namespace, design: Design, policy: Policy) -> int:
+def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
     """Print what is left to compute, learned from the directory; return exit code 0."""
     from hpcwhirl.campaign.foresight.forecast import age, forecast
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
-    times = extended_by(design, args.out, args.to)
-    loaded = age() - (time.monotonic() - args.began)
-    cost = forecast(design, args.out, policy.shard, times, args.started, loaded)
+    design, out, policy, manner = prepared
+    times = extended_by(design, out, manner.extend)
+    loaded = age() - (time.monotonic() - session.stopping.began)
+    cost = forecast(design, out, policy.shard, times, args.started, loaded)
     tell(cost, design, args.ranks, as_json=args.json)
     return COMPLETE
 
@@ -132,37 +117,23 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
     stopped = isinstance(failure, BrokenOffError | NoRoomError)
     if root and stopped:
-        _tell_stopped(args, str(failure))
+        _tell_stopped(args.out, str(failure))
     elif root:
         tell_error(failure)
     return STOPPED if stopped else WRONG_INPUT
 
 
-def _owned(
-    args: argparse.Namespace,
-    design: Design,
-    policy: Policy,
-    stopping: Stopping,
-    stack: ExitStack,
-) -> Any:
-    """Claim and prepare the directory; return the claim, or None for a dry run.
-
-    The claim is released when `stack` closes.
-    """
-    from hpcwhirl.campaign.begin import Manner, begin
-
-    claim = None
-    if not args.dry_run:
-        manner = Manner(args.fresh, args.to)
-        claim = begin(design, args.out, policy, stopping, manner)
-        stack.callback(claim.release)
+def _tell_inputs(design: Design) -> None:
+    """Warn of inputs; after all checks: an error stays a single line."""
     tell_load(design.columns)
-    tell_remarks(design.columns)  # after all checks: an error stays a single line
-    return claim
+    tell_remarks(design.columns)
 
 
-def _prepared(args: argparse.Namespace, ranks: int) -> tuple[Design, Policy]:
+def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
+    """Return what all ranks are to run; `ranks`: how many they are."""
+    from hpcwhirl.campaign.begin import Manner
     from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
+    from hpcwhirl.campaign.session import Prepared
 
     settings = parsed(args.settings)
     if args.regimes_only:
@@ -178,15 +149,14 @@ def _prepared(args: argparse.Namespace, ranks: int) -> tuple[Design, Policy]:
     tell_preset(design.base)
     if args.explain:
         _explain(design)
-    args.started = None
     if args.dry_run:
         check_steps(design)
-        _foretell(args, design, policy)
-    elif args.pilot is not None:
+    args.started = None
+    if args.pilot is not None:
         from hpcwhirl.campaign.foresight.forecast import age
 
         args.started = age()
-    return design, policy
+    return Prepared(design, args.out, policy, Manner(args.fresh, args.to))
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
@@ -221,14 +191,16 @@ def _explain(design: Design) -> None:
 
 
 def _conclude(
-    args: argparse.Namespace, ending: Any, foretell: Callable[[], int]
+    args: argparse.Namespace, session: Session, ending: Any, prepared: Prepared
 ) -> int:
     """Print how the campaign ended, draw map and page, and return the exit code.
 
-    foretell : what a pilot that had its time does instead
+    A pilot that had its time prints what is left instead.
     """
+    if ending.piloted and not ending.complete:
+        return _foretell(args, session, prepared)
     if not ending.complete:
-        return foretell() if ending.piloted else _conclude_early(args, ending)
+        return _conclude_early(args, ending)
     if ending.left:
         return _conclude_shard(args, ending)
     return _conclude_whole(args, ending)
@@ -239,7 +211,7 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
-    _tell_stopped(args, ending.reason)
+    _tell_stopped(args.out, ending.reason)
     return FAILED if ending.gave_up else STOPPED
 
 
@@ -313,10 +285,10 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
         return False
 
 
-def _tell_stopped(args: argparse.Namespace, reason: str) -> None:
+def _tell_stopped(out: Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
     print(
-        f"hpcwhirl: stopped early{why}; finished cases are safe in {args.out}; "
+        f"hpcwhirl: stopped early{why}; finished cases are safe in {out}; "
         "the same command continues",
         file=sys.stderr,
     )

@@ -237,7 +237,7 @@ def called(tmp_path, monkeypatch):
         seen.append((design, folder, policy))
         return Ending(complete=True, cases=2, failed=0, results=None, left=1)
 
-    monkeypatch.setattr("hpcwhirl.campaign.run.run_campaign", instead)
+    monkeypatch.setattr("hpcwhirl.campaign.session.run_campaign", instead)
 
     def call(*words):
         assert main(["campaign", "c.toml", "--shard", "1/2", *words]) == 0
