@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
-from hpcwhirl.dynamics.history import History
+from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -25,6 +25,7 @@ STEADY_SHARE = 0.4  # share of a run, its last part, that is the window of evide
 BLOCKS = 12  # blocks of the window over which energy is averaged
 SETTLED = 0.2  # share of a run, its first part, that `summit` leaves out
 FED = ("pulse", "friction", "rotation")  # terms of the ledger that put energy in
+HARDLY = 1e-10  # share of an unbalanced rotor's circle below which distances are none
 NOTHING = 1e-280  # J, taken as rest: squares of flushed amplitudes, and denormals
 
 
@@ -206,30 +207,30 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     -------
     growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
     growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
-    suspension), growth_last (1/s, of both, in the window's last quarter), summit (-,
-    see `summit`), orbit_radius (m, rms), end_time, window (s), whirl_ratio (-),
-    orbit_area (m^2/s), line_frequency (rad/s), late_fed, late_friction, late_rotation
-    (its two parts), late_lost, late_energy (J), late_contacts (1 if the window has
-    contact), load_end (s; 0 without a load), certificate (s, -1 for none),
-    certificate_reach (m), ledger_error, gap_error, step_share (-), gap_scale (m),
-    slip_ratio (-, see `slip_ratio`), ledger_pulse, ledger_friction, ledger_rotation
-    (J, of the whole run)
+    suspension, of an unbalanced rotor about its circle), growth_last (1/s, of both, in
+    the window's last quarter), summit (-, see `summit`), orbit_radius (m, rms),
+    end_time, window (s), whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s),
+    late_fed, late_friction, late_rotation (its two parts), late_lost, late_energy (J),
+    late_contacts (1 if the window has contact), load_end (s; 0 without a load),
+    certificate (s, -1 for none), certificate_reach (m), ledger_error, gap_error,
+    step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), ledger_pulse,
+    ledger_friction, ledger_rotation (J, of the whole run)
     """
     judged, end = history.judged, history.end
     start = (1 - STEADY_SHARE) * end
     first = int(np.searchsorted(judged.time, start, side="right"))
-    time, energy = judged.time[first:], judged.energy[first:]
-    centre = judged.centre[first:]
+    time, centre = judged.time[first:], judged.centre[first:]
     turned = static_frame(centre, scene.speed * time)
     with np.errstate(all="ignore"):  # a run that blew up is named by `History.stop`
-        orbit = centre[:, 0] ** 2 + centre[:, 1] ** 2
-        energies = energy, judged.rotor[first:], judged.casing[first:], orbit
-        rates = _rates(np.stack([time, *energies]))
-        rates["summit"] = summit(judged.time, judged.rotor, start)
+        energy, rotor, casing = _energies(scene, judged)
+        energies = energy[first:], rotor[first:], casing[first:]
+        orbit = _squared(centre, history.circle)
+        rates = _rates(np.stack([time, *energies, orbit]))
+        rates["summit"] = summit(judged.time, rotor, start)
         whirl = whirl_numbers(time, turned, scene.speed)
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])
-    radius = scene.engine.rotor.radius
+    radius, mean = scene.engine.rotor.radius, energies[0].mean() if len(time) else 0.0
     return {
         **{name: _finite(rate) for name, rate in rates.items()},
         "orbit_radius": _finite(whirl.radius),
@@ -242,18 +243,49 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
         "late_friction": rubbed,
         "late_rotation": fed - rubbed,
         "late_lost": lost,
-        "late_energy": _finite(energy.mean()) if len(time) else 0.0,
+        "late_energy": _finite(mean),
         "load_end": scene.pulse if scene.is_loaded else 0.0,
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
         "certificate_reach": history.certificate_reach,
-        "ledger_error": ledger_error(history),
+        "ledger_error": ledger_error(history, turns=_turns(scene)),
         "gap_error": history.gap_error,
         "step_share": history.step_share,
         "gap_scale": max(scene.gap, 1e-6 * radius),
         "slip_ratio": slip_ratio(scene, history),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
+
+
+def _turns(scene: Scene) -> bool:
+    return scene.engine.rotation == "full"
+
+
+def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
+    """Return the energies of both bodies, of rotor and casing, (b,), J.
+
+    With full rotation their magnitudes: beyond a critical speed Jacobi's energy of a
+    forward whirl is negative, and decays towards 0.
+    """
+    energies = judged.energy, judged.rotor, judged.casing
+    if not _turns(scene):
+        return energies
+    energy, rotor, casing = map(np.abs, energies)
+    return energy, rotor, casing
+
+
+def _squared(centre: Floats, circle: tuple[float, float]) -> Floats:
+    """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
+
+    centre : (n, 2), m, rotating frame
+    circle : m; below `HARDLY` of it, which is its round-off, the distance is 0
+    """
+    if circle == (0.0, 0.0):
+        return np.asarray(centre[:, 0] ** 2 + centre[:, 1] ** 2)
+    away = centre - circle
+    squared = away[:, 0] ** 2 + away[:, 1] ** 2
+    least = HARDLY**2 * (circle[0] ** 2 + circle[1] ** 2)
+    return np.where(squared > least, squared, 0.0)
 
 
 def slip_ratio(scene: Scene, history: History) -> float:
@@ -297,11 +329,14 @@ def _finite(value: float) -> float:
     return float(value) if math.isfinite(value) else 0.0
 
 
-def ledger_error(history: History) -> float:
+def ledger_error(history: History, *, turns: bool = False) -> float:
     """Return the worst violation of the energy ledger, relative to its throughput.
 
     The residual must be zero; the energy of a stable scheme and the energy lost to
     damping must not be negative. 1 where the run is not finite.
+
+    turns : full rotation, where both may be negative: Jacobi's energy beyond a critical
+        speed, and what supports that stand feed
     """
     if history.stop == "nonfinite":
         return 1.0
@@ -309,7 +344,7 @@ def ledger_error(history: History) -> float:
     residual = abs(ledger.pop("residual"))
     through = sum(abs(value) for value in ledger.values())
     least = min(ledger["energy"], float(history.judged.energy.min(initial=0.0)))
-    wrong = max(residual, -least, -ledger["damping"])
+    wrong = residual if turns else max(residual, -least, -ledger["damping"])
     if through < NOTHING and wrong < NOTHING:
         return 0.0
     error = wrong / through if through > 0.0 else 1.0

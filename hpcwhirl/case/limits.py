@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from hpcwhirl.case.unbalance import check_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -36,6 +37,7 @@ MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3
 def check_limits(model: Model, scene: Scene) -> None:
     """Raise InputError where a scene's time step or speed exceeds one of its limits."""
     check_rotation(model, scene)
+    check_unbalance(model, scene)
     check_step(model, scene)
     check_loading(scene)
     check_turn(model, scene)

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEDGER_TERMS = (
-    "energy",  # kinetic + strain of both bodies at the end, J
+    "energy",  # kinetic + strain of both bodies at the end, J; of an unbalanced rotor
+    # that of its motion about its circle, with the potential of the unbalance's force
     "damping",  # lost in modal damping, J, >= 0
-    "pulse",  # work of the loading, J
+    "pulse",  # work of the loading, J; with that of an unbalance put on at the start
     "impact",  # lost in inelastic impacts, J, >= 0
     "friction",  # work of friction on both bodies (rotation's share included), J
     "rotation",  # work of the rotation: -lambda * Omega * dw/dtheta and rigid casing, J
@@ -86,6 +87,8 @@ class History:
     end : s, time of the last step
     judged : evidence for words
     folds : number of sectors that move alike, of which one was marched; 1: all were
+    circle : m, rotating frame: x_o, y_o of an unbalanced rotor without contact, about
+        which energies are those of the motion; (0, 0) without an unbalance
     """
 
     time: Floats
@@ -115,3 +118,4 @@ class History:
     judged: Evidence
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     folds: int = 1
+    circle: tuple[float, float] = (0.0, 0.0)

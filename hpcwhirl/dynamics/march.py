@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
+from hpcwhirl.case.unbalance import centre_of, circle
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
@@ -320,7 +321,14 @@ class March:
             seconds=self.seconds,
             interval=self.interval,
             folds=folds,
+            circle=self._circle(),
         )
+
+    def _circle(self) -> tuple[float, float]:
+        """Return the place of the centre without contact, m, rotating frame."""
+        places = circle(self.model, self.scene)
+        at = 0j if places is None else centre_of(self.model, places)
+        return at.real, at.imag
 
     def _judged(self) -> Evidence:
         """Return the evidence so far, for all sectors."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -18,6 +19,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
 )
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import coupled_body, turning
+from hpcwhirl.dynamics.unbalance import circling_matrices
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -83,7 +85,8 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
     places : indices of radial, tangential and centre coordinates
     """
     stored = (np.ascontiguousarray(m.T) for m in turning(model, scene))
-    return DenseBody._make([*stored, *places])
+    body, steady = DenseBody._make([*stored, *places]), circle(model, scene)
+    return body if steady is None else circling_matrices(body, steady)
 
 
 def rotor_compliance(model: Model, scene: Scene) -> Floats:

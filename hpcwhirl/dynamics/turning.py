@@ -17,7 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.dynamics.unbalance import circling_modes
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -86,7 +88,10 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
 
 
 def coupled_body(model: Model, scene: Scene) -> CoupledBody:
-    """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation."""
+    """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
+
+    With an unbalance they have one mode more, see `dynamics.unbalance`.
+    """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])
 
@@ -98,7 +103,7 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         rows[:, order] for rows in tip_rows(model.rotor, model.blades)
     )
     hub = centre_rows(model.rotor, model.blades)[:, order]
-    return CoupledBody(
+    body = CoupledBody(
         keep=blocks(step.keep),
         pull=blocks(step.pull),
         give=blocks(step.inverse),
@@ -110,3 +115,5 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         radial=np.ascontiguousarray(radial),
         tangential=np.ascontiguousarray(tangential),
     )
+    places = circle(model, scene)
+    return body if places is None else circling_modes(body, model, places)

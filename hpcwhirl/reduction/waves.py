@@ -254,6 +254,33 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
     return sorted(float(speed) for speed in 1 / np.sqrt(near))
 
 
+def unbalance_response(
+    model: ModalModel, blades: int, force: complex, speed: float
+) -> Floats:
+    """Return the steady displacements under an unbalance, (n,), m, rotating frame.
+
+    (K + Omega^2 K_1 + S) x = F, constant in this frame: in the static one the rotor
+    circles with the rotation. Of a rigid rotor of mass m on isotropic supports,
+    z = m_u e Omega^2 / (k - m Omega^2 + i c_s Omega).
+
+    Parameters
+    ----------
+    model : rotor with a spin and a free centre
+    blades : N
+    force : F_x + i F_y at the centre, N
+    speed : Omega, rad/s
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        at a critical speed without damping
+    """
+    _, _, stiffness, push = turning_matrices(model, speed, blades)
+    load = np.zeros(len(stiffness))
+    load[2 * blades : 2 * blades + 2] = force.real, force.imag
+    return np.asarray(np.linalg.solve(stiffness + push, load))
+
+
 def stiff_up_to(model: ModalModel, blades: int) -> float:
     """Return the speed, rad/s, at which softening takes the blades' last stiffness.
 

@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.files import (
     FILE,
+    LATER,
     Value,
     apply_settings,
     content_digest,
+    default_of,
     digest_of,
     flatten,
     takes_list,
+    without_defaults,
 )
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.quantities import LEAVES
@@ -141,7 +144,8 @@ class CaseDigests(OfCases[str]):
 
     def _told(self) -> str:
         # blocks of cases that do not set an input use the shared value
-        return json.dumps([self.shared, self.reads, self.physics], sort_keys=True)
+        shared = without_defaults(self.shared)
+        return json.dumps([shared, self.reads, self.physics], sort_keys=True)
 
     def _chunks(self) -> Iterator[list[bytes]]:
         """Yield the digests of all cases as bytes, in lists of at most `AT_ONCE`."""
@@ -181,11 +185,14 @@ class CaseDigests(OfCases[str]):
     def _text(self) -> tuple[Any, list[str]]:
         """Hash state of the text before the first swept value, and texts between them.
 
-        The end of the text is left out: it depends on the engine's file.
+        The end of the text is left out: it depends on the engine's file. The text
+        before a value of `LATER` is without its name, which belongs to its `fragment`.
         """
         mark = "\0swept\0"
         values = self.shared | dict.fromkeys(self.table.names, mark)
-        text = json.dumps([self.physics, values, ""], sort_keys=True)
+        text = json.dumps([self.physics, without_defaults(values), ""], sort_keys=True)
+        for name in LATER:
+            text = text.replace(f', "{name}": {json.dumps(mark)}', json.dumps(mark))
         start, *between = text.removesuffix('""]').split(json.dumps(mark))
         return hashlib.sha256(start.encode()), between
 
@@ -246,7 +253,13 @@ class CaseDigests(OfCases[str]):
 
 
 def fragment(name: str, value: Any) -> str:
-    """Return the JSON text of an input's value as it is hashed."""
+    """Return the JSON text of an input's value as it is hashed.
+
+    Of an input of `LATER` it includes the name, and is "" for the default.
+    """
+    if name in LATER:
+        told = float.__repr__(float(value)) if takes_real(name) else json.dumps(value)
+        return "" if value == default_of(name) else f', "{name}": {told}'
     if takes_real(name):
         return float.__repr__(float(value))
     if takes_list(name):

@@ -379,6 +379,17 @@ class Scene(Inputs, metaclass=_Told):
     direction: Literal["squeeze", "stretch"] = given(
         "squeeze", "of the casing at theta = 0"
     )
+    unbalance: NonNegative = given(
+        0.0,
+        "unbalance m e of the rotor, mass times radius, at the disk's centre; a force m"
+        " e Omega^2 that turns with the rotor; with engine.rotation full and a free "
+        "centre alone",
+        "kg m",
+        symbol="m e",
+    )
+    unbalance_phase: Finite = given(
+        0.0, "angle of the unbalance from blade 0, in the direction of theta", "rad"
+    )
     duration: Positive = given(
         2.5, "engine time; or revolutions > 0; words: on its last 40 %", "s"
     )

@@ -167,6 +167,21 @@ OF_SCENE = (
         _lobes_refused,
     ),
     Rule(
+        ("engine.rotation", "unbalance"),
+        lambda rotation, load: (rotation != "none") | (load == 0.0),
+        lambda _, load: (
+            "unbalance must be 0 where engine.rotation is none, which has no critical "
+            f"speed of an unbalance, got {load}"
+        ),
+    ),
+    Rule(
+        ("engine.rotor.centre", "unbalance"),
+        lambda centre, load: (centre != "clamped") | (load == 0.0),
+        lambda _, load: (
+            f"unbalance must be 0 where engine.rotor.centre is clamped, got {load}"
+        ),
+    ),
+    Rule(
         ("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
         lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0",

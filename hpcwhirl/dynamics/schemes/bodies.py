@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
+from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState, CoupledBody
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
+    Floats,
     Integrator,
     nothing_yet,
     reader,
@@ -28,6 +31,29 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
         np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
         *nothing_yet(model.blades),
     )  # fmt: skip
+
+
+def started(whole: Integrator, model: Model, scene: Scene, own: Floats) -> Integrator:
+    """Return the march of an unbalanced rotor from where it begins.
+
+    The energy that it has there, of the motion about its circle, is that of a load that
+    was put on: it is booked as the loading's work.
+
+    Parameters
+    ----------
+    whole : march of arrays with the coordinate s of `dynamics.unbalance`, at rest
+    own : (m,), its other coordinates, in those of the kernel
+    """
+    places, state = circle(model, scene), whole.state
+    if places is None:
+        raise TypeError(places)
+    share = share_at_start(model, scene, places)
+    state.q_b[:-1], state.q_b[-1] = own, 1.0
+    for gaps in (state.gaps, state.older):
+        gaps[:] = scene.gap - share * places[0 : 2 * model.blades : 2]
+    if share < 1.0:
+        state.ledger[PULSE] = whole.balance(state).energy
+    return whole
 
 
 def two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Integrator:

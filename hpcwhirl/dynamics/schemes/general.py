@@ -10,6 +10,7 @@ import numpy as np
 
 import hpcwhirl.dynamics.kernels.coupled
 import hpcwhirl.dynamics.kernels.modes  # noqa: F401 - what modes do
+from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels import differences, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import (
@@ -17,9 +18,14 @@ from hpcwhirl.dynamics.kernels.general import (
     march_general,
     settle_general,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    BodiesState,
+    CyclicState,
+    GeneralSpace,
+)
 from hpcwhirl.dynamics.operators import modal_arrays
-from hpcwhirl.dynamics.schemes.bodies import two_bodies
+from hpcwhirl.dynamics.schemes.bodies import started, two_bodies
 from hpcwhirl.dynamics.schemes.integrator import (
     Ended,
     Floats,
@@ -44,14 +50,35 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     In the static frame where the ring is elements, or rotation couples the modes.
     """
     if model.rotor.spin is not None:
-        place = np.argsort(by_diameter(model.rotor)[0])
-        return replace(
-            two_bodies(model, scene, modal_arrays(model, scene)),
-            displacements=lambda s, _: unfold(model, s.q_b[place], s.q_c),
-        )
+        return _spinning(model, scene)
     if isinstance(model.ring, RingOperator):
         return two_bodies(model, scene, modal_arrays(model, scene))
     return _turning(model, scene, general_arrays(model, scene))
+
+
+def _spinning(model: Model, scene: Scene) -> Integrator:
+    """Return the march of a rotor whose modes are coupled by rotation.
+
+    With an unbalance the modes are those of its motion about its circle x_s.
+    """
+    body, order = model.rotor, by_diameter(model.rotor)[0]
+    place, places = np.argsort(order), circle(model, scene)
+    whole = two_bodies(model, scene, modal_arrays(model, scene))
+    if places is None:
+        return replace(
+            whole, displacements=lambda s, _: unfold(model, s.q_b[place], s.q_c)
+        )
+
+    def displacements(state: BodiesState, _: int) -> tuple[Floats, Floats]:
+        rotor, casing = unfold(model, state.q_b[place], state.q_c)
+        return rotor + places, casing
+
+    less = share_at_start(model, scene, places) - 1.0
+    own = less * (body.shapes[:, order].T @ (body.mass @ places))
+    return replace(
+        started(whole, model, scene, own),
+        displacements=displacements,
+    )
 
 
 def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:

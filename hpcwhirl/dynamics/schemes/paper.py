@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import hpcwhirl.dynamics.kernels.dense  # noqa: F401 - what matrices do
+from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing_trace import waves_of_coordinates
 from hpcwhirl.dynamics.operators import dense_arrays
-from hpcwhirl.dynamics.schemes.bodies import two_bodies
+from hpcwhirl.dynamics.schemes.bodies import started, two_bodies
 from hpcwhirl.dynamics.schemes.integrator import Integrator, reader
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -15,8 +16,13 @@ from hpcwhirl.scene import Scene
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return what marches a scene."""
+    whole, size = two_bodies(model, scene, dense_arrays(model, scene)), None
+    places = circle(model, scene)
+    if places is not None:
+        share, size = share_at_start(model, scene, places), len(places)
+        whole = started(whole, model, scene, share * places)
     return replace(
-        two_bodies(model, scene, dense_arrays(model, scene)),
-        displacements=lambda s, _: (s.q_b.copy(), s.q_c.copy()),
+        whole,
+        displacements=lambda s, _: (s.q_b[:size].copy(), s.q_c.copy()),
         casing_waves=reader(model, scene, lambda x, _: waves_of_coordinates(model, x)),
     )

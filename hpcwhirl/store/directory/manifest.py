@@ -21,7 +21,7 @@ from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.digests import CaseDigests, Digests
-from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
+from hpcwhirl.scene.files import FILE, LATER, PHYSICS_VERSION, default_of
 from hpcwhirl.scene.table import Table, is_table, listed
 from hpcwhirl.store.atomic import Check, anyone, write_whole
 
@@ -223,7 +223,8 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     for name in dict.fromkeys([*new.base, *own_kinds]):
         if name == FINGERPRINT:  # who calls knows whether another function may go on
             continue
-        was, now = old.base.get(name), _values(new, name, old.swept)
+        before = default_of(name) if name in LATER else None
+        was, now = old.base.get(name, before), _values(new, name, old.swept)
         if now and was not in now:
             msg = f"{folder} was begun with {name} = {shown(was)}, "
             got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
