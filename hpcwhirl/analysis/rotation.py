@@ -7,6 +7,7 @@ from typing import Any
 
 from hpcwhirl.analysis.critical import critical_of_families, critical_of_waves
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.reduction.waves import (
@@ -52,6 +53,7 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
     tip_growth : m, largest radial growth of a tip where rotation is full, else None;
         `gap` is the clearance that it leaves
+    unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
     """
     model, speed = case.model, case.given.speed
     turns = model.rotor.spin is not None
@@ -62,6 +64,7 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
         "unstable_from": unstable_from(model.rotor, model.blades) if turns else None,
         "unbalance_speeds": unbalance_speeds(model.rotor),
         "tip_growth": growth if turns else None,
+        "unbalance": facts_of_unbalance(model, case.given),
     }
 
 
@@ -70,7 +73,7 @@ def beside(case: Case) -> Case | None:
     other = BESIDE[case.given.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
     if other == "none":
-        settings["engine.rotor.cross_coupling"] = 0.0
+        settings |= {"engine.rotor.cross_coupling": 0.0, "unbalance": 0.0}
     try:
         return resolve(apply_settings(case.given, settings))
     except InputError:

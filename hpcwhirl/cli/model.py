@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from itertools import product
 from typing import Any
 
@@ -161,7 +162,43 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     out["free motion decays at least with, 1/s"] = f"{-facts['growth']:.3g}"
     if facts["tip_growth"] is not None:
         out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
-    return out
+    return out | _circle_numbers(facts["unbalance"])
+
+
+def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
+    """Return {quantity with unit: number} of an unbalanced rotor's circle, if any."""
+    if circle is None:
+        return {}
+    return {
+        "circle of the unbalance: radius, mm": f"{1e3 * circle['radius']:.3g}",
+        "its lag, degrees": f"{math.degrees(circle['lag']):.1f}",
+    }
+
+
+def told_circle(circle: dict[str, Any]) -> str:
+    """Return the text on an unbalanced rotor's circle.
+
+    circle : of `case.unbalance.facts_of_unbalance`
+    """
+    share = circle["over_gap"]
+    meets = "the casing holds it" if circle["touches"] else "it touches nothing"
+    of_gap = "" if share is None else f", {100 * share:.3g} % of the gap: {meets}"
+    return (
+        f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
+        f" circles with {1e3 * circle['radius']:.4g} mm, "
+        f"{math.degrees(circle['lag']):.1f} degrees behind it; blades reach "
+        f"{1e3 * circle['reach']:.4g} mm{of_gap}"
+    )
+
+
+def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
+    """Return lines on the time-step limits and, if any, the unbalance."""
+    unit, circle = DERIVED["time_step_limit"].unit, facts["rotation"]["unbalance"]
+    lines = [
+        f"time-step limit of the {body}: {limit:.4g} {unit}"
+        for body, limit in facts["time_step_limits"].items()
+    ]
+    return [*lines, told_circle(circle)] if circle else lines
 
 
 def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
@@ -201,9 +238,8 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
             cells = (row[n] for n in ("nodal_diameter", "family", "order"))
             speeds.add_row(*map(str, cells), f"{row['speed']:.1f}")
         console.print(speeds)
-    for body, limit in facts["time_step_limits"].items():
-        unit = DERIVED["time_step_limit"].unit
-        console.print(f"time-step limit of the {body}: {limit:.4g} {unit}")
+    for line in _limits_and_circle(facts):
+        console.print(line, soft_wrap=True, markup=False)
     plan = facts["plan"]
     console.print(f"coordinates: {plan['coordinates']}")
     _show_plan(plan)

@@ -36,11 +36,12 @@ OTHERWISE = {  # words that users look up but that are no inputs: the answer
     "mm": f'{_UNIT}: gap = "0.8 mm"',
     "kn": f'{_UNIT}: force = "30 kN"',
     "hz": f'{_UNIT}: support_frequency = "3 Hz"',
+    "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
     "bearing": _SHAFT,
     "bearings": _SHAFT,
     "squeeze film": _SHAFT,
     **dict.fromkeys(
-        ("unbalance", "imbalance", "blade-off", "coating", "abradable", "wear",
+        ("blade-off", "coating", "abradable", "wear",
          "temperature", "thermal", "seal", "aerodynamics", "flutter"),
         _LEFT_OUT,
     ),

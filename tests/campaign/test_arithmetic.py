@@ -225,11 +225,14 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"mistuning": [0.1] * 22, "engine.file": __file__}, "mistuning must be [] with"),
     ({"discretization": "file"}, "file must be named where casing.discretization"),
     ({"nodal_diameter": 30}, "nodal_diameter must be <= 20 on a ring of 20 harmonics"),
+    ({"unbalance": 1e-3}, "unbalance must be 0 where engine.rotation is none"),
+    ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},
+     "unbalance must be 0 where engine.rotor.centre is clamped"),
     ({"revolutions": 1.0, "speed": 0.0}, "revolutions must be 0 where speed is 0"),
     ({"time_step": 1e-14}, "time_step must be >= 2.5e-13 s (1e+13 steps)"),
     ({"until": "decided", "longest": 1.0}, "longest must be >= 2.5 s (duration)"),
     ({"gap": 6.0}, "gap must be <= 5 m, got 6.0"),
-]
+]  # fmt: skip
 
 
 def full(row):

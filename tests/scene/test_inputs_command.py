@@ -35,6 +35,8 @@ TOLD = {
     "force": ("75000", "F sin(pi t / tau)", "N"),
     "pulse": ("0.00063", "s", "10 time steps at least"),
     "direction": ('"squeeze"', "stretch", "theta = 0"),
+    "unbalance": ("0", "kg m", "m e Omega^2", "rotation full"),
+    "unbalance_phase": ("0", "rad", "blade 0"),
     "duration": ("2.5", "s", "revolutions"),
     "revolutions": ("0", "not s"),
     "engine.name": ('"four_motions"', "engine"),
@@ -201,7 +203,8 @@ def test_a_word_that_names_no_input_is_looked_for_in_meanings(capsys, word, name
 
 @pytest.mark.parametrize(
     ("word", "told"),
-    [("unbalance", "hpcwhirl manual trust"), ("bearing", "centre_stiffness"),
+    [("imbalance", 'unbalance = "20 g mm"'), ("coating", "hpcwhirl manual trust"),
+     ("bearing", "centre_stiffness"),
      ("rpm", 'speed = "3000 rpm"'), ("MM", 'gap = "0.8 mm"')],
 )  # fmt: skip
 def test_what_is_no_input_is_told_in_its_place(capsys, word, told):

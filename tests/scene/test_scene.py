@@ -45,7 +45,8 @@ WORDS = {
     "engine.casing.families": "bending",
     "engine.rotation": "full",
 }
-NEEDS = {"engine.rotor.cross_coupling": {"rotation": "full"}}  # to be anything else
+TURNING = {"rotation": "full"}
+NEEDS = {"engine.rotor.cross_coupling": TURNING, "unbalance": TURNING}  # but for 0
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),
     "nodal_diameter": st.integers(0, 20),
@@ -113,6 +114,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["engine.rotor.mistuning"] = []  # not with a file, and of another length
     values["engine.casing.families"] = "all"  # of elements
     values |= {"engine.rotation": "none", "engine.rotor.cross_coupling": 0.0}  # a file
+    values |= {"unbalance": 0.0}
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values

@@ -1,0 +1,371 @@
+"""An unbalanced rotor: its circle, its run into the casing, and what words say of it.
+
+T5: without contact z = e Omega^2 / (omega^2 - Omega^2 + 2 i xi omega Omega), 90 degrees
+behind the unbalance at Omega = omega. T9, full annular rub in a radial spring k_b:
+|A (k - m Omega^2 + i c Omega) + k_b (A - r_0) (1 + i mu)| = m e Omega^2.
+
+The rotor is one of stiff beams; its centre, tips and springs move as one to 1e-3.
+"""
+
+import cmath
+import hashlib
+import json
+from functools import cache
+
+import h5py
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from hpcwhirl import Design
+from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
+from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import restore, snapshot
+from hpcwhirl.dynamics.turning import by_diameter
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import casing_model
+from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.waves import turning_matrices, unbalance_speeds
+from hpcwhirl.scene import Scene, apply_settings, content_digest, digest, flatten
+from hpcwhirl.scene.files import PHYSICS_VERSION
+from hpcwhirl.structure import bladed_disk
+
+OWN, MASS, RATIO, GAP = (
+    583.0,
+    100.0,
+    0.05,
+    1e-4,
+)  # rad/s, kg, xi of a standing damper, m
+HEAVY = 6e-3  # m e, kg m
+STIFF = {
+    "rotation": "full", "scheme": "general", "rotor.elements": 1, "modes": 0,
+    "taper": 1.0, "disk_radius": 0.4, "root_thickness": 0.02, "blade_width": 0.2,
+    "spoke_thickness": 0.03, "spoke_width": 0.1, "rim_thickness": 0.1,
+    "rim_width": 0.2, "rotor.young": 1e12, "centre_stiffness": MASS * OWN**2,
+    "rotor.damping": 0.0, "suspension_damping": RATIO, "casing.harmonics": 1,
+    "force": 0.0, "interval": 1e-5, "gap": GAP, "unbalance": HEAVY,
+}  # fmt: skip
+SMALL = {
+    "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
+    "time_step": 2e-6, "interval": 1e-4, "scheme": "general", "unbalance": 2e-2,
+    "unbalance_phase": 0.3,
+}  # fmt: skip
+
+
+def translations(count):
+    """Return (2 count, 2): tips, radial and tangential, moved along x or y."""
+    angle = 2 * np.pi * np.arange(count) / count
+    radial = np.column_stack([np.cos(angle), np.sin(angle)])
+    along = np.column_stack([-np.sin(angle), np.cos(angle)])
+    return np.stack([radial, along], axis=1).reshape(-1, 2)
+
+
+@cache
+def density(blades):
+    """Return the density at which the stiff rotor has the mass `MASS`."""
+    rotor = apply_settings(Scene(), STIFF | {"blades": blades}).engine.rotor
+    nodes = np.column_stack(
+        [translations(blades)[:, 0].reshape(-1, 2), np.zeros(blades)]
+    )
+    moved = np.r_[np.repeat(nodes, rotor.elements + 1, axis=0).ravel(), 1.0, 0.0]
+    return float(rotor.density * MASS / (moved @ bladed_disk(rotor).mass @ moved))
+
+
+def stiff(blades, **settings):
+    """Return the scene of a stiff rotor."""
+    given = STIFF | {"blades": blades, "rotor.density": density(blades)}
+    return apply_settings(Scene(), given | settings)
+
+
+def small(**settings):
+    names = {"kind": "casing.kind", "damping": "engine.rotor.damping"}
+    given = {names.get(name, name): value for name, value in settings.items()}
+    return March(resolve(apply_settings(Scene(), SMALL | given)))
+
+
+def jeffcott(speed, load=HEAVY, phase=0.0):
+    """Return z of the steady circle, m, rotating frame: T5."""
+    down = OWN**2 - speed**2 + 2j * RATIO * OWN * speed
+    return load / MASS * speed**2 * cmath.exp(1j * phase) / down
+
+
+def centre_at(scene):
+    model = resolve(scene).model
+    return centre_of(model, circle(model, scene))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 1.0, 1.1, 2.0])
+def test_the_circle_is_that_of_a_jeffcott_rotor(share):
+    speed = share * OWN
+    z = centre_at(stiff(8, speed=speed, unbalance_phase=0.7))
+    assert z == pytest.approx(jeffcott(speed, phase=0.7), rel=0.03)
+
+
+def test_the_circle_is_90_degrees_behind_at_the_critical_speed():
+    scene = stiff(8)
+    (critical,) = unbalance_speeds(resolve(scene).model.rotor)
+    assert critical == pytest.approx(OWN, rel=1e-3)
+    for speed in (critical, -critical):
+        at = apply_settings(scene, {"speed": speed, "unbalance_phase": 0.7})
+        facts = facts_of_unbalance(resolve(at).model, at)
+        assert facts["lag"] == pytest.approx(np.pi / 2, abs=2e-3)
+        assert facts["radius"] == pytest.approx(HEAVY / MASS / (2 * RATIO), rel=2e-3)
+    assert np.angle(centre_at(at)) == pytest.approx(0.7 + np.pi / 2, abs=2e-3)
+
+
+def test_the_circle_grows_with_the_unbalance():
+    once, thrice = (centre_at(stiff(8, unbalance=u, speed=400.0)) for u in (1e-3, 3e-3))
+    assert thrice == pytest.approx(3.0 * once, rel=1e-12)
+
+
+def amplitudes(march, places):
+    """Return places (n,) of the rotor, m, in the kernel's coordinates."""
+    body = march.model.rotor
+    if march.scene.solver.scheme == "paper":
+        return places
+    order, _ = by_diameter(body)
+    return body.shapes[:, order].T @ (body.mass @ places)
+
+
+def put(march, places):
+    """Put the rotor at rest at places (n,), m, rotating frame."""
+    steady = circle(march.model, march.scene)
+    shift = 0.0 if march.scene.solver.scheme == "paper" else steady
+    march.state.q_b[:-1] = amplitudes(march, places - shift)
+
+
+@pytest.mark.parametrize("scheme", ["general", "paper"])
+def test_a_rotor_put_at_rest_goes_to_its_circle(scheme):
+    """Marched: from the centre, in the rotating frame, by what the damper takes."""
+    scene = stiff(
+        4, **{"casing.kind": "rigid"}, scheme=scheme, speed=OWN, time_step=2e-6,
+        duration=0.25, gap=1.0,
+    )  # fmt: skip
+    march = March(resolve(scene))
+    places = circle(march.model, scene)
+    assert march.displacements()[0] == pytest.approx(places, abs=1e-15)
+    put(march, 0.0 * places)
+    assert march.displacements()[0] == pytest.approx(0.0 * places, abs=1e-15)
+    z = march.run().centre @ [1, 1j]
+    assert abs(z[0]) < 1e-2 * abs(z[-1])
+    assert z[-1] == pytest.approx(centre_of(march.model, places), rel=2e-3)
+    assert z[-1] == pytest.approx(jeffcott(OWN), rel=0.03)
+
+
+# T9, in units of m, omega and r_0
+SPRING, DRAG, PART, SPEED = 25.0, 0.02, 0.6, 1.2
+
+
+def needed(a):
+    """Return the force that holds a rub of radius a r_0 in place, over k r_0."""
+    alone = 1.0 - SPEED**2 + 2j * RATIO * SPEED
+    return a * alone + SPRING * (a - 1.0) * (1 + 1j * DRAG)
+
+
+def rubbing_radius():
+    return brentq(lambda a: abs(needed(a)) - PART * SPEED**2, 1.0, 1.5)
+
+
+def spring_casing(path, spring, mass=0.1):
+    """Return a casing that moves as one along its normal, on a spring, over k.
+
+    At the speed of the rub; it has some mass, and breathes hardly.
+    """
+    with h5py.File(path, "w") as file:
+        file["casing/modal_harmonic"] = [0, 1]
+        file["casing/modal_omega"] = OWN * np.array(
+            [1, (spring / mass + SPEED**2) ** 0.5]
+        )
+        file["casing/modal_damping_ratio"] = [0.05, 0.0]
+        file["casing/modal_radial"] = [1e-6, (mass * MASS) ** -0.5]
+        file["casing/modal_tangential"] = [0.0, 0.0]
+    given = apply_settings(
+        Scene(), {"discretization": "file", "engine.file": str(path)}
+    )
+    source = str(path), content_digest(str(path))
+    return casing_model(given.engine.casing, given.engine.rotor.radius + GAP, source)
+
+
+def yielding(scene, model):
+    """Return what blade 0 yields beyond the rotor as one, times k, in the rub."""
+    _, _, stiffness, push = turning_matrices(model.rotor, scene.speed, model.blades)
+    load = np.zeros(len(stiffness))
+    load[:2] = 1.0, DRAG
+    moved = np.linalg.solve(stiffness + push, load)[0] * MASS * OWN**2
+    return moved - ((1 + 1j * DRAG) / (1 - SPEED**2 + 2j * RATIO * SPEED)).real
+
+
+@pytest.mark.slow
+def test_a_full_annular_rub_has_its_published_radius(tmp_path):
+    """T9; the casing's spring and the blade's, one behind the other, are k_b."""
+    blades, step, radius = 60, 5.5e-7, rubbing_radius()
+    assert radius == pytest.approx(1.0525416, abs=1e-7)
+    scene = stiff(
+        blades, speed=SPEED * OWN, friction=DRAG, time_step=step, duration=0.07,
+        unbalance=PART * MASS * GAP, plan="everything",
+        unbalance_phase=cmath.phase(needed(radius)),  # blade 0 touches
+    )  # fmt: skip
+    whole = model_of(scene)
+    spring = 1.0 / (1.0 / SPRING - yielding(scene, whole))
+    march = March(
+        Case(
+            scene, Model(whole.rotor, *spring_casing(tmp_path / "c.h5", spring), blades)
+        )
+    )
+    steady = circle(march.model, scene)
+    assert abs(centre_of(march.model, steady)) > 1.8 * GAP  # without the casing
+    moved = np.zeros(len(steady))
+    moved[: 2 * blades] = translations(blades)[:, 0]
+    moved[2 * blades] = 1.0
+    put(march, 1.005 * radius * GAP * moved)
+    wave = SPRING * (radius - 1.0) / spring * GAP * (0.1 * MASS) ** 0.5
+    turned = np.exp(-1j * SPEED * OWN * step)
+    march.state.q_c[1:3] = wave, 0.0
+    march.state.d_c[1:3] = wave * (1.0 - turned.real), -wave * turned.imag
+    march.state.gaps[:] = march.state.older[:] = 0.0
+    history = march.run()
+    late = history.time > 0.014
+    z = history.centre[late] @ [1, 1j] / GAP
+    assert abs(z).mean() == pytest.approx(radius, abs=1e-3)
+    assert abs(z).std() < 4e-3
+    assert np.angle(z.mean()) == pytest.approx(0.0, abs=np.pi / blades)
+    push = np.ptp(history.impulse[late]) / np.ptp(history.time[late])
+    force = SPRING * (radius - 1.0) * MASS * OWN**2 * GAP
+    assert push == pytest.approx(force, rel=0.01)
+    assert history.stop == "end"
+
+
+def test_general_and_paper_march_the_same_unbalanced_rotor():
+    """The one in modes about the circle, the other in places under the force."""
+    found = [small(scheme=s, duration=0.012).run() for s in ("general", "paper")]
+    without = small(unbalance=0.0, duration=0.012).run()
+    impulses = [history.contact_impulse for history in found]
+    assert min(history.contacts for history in found) > 5
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-8)
+    assert impulses[0] != pytest.approx(without.contact_impulse, rel=0.01)
+    assert found[0].centre == pytest.approx(found[1].centre, abs=1e-12)
+    for history in found:
+        assert abs(history.ledger["residual"]) < 1e-9 * history.ledger["pulse"]
+        assert history.gap_error < 1e-12
+
+
+@pytest.mark.parametrize("scheme", ["general", "paper"])
+def test_a_circle_beyond_the_gap_begins_inside_with_its_energy_booked(scheme):
+    march = small(scheme=scheme, unbalance=0.2, duration=6e-3, force=0.0)
+    places = circle(march.model, march.scene)
+    outward, gap = places[0:10:2].max(), march.scene.gap
+    assert outward > gap
+    begun = march.displacements()[0]
+    assert begun[0:10:2].max() == pytest.approx((1 - CLEAR) * gap)
+    assert begun == pytest.approx(places * (1 - CLEAR) * gap / outward)
+    assert march.state.gaps == pytest.approx(gap - begun[0:10:2])
+    booked = march.history().ledger
+    assert booked["pulse"] == booked["energy"] != 0.0
+    history = march.run()
+    assert history.contacts > 0
+    through = sum(map(abs, history.ledger.values()))
+    assert abs(history.ledger["residual"]) < 1e-9 * through
+
+
+def test_a_circle_without_contact_is_damped_and_a_forward_whirl():
+    march = small(force=0.0, unbalance=5e-3, duration=0.1)
+    history = march.run()
+    assert history.centre == pytest.approx(
+        np.tile(history.circle, (1000, 1)), rel=1e-12
+    )
+    facts = evidence(march.scene, history) | {"stop": history.stop}
+    assert facts["late_energy"] == 0.0
+    words = name_regime(facts, Thresholds())
+    assert words == ("completed", "damped", "forward")
+    assert facts["line_frequency"] == pytest.approx(march.scene.speed, rel=0.05)
+
+
+def test_words_are_of_the_motion_about_the_circle():
+    """It begins a little inside of it and touches nothing: what is left dies out."""
+    march = small(
+        kind="rigid", unbalance=1.92e-2, duration=0.5, time_step=1e-5, damping=0.02,
+        suspension_damping=0.1,
+    )  # fmt: skip
+    history = march.run()
+    facts = evidence(march.scene, history) | {"stop": history.stop}
+    assert history.contacts == 0
+    assert facts["growth_centre"] < -1.0
+    assert facts["growth_rotor"] < -1.0
+    radius = abs(complex(*history.circle))
+    assert facts["orbit_radius"] == pytest.approx(radius, rel=1e-3)
+    assert name_regime(facts, Thresholds()) == ("completed", "damped", "forward")
+
+
+def test_a_mirrored_speed_gives_a_mirrored_motion_of_an_unbalanced_rotor():
+    there, back = (
+        small(speed=s, unbalance_phase=p, duration=6e-3).run()
+        for s, p in ((410.0, 0.3), (-410.0, -0.3))
+    )
+    assert there.contacts == back.contacts > 3
+    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
+    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-13)
+
+
+def test_an_unbalanced_march_goes_on_from_a_snapshot_bit_for_bit():
+    whole = small(duration=6e-3).run()
+    first, second = small(duration=6e-3), small(duration=6e-3)
+    first.advance(1234)
+    assert restore(second, snapshot(first))
+    assert np.array_equal(second.run().centre, whole.centre)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [({"rotation": "none"}, "must be 0 where engine.rotation is none"),
+     ({"centre": "clamped"}, "must be 0 where engine.rotor.centre is clamped"),
+     ({"unbalance": -1.0}, "unbalance must be >= 0"),
+     ({"unbalance": "20 mm"}, "unbalance must be in kg m"),
+     ({"unbalance": 200.0}, "unbalance must be < ")],
+)  # fmt: skip
+def test_what_an_unbalance_may_not_be_is_one_line(given, told):
+    with pytest.raises(InputError, match=told) as refused:
+        March(resolve(apply_settings(Scene(), SMALL | given)))
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_an_unbalance_has_units():
+    scene = apply_settings(Scene(), SMALL | {"unbalance": "20 g mm"})
+    assert scene.unbalance == 2e-5
+    scene = apply_settings(scene, {"unbalance_phase": "90 degree"})
+    assert scene.unbalance_phase == pytest.approx(np.pi / 2)
+
+
+def test_no_unbalance_changes_no_digest():
+    """Cases from before there was this input are found by their digests."""
+    plain = apply_settings(Scene(), {"rotation": "full"})
+    values = {n: v for n, v in flatten(plain).items() if not n.startswith("unbalance")}
+    told = json.dumps([PHYSICS_VERSION, values, ""], sort_keys=True)
+    assert digest(plain) == hashlib.sha256(told.encode()).hexdigest()
+    loads, phases = [0.0, 1e-3, 2e-3], [0.0, 0.5]
+    sweep = {"speed": [300.0, 410.0], "unbalance": loads, "unbalance_phase": phases}
+    design = Design.of({"engine": {"rotation": "full"}, "sweep": sweep})
+    scenes = [apply_settings(plain, settings) for settings in design.settings]
+    assert list(design.digests) == [digest(scene) for scene in scenes]
+    assert [design.digests[i] for i in range(len(scenes))] == list(design.digests)
+    assert len(set(design.digests)) == len(scenes) == 12
+
+
+def test_model_tells_the_circle(capsys):
+    given = {n: v for n, v in SMALL.items() if n != "interval"} | {"unbalance": 5e-3}
+    settings = [word for n, v in given.items() for word in ("--set", f"{n}={v}")]
+    assert main(["model", "--json", *settings]) == 0
+    circle_told = json.loads(capsys.readouterr().out)["rotation"]["unbalance"]
+    scene = apply_settings(Scene(), given)
+    assert circle_told["radius"] == pytest.approx(abs(centre_at(scene)))
+    assert circle_told["force"] == pytest.approx(5e-3 * scene.speed**2)
+    assert circle_told["over_gap"] == pytest.approx(circle_told["reach"] / scene.gap)
+    assert not circle_told["touches"]
+    assert main(["model", *settings]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"circles with {1e3 * circle_told['radius']:.4g} mm" in told
+    assert "it touches nothing" in told
+    assert main(["model", "--explain", *settings]) == 0
+    assert "circle of the unbalance" in capsys.readouterr().out
