@@ -22,6 +22,7 @@ from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.dynamics.turning import by_diameter
@@ -226,6 +227,7 @@ def test_a_full_annular_rub_has_its_published_radius(tmp_path):
     march.state.q_c[1:3] = wave, 0.0
     march.state.d_c[1:3] = wave * (1.0 - turned.real), -wave * turned.imag
     march.state.gaps[:] = march.state.older[:] = 0.0
+    march.state.ledger[PULSE] = march.scheme.balance(march.state).energy
     history = march.run()
     late = history.time > 0.014
     z = history.centre[late] @ [1, 1j] / GAP
@@ -235,7 +237,10 @@ def test_a_full_annular_rub_has_its_published_radius(tmp_path):
     push = np.ptp(history.impulse[late]) / np.ptp(history.time[late])
     force = SPRING * (radius - 1.0) * MASS * OWN**2 * GAP
     assert push == pytest.approx(force, rel=0.01)
-    assert history.stop == "end"
+    assert history.judged.rotor.max() < 0.0  # beyond the critical speed
+    facts = evidence(scene, history)
+    assert facts["ledger_error"] < 1e-9
+    assert name_regime(facts | {"stop": history.stop}, Thresholds())[0] == "completed"
 
 
 def test_general_and_paper_march_the_same_unbalanced_rotor():
