@@ -54,4 +54,5 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     for name in ("stiffness", "push"):
         plain[name] = relative.T @ getattr(body, name) @ relative
     plain["pull"][size, :size] = -places @ body.pull
-    return body._replace(**plain)
+    placed = body.radial, body.tangential, body.centre
+    return DenseBody._make([*(plain[name] for name in names), *placed])
