@@ -1,31 +1,43 @@
-"""Which of the paper's four motions survive with all that rotation adds.
+"""Which of the paper's motions survive with all that rotation adds.
 
-`python scripts/paper/rotation.py [--step DT] [--duration S]` marches each with rotation
-none (scheme modal) and full (general), at the paper's friction and twice it, and writes
-`rotation.md` beside this file. A case of full takes a minute and more.
+    python scripts/paper/rotation.py [--step DT] [--duration S] [--out DIR]
+
+marches the paper's four motions of `four_motions` and then 51 speeds at four frictions,
+with rotation none and full, and writes `rotation.md` beside this file. The campaigns
+lie in DIR (default: one that is removed) and go on where they were stopped.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
+import tempfile
 from pathlib import Path
 from typing import Any
 
+from hpcwhirl import open_results
 from hpcwhirl.analysis.rotation import critical_of, rotation_of_case
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.store.reading.reader import words
 
 PAPER = {520.0: "damped", 410.0: "sustained", 270.0: "divergent", 420.0: "divergent"}
 FRICTIONS = (0.1, 0.2)
+SPEEDS = [float(speed) for speed in range(20, 521, 10)]
+MAPPED = (0.05, 0.1, 0.15, 0.2)  # frictions
+KINDS = ("none", "full")
 PAGE = Path(__file__).with_name("rotation.md")
 HEAD = """# The four motions with all that rotation adds
 
 `python scripts/paper/rotation.py --step {step:g} --duration {duration:g}` wrote this
 page. `four_motions`, k = 1, gap 0.128 mm (the clearance at speed), {duration:g} s,
-central differences with steps of {step:g} s; `none` by scheme modal, `full` by general.
-Word, then orbit radius over the gap and strongest line, rad/s, static frame, forward
-positive; the seconds are those of the last contact.
+scheme modal with steps of {step:g} s: central differences for `none`, exact waves for
+`full`. Word, then orbit radius over the gap and strongest line, rad/s, static frame,
+forward positive; the seconds are those of the last contact.
 
 | speed, rad/s | the paper | friction | none | full |
 |---|---|---|---|---|
@@ -46,7 +58,7 @@ def scene_of(speed: float, friction: float, rotation: str, args: Any) -> Scene:
     """Return a case."""
     given = {
         "engine.rotation": rotation,
-        "solver.scheme": "modal" if rotation == "none" else "general",
+        "solver.scheme": "modal",
         "speed": speed,
         "friction": friction,
         "duration": args.duration,
@@ -62,6 +74,45 @@ def told(row: dict[str, Any]) -> str:
         return f"damped, last contact {row['last_contact']:.2f} s"
     size = row["orbit_radius"] / row["gap"]
     return f"{word} {row['whirl']}, {size:.2g}, {row['line_frequency']:.0f}"
+
+
+def mapped(folder: Path, args: Any) -> str:
+    """Return the words over the speed, as Markdown; a line for each friction and kind.
+
+    folder : of the campaign, which is computed or continued there
+    """
+    design = design_of(
+        {
+            "scene": {"duration": args.duration},
+            "engine": {"name": "four_motions"},
+            "solver": {"time_step": args.step},
+            "output": {"traces": "summary"},
+            "sweep": {"rotation": [*KINDS], "friction": [*MAPPED], "speed": SPEEDS},
+        }
+    )
+    prepare(design, folder)
+    run_campaign(design, folder)
+    data = open_results(folder)
+    regime, whirl = words(data.regime), words(data.whirl)
+    lines = [
+        "| friction | rotation | damped of 51 | speeds, rad/s |",
+        "|---|---|---|---|",
+    ]
+    for friction, kind in itertools.product(MAPPED, KINDS):
+        own = (data.friction.values == friction) & (words(data.rotation) == kind)
+        found = list(zip(SPEEDS, regime[own], whirl[own], strict=True))
+        told = []
+        for word, group in itertools.groupby(found, lambda one: _word(*one[1:])):
+            speeds = [one[0] for one in group]
+            span = f"{speeds[0]:g}" + (f"–{speeds[-1]:g}" if len(speeds) > 1 else "")
+            told.append(f"{span} {word}")
+        damped = int((regime[own] == "damped").sum())
+        lines.append(f"| {friction:g} | {kind} | {damped} | {', '.join(told)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _word(regime: str, whirl: str) -> str:
+    return regime if regime == "damped" else f"**{regime}** {whirl}"
 
 
 def facts_of(args: Any) -> dict[str, Any]:
@@ -90,9 +141,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--step", type=float, default=1e-6, help="time step, s")
     parser.add_argument("--duration", type=float, default=2.5, help="engine time, s")
+    parser.add_argument("--out", type=Path, help="directory of the campaigns")
     args = parser.parse_args()
     text = HEAD.format(step=args.step, duration=args.duration)
-    same = {"none": 0, "full": 0}
+    same = dict.fromkeys(KINDS, 0)
     for friction in FRICTIONS:
         for speed, word in PAPER.items():
             rows = {
@@ -109,6 +161,9 @@ def main() -> None:
             text += line
     text += f"\nOf the paper's words at friction {FRICTIONS[0]:g}, "
     text += f"{same['none']} are those of none and {same['full']} those of full.\n"
+    text += "\n## Words over the speed\n\n"
+    with tempfile.TemporaryDirectory() as scratch:
+        text += mapped((args.out or Path(scratch)) / "map", args)
     PAGE.write_text(text + TAIL.format(**facts_of(args)), encoding="utf-8")
     print(PAGE)
 
