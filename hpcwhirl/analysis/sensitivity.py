@@ -28,10 +28,12 @@ from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
 if TYPE_CHECKING:
     import xarray
 
+ORDERS = ("first", "total")
 USUAL = ("growth_rate", "orbit_radius", "divergent")  # quantities by default
 RESAMPLES = 999  # of the bootstrap
 SEED = 0  # of the bootstrap: the same intervals every time
 STILL = 0.01  # largest share of resamples in which no value varies
+WIDE = 0.5  # width of an interval from which an index, 0 to 1, counts as unknown
 FEWEST = 8  # pairs of draws from which on indices are computed
 Floats = NDArray[np.float64]
 
@@ -131,6 +133,35 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
         out[key] = ((*names_of, "input")[: values.ndim], values)
     coords = {"point": points, "quantity": wanted, "input": list(drawn.inputs)}
     return xarray.Dataset(out, coords | swept)
+
+
+def widest(one: xarray.Dataset) -> float:
+    """Return the width of the widest interval of a quantity's indices; NaN: no index.
+
+    Parameters
+    ----------
+    one : of `sensitivity`, of one quantity
+    """
+    widths = [(one[f"{n}_high"] - one[f"{n}_low"]).to_numpy() for n in ORDERS]
+    known = np.concatenate([w[np.isfinite(w)] for w in widths])
+    return float(known.max()) if len(known) else np.nan
+
+
+def pairs_needed(one: xarray.Dataset) -> int:
+    """Return how many pairs of draws would tell a quantity's indices; 0: there are.
+
+    Intervals shrink with the root of the number of pairs; a power of 2, as [sample]
+    takes them. An estimate, from intervals that are themselves uncertain.
+
+    Parameters
+    ----------
+    one : of `sensitivity`, of one quantity
+    """
+    width = widest(one)
+    if not width > WIDE:
+        return 0
+    pairs = int(one["draws"].max()) * (width / WIDE) ** 2
+    return int(2 ** np.ceil(np.log2(pairs)))
 
 
 def _check_method(drawn: Drawn) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-WIDE = 0.5  # width of an interval from which an index, 0 to 1, counts as unknown
+FARTHEST = 64  # times the draws there are, to which the number needed is told
 RESTS = ("draws", "dropped", "mean", "deviation")  # columns without an input
 
 
@@ -121,6 +121,8 @@ def _interval(row: dict[str, Any], order: str) -> str:
 
 def tell(found: xarray.Dataset) -> None:
     """Warn on stderr of left-out draws, constant outputs and wide intervals."""
+    from hpcwhirl.analysis.sensitivity import pairs_needed, widest
+
     for name in found["quantity"].values.tolist():
         one = found.sel(quantity=name)
         lost, used = int(one["dropped"].sum()), int(one["draws"].sum())
@@ -131,8 +133,10 @@ def tell(found: xarray.Dataset) -> None:
         if still:
             told = f"{name}: does not vary at {still} of {found.sizes['point']} points"
             print(f"hpcwhirl: {told}: no index there", file=sys.stderr)
-        widths = [one[f"{n}_high"] - one[f"{n}_low"] for n in ("first", "total")]
-        widest = max(float(width.max()) for width in widths)  # NaN is left out
-        if widest > WIDE:
-            told = f"{name}: intervals up to {widest:.2g} wide: too few draws"
-            print(f"hpcwhirl: {told} ({used}) to tell", file=sys.stderr)
+        needed, draws = pairs_needed(one), int(one["draws"].max())
+        if needed:
+            told = f"{name}: intervals up to {widest(one):.2g} wide: too few draws"
+            how = f"some count = {needed} might do"
+            if needed > FARTHEST * draws:
+                how = f"count = {FARTHEST * draws} might not do: a few cases cause all"
+            print(f"hpcwhirl: {told} ({draws}) to tell or draw; {how}", file=sys.stderr)

@@ -16,6 +16,7 @@ from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
 
+FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
 DIGITS = 6  # of a number in another unit than SI
 SEQUENTIAL = "cividis"  # perceptual, and the same to the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
@@ -59,9 +60,9 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 
 
 def title_of(row: Any) -> str:
-    """Return speed, lobes and words of a row."""
+    """Return speed, lobes, gap, friction and words of a row."""
     words = f"{row['regime']}, {row['whirl']}"
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
     words = lost.get(str(row["outcome"]), words)
-    at = ", ".join(value_of(name, row[name]) for name in ("speed", "nodal_diameter"))
+    at = ", ".join(value_of(name, row[name]) for name in FIXED)
     return f"{at}: {words}"

@@ -10,11 +10,19 @@ import xarray
 from scipy.stats import norm, sobol_indices
 
 import hpcwhirl
-from hpcwhirl.analysis.sensitivity import indices, intervals, sensitivity
+from hpcwhirl.analysis.sensitivity import (
+    indices,
+    intervals,
+    pairs_needed,
+    sensitivity,
+    widest,
+)
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import main
 from hpcwhirl.cli.sensitivity import tell
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.figures import indices as indices_drawn
+from hpcwhirl.report.figures.indices import draw_sensitivity
 from hpcwhirl.store.results.sampled import sample_attribute
 
 FAST = {
@@ -196,7 +204,7 @@ def test_of_a_real_scene_they_are_those_of_brute_force(real):
     assert [float(inert[n]) for n in ("first", "total", "total_high")] == [0, 0, 0]
 
 
-def test_the_command_prints_and_draws_them(real, tmp_path, facts, capsys):
+def test_the_command_prints_them(real, tmp_path, facts, capsys):
     words = ["sensitivity", str(real), "--out", str(tmp_path), "--of"]
     told = facts(*words, "centre_peak,divergent", "--json")
     assert {row["input"] for row in told["indices"]} == {
@@ -204,7 +212,7 @@ def test_the_command_prints_and_draws_them(real, tmp_path, facts, capsys):
     }  # fmt: skip
     still = [row for row in told["indices"] if row["quantity"] == "divergent"]
     assert {row["total"] for row in still} == {None}
-    assert (tmp_path / "sensitivity.png").stat().st_size > 5000
+    assert told["figures"] == []  # of so few
     assert main([*words, "centre_peak", "--csv"]) == 0
     table = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
     numbers = [row for row in told["indices"] if row["quantity"] == "centre_peak"]
@@ -228,8 +236,49 @@ def test_left_out_pairs_are_told(real, tmp_path, capsys):
 @pytest.mark.parametrize(("count", "few"), [(8, True), (4096, False)])
 def test_too_few_draws_are_told(count, few, capsys):
     tell(sensitivity(results(count, ishigami), ["y"]))
-    told = f"too few draws ({count}) to tell" in capsys.readouterr().err
-    assert told == few
+    told = capsys.readouterr().err
+    assert (f"too few draws ({count}) to tell" in told) == few
+    assert ("some count = " in told) == few
+
+
+def test_the_number_of_pairs_told_is_near_the_one_that_does():
+    """With as many as it told, it soon ends, and never asked for far more."""
+    counts = [16]
+    while needed := pairs_needed(
+        found := sensitivity(results(counts[-1], ishigami), ["y"])
+    ):
+        assert counts[-1] < needed <= 64 * counts[-1]
+        counts.append(needed)
+    assert 2 <= len(counts) <= 4
+    assert 0.1 < widest(found) <= 0.5
+
+
+def test_what_too_few_draws_tell_is_not_drawn(tmp_path):
+    few = results(16, ishigami)
+    assert draw_sensitivity(few, sensitivity(few, ["y"]), tmp_path) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("speeds", [2, 8])
+def test_bars_of_few_points_and_lines_of_many(speeds, tmp_path):
+    sweep = {"friction": (0.01 * np.arange(1, speeds + 1)).tolist()}
+    data = results(512, ishigami, sweep=sweep)
+    data["friction"].attrs["units"] = "1"
+    found = sensitivity(data, ["y"])
+    figures = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(indices_drawn, "save", lambda figure, _: figures.append(figure))
+        draw_sensitivity(data, found, tmp_path)
+    panels = figures[0].axes
+    if speeds == 8:
+        assert len(panels) == 2  # first and total
+        return
+    assert [axes.get_ylabel() for axes in panels] == ["μ = 0.01", "μ = 0.02"]
+    for point, axes in enumerate(panels):
+        widths = [bar.get_width() for bar in axes.patches]
+        one = found.isel(point=point, quantity=0)
+        want = [*one["first"].values, *one["total"].values]
+        assert widths == pytest.approx(want)
 
 
 def test_a_campaign_without_a_sample_is_refused(finished, capsys):

@@ -145,6 +145,36 @@ def test_the_orbit_drawn_is_the_one_kept_in_its_unit(cases):
     assert line.get_xydata() == pytest.approx(factor * cases.traces(0)["centre"][late])
 
 
+def test_energies_are_on_a_logarithmic_axis_and_none_is_lost(cases):
+    """What is negative is dashed: with the solid part it is all that was kept."""
+    figure = motions.draw_ledger(cases, 0)
+    (axes,) = figure.axes
+    assert axes.get_yscale() == "log"
+    traces = cases.traces(0)
+    parts = {"fed by transport over the ring": traces["fed"] - traces["rubbed"],
+             "lost in damping and impacts": traces["lost"]}  # fmt: skip
+    lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axes.lines}
+    for name, values in parts.items():
+        drawn = np.nan_to_num(lines[name])
+        drawn = drawn - np.nan_to_num(lines.get(f"{name}, negative", 0.0 * drawn))
+        assert drawn == pytest.approx(values[:: len(values) // len(drawn)])
+
+
+@pytest.mark.parametrize(("samples", "coarse"), [(12, True), (60, False)])
+def test_the_samples_of_an_orbit_are_shown_where_they_are_few(samples, coarse):
+    """A circle of 12 samples turns by 30 degrees from one to the next."""
+    from matplotlib.figure import Figure
+
+    turn = np.linspace(0, 6 * np.pi, 3 * samples, endpoint=False)
+    path = 1e-3 * np.column_stack([np.cos(turn), np.sin(turn)])
+    axes = Figure().subplots()
+    every = np.ones(len(path), dtype=bool)
+    motions.draw_orbit(axes, path, every, 1e-3, transient=False)
+    label = axes.lines[0].get_label()
+    assert ("dots are samples" in label) == coarse
+    assert (axes.lines[0].get_marker() == ".") == coarse
+
+
 @pytest.mark.parametrize(
     ("largest", "unit"),
     [(2e-3, "mm"), (2e-4, "mm"), (3e-6, "µm"), (1e-9, "nm"), (0, "pm")],

@@ -1,4 +1,4 @@
-"""Sobol' indices drawn: bars of one point, lines over one swept input."""
+"""Sobol' indices drawn with their intervals: bars, of many points lines."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import name_of
+from hpcwhirl.report.labels import name_of, value_of
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 ORDERS = {"first": "alone (first order)", "total": "with others (total)"}
 LOOKS = {"first": "#2F6DB3", "total": "#F0AE45"}
+MOST_BARS = 6  # points of a sweep that have a row of bars each
 MOST_LINES = 7  # inputs that lines tell, those of the largest indices
 HIGH = 0.38  # of a bar
 
@@ -36,6 +38,9 @@ def draw_sensitivity(
 ) -> list[Path]:
     """Draw sensitivity.png and .svg and return their paths.
 
+    Quantities that do not vary, or whose indices too few draws tell, are left out; if
+    none is left, there is no figure.
+
     Parameters
     ----------
     data : results
@@ -47,13 +52,25 @@ def draw_sensitivity(
     InputError
         where the points differ in more than one input
     """
-    over = varied(found)
+    every = found["quantity"].values.tolist()
+    told = [name for name in every if _is_told(found.sel(quantity=name))]
+    if not told:
+        return []
+    found, over = found.sel(quantity=told), varied(found)
     if len(over) > 1:
         msg = f"indices are drawn over one swept input, not {' and '.join(over)}: say "
         raise InputError(msg + f"--at {over[-1]}=VALUE")
-    figure = _lines(data, found, over[0]) if over else _bars(found)
+    if over and found.sizes["point"] > MOST_BARS:
+        figure = _lines(data, found, over[0])
+    else:
+        figure = _bars(data, found, over)
     figure.suptitle(_heading(data, found), fontsize=10, parse_math=False)
     return [save(figure, out / f"sensitivity.{kind}") for kind in ("png", "svg")]
+
+
+def _is_told(one: xarray.Dataset) -> bool:
+    """Return whether a quantity has indices, and enough draws tell them."""
+    return bool(np.isfinite(one["total"]).any()) and not pairs_needed(one)
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
@@ -65,29 +82,40 @@ def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
     return text + (f"; up to {dropped} pairs without a number" if dropped else "")
 
 
-def _bars(found: xarray.Dataset) -> Any:
+def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
+    """Draw a row of panels for each point, a panel for each quantity."""
     names, count = found["quantity"].values.tolist(), found.sizes["input"]
-    size = 2.0 + 2.8 * len(names), 1.6 + 0.55 * count
+    points = found.sizes["point"]
+    size = 2.0 + 2.8 * len(names), 1.2 + points * (0.5 + 0.55 * count)
     figure = Figure(figsize=size, layout="constrained")
-    row = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
-    at = np.arange(count)
-    for axes, name in zip(row, names, strict=True):
-        one = found.sel(quantity=name).isel(point=0)
-        for place, (order, told) in enumerate(ORDERS.items()):
-            value, away = _ends(one, order)
-            axes.barh(at + (place - 0.5) * HIGH, value, HIGH, color=LOOKS[order],
-                      xerr=away, capsize=2, ecolor="black", label=told)  # fmt: skip
-        _note(axes, one)
-        axes.axvline(0.0, c="grey", lw=0.6)
-        axes.set_title(title_of(name), fontsize=9, parse_math=False)
-        axes.set_xlim(min(-0.05, axes.get_xlim()[0]), max(1.05, axes.get_xlim()[1]))
+    grid = figure.subplots(points, len(names), sharex=True, sharey=True, squeeze=False)
     labels = [name_of(name) for name in found["input"].values.tolist()]
-    row[0].set_yticks(at, labels, parse_math=False)
-    row[0].invert_yaxis()
-    handles, texts = row[0].get_legend_handles_labels()
+    for point, row in enumerate(grid):
+        for axes, name in zip(row, names, strict=True):
+            _panel(axes, found.sel(quantity=name).isel(point=point))
+            axes.set_title(title_of(name), fontsize=9, parse_math=False)
+        row[0].set_yticks(np.arange(count), labels, parse_math=False)
+        if over:
+            unit = str(data[over[0]].attrs.get("units", ""))
+            at = value_of(over[0], found[over[0]].to_numpy()[point].item(), unit)
+            row[0].set_ylabel(at, parse_math=False)
+    grid[0, 0].invert_yaxis()
+    handles, texts = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=2, fontsize=8,
                   frameon=False)  # fmt: skip
     return figure
+
+
+def _panel(axes: Any, one: xarray.Dataset) -> None:
+    """Draw the bars of a quantity at a point."""
+    at = np.arange(one.sizes["input"])
+    for place, (order, told) in enumerate(ORDERS.items()):
+        value, away = _ends(one, order)
+        axes.barh(at + (place - 0.5) * HIGH, value, HIGH, color=LOOKS[order],
+                  xerr=away, capsize=2, ecolor="black", label=told)  # fmt: skip
+    _note(axes, one)
+    axes.axvline(0.0, c="grey", lw=0.6)
+    axes.set_xlim(min(-0.05, axes.get_xlim()[0]), max(1.05, axes.get_xlim()[1]))
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:

@@ -24,6 +24,8 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
+TURNED = np.radians(15.0)  # of an orbit from sample to sample, from which it is coarse
+DECADES = 6  # of the axis of energies
 WINDOW = "window of the words"  # steady or not: a divergent orbit is not
 
 
@@ -67,8 +69,28 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
         draw_orbit(axes, path, late, row["gap"], transient=transient)
         unit = axes.get_label()
         axes.set(xlabel=f"{x}, {unit} ({name} frame)", ylabel=f"{y}, {unit}")
+    _legend_below(figure, figure.axes[0])
     figure.suptitle(title_of(row))
     return figure
+
+
+def _legend_below(figure: Any, axes: Any) -> None:
+    """Put the legend of some axes below the figure, where it covers nothing."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8,
+                  frameon=False)  # fmt: skip
+
+
+def is_coarse(path: Floats) -> bool:
+    """Return whether a path (n, 2) turns by more than `TURNED` at half its samples.
+
+    Between them it is not known then: lines from one to the next are polygons.
+    """
+    steps = np.diff(path @ np.array([1.0, 1j]))
+    steps = steps[np.abs(steps) > 0.0]
+    if len(steps) < 2:
+        return False
+    return bool(np.median(np.abs(np.angle(steps[1:] / steps[:-1]))) > TURNED)
 
 
 def draw_orbit(
@@ -94,13 +116,14 @@ def draw_orbit(
     axes.set_label(unit)
     if transient:
         axes.plot(*(factor * path[~late]).T, c=LIGHT, lw=0.5, label="transient")
-    axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label=WINDOW)
+    dots = {"marker": ".", "ms": 3} if is_coarse(path[late]) else {}
+    told = f"{WINDOW}: dots are samples" if dots else WINDOW
+    axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label=told, **dots)
     if 0.05 * gap < np.abs(shown).max(initial=0.0):
         turn = np.linspace(0, 2 * np.pi, 200)
         circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
         axes.plot(*circle, "k--", lw=0.8, label="gap")
     axes.set_aspect("equal", "datalim")
-    axes.legend(loc="upper right", fontsize=8)
 
 
 def draw_contributions(cases: Results, case: int) -> Any:
@@ -206,17 +229,21 @@ def draw_ledger(cases: Results, case: int) -> Any:
     figure = Figure(figsize=(10, 5), layout="constrained")
     axes = figure.subplots()
     for name, values in terms.items():
-        axes.plot(time, values, lw=1.0, label=name)
+        (line,) = axes.plot(time, np.where(values > 0.0, values, np.nan), lw=1.0,
+                            label=name)  # fmt: skip
+        if (values < 0.0).any():
+            axes.plot(time, np.where(values < 0.0, -values, np.nan), "--", lw=1.0,
+                      c=line.get_color(), label=f"{name}, negative")  # fmt: skip
     top = max(float(np.abs(v).max(initial=0.0)) for v in terms.values())
-    least = 10.0 ** np.ceil(np.log10(max(1e-5 * top, 1e-12)))
-    axes.set_yscale("symlog", linthresh=least)
+    if top > 0.0:
+        axes.set_yscale("log")
+        axes.set_ylim(top / 10.0**DECADES, 2.0 * top)
     axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
     axes.set(
         xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)
     )
-    unit = TRACES["energy"].unit
-    axes.set_ylabel(f"{unit}, cumulative (linear within ±{least:g} {unit})")
-    axes.legend(fontsize=8)
+    axes.set_ylabel(f"{TRACES['energy'].unit}, cumulative")
+    _legend_below(figure, axes)
     return figure
 
 
@@ -237,7 +264,8 @@ def draw_case(
     draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
     unit = axes.get_label()
     axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
-    axes.set_title(title_of(row))
+    axes.set_title(title_of(row), fontsize=9)
+    _legend_below(orbit, axes)
     figures = {"orbit": orbit, "traces": draw_traces(traces, row)}
     return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
 

@@ -14,9 +14,9 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
-from hpcwhirl.report.labels import value_of
+from hpcwhirl.report.labels import FIXED, value_of
 from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
-from hpcwhirl.report.map.data import FIXED, Picture
+from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named
 from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.reading.credibility import SHARED, find_credibility

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 AUTOMATIC = 12  # panels drawn without being asked for
 MOST_PANELS = 60
 FEW = 12  # values of an input that may be panels
-FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
 Columns = dict[str, NDArray[Any]]
 Cells = NDArray[np.intp]
 

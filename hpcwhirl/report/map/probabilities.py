@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.shares import shares
+from hpcwhirl.report.labels import FIXED
 from hpcwhirl.report.map.captions import engine_of, shared
-from hpcwhirl.report.map.data import FIXED, Wish, label_of
+from hpcwhirl.report.map.data import Wish, label_of
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
