@@ -20,7 +20,7 @@ from hpcwhirl.analysis.grammar import Step, parse
 from hpcwhirl.errors import SHOWN, InputError, nearest, one_line, unknown
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.reader import shared_words, words
 from hpcwhirl.store.reading.select import variable_of
 from hpcwhirl.store.reading.shares import words_of
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
 WORD = "word"  # a case's regime, or the reason why it has none
+AT_ONCE = 100_000  # texts read at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
 LOGIC = {"and", "or", "not"}
@@ -66,12 +67,26 @@ def source_of(data: xarray.Dataset) -> Source:
             raise InputError(msg) from None
 
     def column(name: str) -> NDArray[Any]:
-        if name != WORD:
-            return np.asarray(data[name].to_numpy())
-        return words_of(*(words(data[n]) for n in ("status", "outcome", "regime")))
+        if name == WORD:
+            return words_of(*map(named, ("status", "outcome", "regime")))
+        if name in ENUMS and data[name].dtype.kind in "iu":
+            return named(name)
+        is_text = data[name].dtype.kind == "O"
+        return _texts(data[name]) if is_text else data[name].to_numpy()
+
+    def named(name: str) -> NDArray[Any]:
+        is_coded = data[name].dtype.kind in "iu"
+        return shared_words(data[name]) if is_coded else words(data[name])
 
     allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
     return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])
+
+
+def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
+    """Return texts, (cases,), read in parts: a file has up to 240 bytes for each."""
+    starts = range(0, max(len(variable), 1), AT_ONCE)
+    parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
+    return np.concatenate(parts)
 
 
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:

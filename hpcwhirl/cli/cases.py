@@ -68,14 +68,14 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.analysis.columns import source_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
-    from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.store.reading.reader import open_coded
     from hpcwhirl.store.reading.results_file import results_of
 
     if args.limit < 0:
         msg = f"--limit must be >= 0, got {args.limit}"
         raise InputError(msg)
     place = results_of(args.folder)
-    with reading(place), open_results(place) as data:
+    with reading(place), open_coded(place) as data:
         if args.columns == "?":
             _tell_columns(data)
             return 0
@@ -175,7 +175,9 @@ def _columns(
         numbers = (n for n in NUMBERS if n in data)
         wanted = [WORD, *ENDS, *twins, "whirl", *numbers, "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
-    columns = {name: source.column(name)[chosen] for name in names}
+    columns = {name: source.column(name) for name in names}
+    if not np.array_equal(chosen, np.arange(source.cases)):
+        columns = {name: values[chosen] for name, values in columns.items()}
     if not args.columns and not (columns["message"] != "").any():
         del columns["message"]
     return columns

@@ -29,9 +29,15 @@ import numpy as np
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.store.directory.journal import Record, journal_name, read_records
+from hpcwhirl.store.directory.journal import journal_name, read_records
 from hpcwhirl.store.directory.manifest import write_manifest
-from hpcwhirl.store.directory.record import CHECKED, Header, fields_of, header_of
+from hpcwhirl.store.directory.record import (
+    CHECKED,
+    Header,
+    Record,
+    fields_of,
+    header_of,
+)
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import table

@@ -13,6 +13,7 @@ import hpcwhirl
 from hpcwhirl.analysis.columns import matching, source_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
+from hpcwhirl.store.reading.reader import open_coded
 
 ROWS = grid_of(
     speed=[300.0, 400.0, 500.0], gap=[1e-4, 4e-4], **{"casing.thickness": [0.02, 0.03]}
@@ -29,6 +30,24 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def data(folder):
     return hpcwhirl.open_results(folder)
+
+
+def test_columns_of_coded_results_are_those_of_words_each_text_once(folder, data):
+    with open_coded(folder) as coded:
+        assert coded["regime"].dtype.itemsize == 1
+        own, other = source_of(data), source_of(coded)
+        for name in ("word", "regime", "stop", "message", "growth_rate", "speed"):
+            values = other.column(name)
+            np.testing.assert_array_equal(values, own.column(name))
+            if name in {"word", "regime", "stop"}:
+                assert len(set(map(id, values))) == len(set(values))
+
+
+def test_texts_read_in_parts_are_those_of_the_whole(data, monkeypatch):
+    whole = source_of(data).column("message")
+    monkeypatch.setattr("hpcwhirl.analysis.columns.AT_ONCE", 5)
+    assert source_of(data).column("message").tolist() == whole.tolist()
+    assert len(set(whole.tolist())) == 2
 
 
 def numpy_says(data):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,21 @@ def open_results(path: Path | str) -> xarray.Dataset:
     MissingFileError, StoreError
         where there is no such file, or it is damaged
     """
+    return _opened(path, _with_words)
+
+
+def open_coded(path: Path | str) -> xarray.Dataset:
+    """Return results as `open_results`, but words as the numbers that stand for them.
+
+    A number takes a byte a case, a word 40. `flag_meanings` has the words.
+    """
+    return _opened(path, lambda data: data)
+
+
+def _opened(
+    path: Path | str, finish: Callable[[xarray.Dataset], xarray.Dataset]
+) -> xarray.Dataset:
+    """Return the groups of a file merged, decoded and finished."""
     from hpcwhirl.store.reading.xarray_store import groups_of
 
     place = results_of(Path(path))
@@ -50,7 +66,7 @@ def open_results(path: Path | str) -> xarray.Dataset:
                 more = own.drop_vars("case", errors="ignore")
                 front = {n: f"{GROUPS[name]}{n}" for n in more.data_vars}
                 merged = merged.merge(more.rename(front))
-            data = _decoded(merged.assign_attrs(root.attrs))
+            data = finish(_decoded(merged.assign_attrs(root.attrs)))
         except BaseException:
             root.close()
             raise
@@ -59,7 +75,7 @@ def open_results(path: Path | str) -> xarray.Dataset:
 
 
 def _decoded(data: xarray.Dataset) -> xarray.Dataset:
-    """Return the file's variables with words and texts as text, nothing else read."""
+    """Return the file's variables with texts as text; nothing is read."""
     import xarray
 
     for name, variable in data.variables.items():
@@ -68,6 +84,11 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
     data = xarray.decode_cf(data, mask_and_scale=False, decode_times=False)
     for attributes in (data.attrs, *(v.attrs for v in data.variables.values())):
         attributes.update({n: attribute(value) for n, value in attributes.items()})
+    return data
+
+
+def _with_words(data: xarray.Dataset) -> xarray.Dataset:
+    """Return decoded results with words as text, which are read."""
     for name in ENUMS.keys() & data.variables.keys():
         data[name] = _named(data[name])
     return data
@@ -92,9 +113,28 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
         values = np.array([v if isinstance(v, str) else "" for v in values], str)
     if values.dtype.kind == "U":
         return values
+    return np.asarray(np.take(*_places(variable, values)))
+
+
+def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.object_]]:
+    """Return the words of a variable of `open_coded`, (cases,), each text stored once.
+
+    A case takes 8 bytes, of `words` 40.
+    """
+    meanings, places = _places(variable, variable.to_numpy())
+    return np.asarray(meanings.astype(object)[places])
+
+
+def _places(
+    variable: xarray.DataArray, values: np.ndarray[Any, Any]
+) -> tuple[np.ndarray[Any, np.dtype[np.str_]], np.ndarray[Any, np.dtype[np.int64]]]:
+    """Return the words of `flag_meanings`, "" last, and each case's place among them.
+
+    values : numbers of the variable, NaN where xarray has masked a case
+    """
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     codes = np.asarray(values, dtype=np.float64)
     if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
         msg = f"{variable.name} is damaged: it has a value that stands for no word"
         raise StoreError(msg)
-    return np.asarray(meanings[np.where(np.isnan(codes), -1, codes).astype(int)])
+    return meanings, np.where(np.isnan(codes), -1, codes).astype(np.int64)
