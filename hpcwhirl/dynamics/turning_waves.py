@@ -18,11 +18,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
+from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -166,6 +168,34 @@ def _roots(
     return roots, shapes / np.linalg.norm(shapes, axis=0)
 
 
+@dataclass(frozen=True)
+class Circle:
+    """The circle x_s of an unbalanced rotor as a wave that stands: z = 1.
+
+    Attributes
+    ----------
+    amplitude : a, of magnitude 1
+    shape : (m,), x_s / a in modes at rest of k = 1, whose gap is real
+    """
+
+    amplitude: complex
+    shape: Complexes
+
+
+def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
+    """Return the circle of a scene's unbalance; None without one."""
+    places, body = circle(model, scene), model.rotor
+    if places is None:
+        return None
+    q = body.shapes.T @ (body.mass @ places)
+    parts = [np.flatnonzero((body.diameter == 1) & (body.phase == p)) for p in (0, 1)]
+    real, imag = (q[part[np.argsort(body.rank[part])]] for part in parts)
+    shape = real + 1j * imag
+    opened = complex(diameters[1].radial @ shape)
+    amplitude = opened / abs(opened) if opened else 1.0 + 0.0j
+    return Circle(amplitude, shape / amplitude)
+
+
 def is_basis(diameters: list[Diameter]) -> bool:
     """Return whether waves of all diameters span its motion: none nearly coincide."""
     return bool(diameters) and all(own.condition < WORST for own in diameters)
@@ -179,7 +209,8 @@ def wave_arrays(
     ring, lobe, ring_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
-    rotor = _rotor(diameters, widths(blades)[0], mu, scene.solver.time_step)
+    steady, slots = circle_of(model, scene, diameters), widths(blades)[0]
+    rotor = _rotor(diameters, slots, mu, scene.solver.time_step, steady)
     k = np.arange(len(diameters))
     opens = [own.radial @ own.give @ own.force(mu) for own in diameters]
     waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
@@ -193,9 +224,11 @@ def wave_arrays(
     return arrays, ring_rows
 
 
-def _rotor(diameters: list[Diameter], slots: int, mu: float, step: float) -> WaveRotor:
-    """Return the kernel's arrays of a rotor."""
-    rows = max(len(own.ahead) for own in diameters)
+def _rotor(
+    diameters: list[Diameter], slots: int, mu: float, step: float, steady: Circle | None
+) -> WaveRotor:
+    """Return the kernel's arrays of a rotor; those of a circle are a row behind."""
+    rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     items = np.zeros((waves.ITEMS, rows, slots))
     fixed, hub = np.zeros((waves.FIXED, slots)), np.zeros((2, rows, 2, slots))
     form = np.zeros((rows, rows, 2, slots))
@@ -217,11 +250,15 @@ def _rotor(diameters: list[Diameter], slots: int, mu: float, step: float) -> Wav
         ):
             fixed[place, k], fixed[place + 1, k] = _parts(row @ opened)
         fixed[waves.ADDS, k] = adds
-        centre = own.hub @ own.shapes
-        hub[0, :count, :, k] = np.column_stack([centre.real, -centre.imag])
-        hub[1, :count, :, k] = np.column_stack([-centre.imag, -centre.real])
+        hub[:, :count, :, k] = _read_hub(own.hub @ own.shapes)
         upper = np.triu(own.energy) + np.triu(own.energy, 1)
         form[:count, :count, 0, k], form[:count, :count, 1, k] = _parts(upper)
+    if steady is not None:
+        own, shape, k = diameters[1], steady.shape, diameters[1].k
+        items[waves.RADIAL, -1, k] = (own.radial @ shape).real
+        along, centre = complex(own.along @ shape), complex(own.hub @ shape)
+        items[[waves.ALONG_RE, waves.ALONG_IM], -1, k] = _parts(along)
+        hub[:, -1, :, k] = _read_hub(centre)
     chosen = form[np.triu_indices(rows)]
     return WaveRotor(
         packed(items), aligned(fixed.ravel()), hub.reshape(2, -1).copy(),
@@ -229,7 +266,13 @@ def _rotor(diameters: list[Diameter], slots: int, mu: float, step: float) -> Wav
     )  # fmt: skip
 
 
-def _parts(values: Complexes) -> tuple[Floats, Floats]:
+def _read_hub(centre: Any) -> Floats:
+    """Return what x_o and y_o read of re and im of amplitudes, (2, ..., 2)."""
+    x = np.stack([centre.real, -centre.imag], axis=-1)
+    return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
+
+
+def _parts(values: Any) -> tuple[Any, Any]:
     return values.real, values.imag
 
 

@@ -4,7 +4,8 @@ The force of an unbalance is constant in the rotating frame. A coordinate s that
 brings it into matrices that know no force, see `case.unbalance` for x_s:
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
-damping reads x_s at the tips and the centre.
+damping reads x_s at the tips and the centre; of scheme `modal` it is a wave, see
+`turning_waves.Circle`.
 
 matrices: the coordinates are x, and y = [I, -x_s] (x, s): the column of s in A^-1 K is
 -A^-1 F. K becomes [I, -x_s]^T K [I, -x_s], so that the energy, which then includes the

@@ -14,10 +14,9 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return what marches a scene.
 
     The cyclic kernel, with rotation that of waves, or the general one where the rotor's
-    sectors are not equal, the ring is the paper's elements, there are fewer than
-    three blades, or an unbalance.
+    sectors are not equal, the ring is the paper's elements or there are fewer than
+    three blades.
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
-    waves = None if scene.unbalance else waves_apart(model, scene)
-    return waves or general.build(model, scene, beat)
+    return waves_apart(model, scene) or general.build(model, scene, beat)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any, cast
 
 import numpy as np
 
+from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels import differences, waves
-from hpcwhirl.dynamics.kernels.contact import STEP
+from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, WaveSpace
 from hpcwhirl.dynamics.kernels.passes import RING_STATE
@@ -25,6 +27,8 @@ from hpcwhirl.dynamics.schemes.integrator import (
 )
 from hpcwhirl.dynamics.slots import ring_displacements
 from hpcwhirl.dynamics.turning_waves import (
+    Diameter,
+    circle_of,
     diameters_of,
     is_basis,
     modal_places,
@@ -33,6 +37,35 @@ from hpcwhirl.dynamics.turning_waves import (
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
+
+
+def _circling(
+    whole: Integrator, model: Model, scene: Scene, diameters: list[Diameter]
+) -> Integrator:
+    """Return the march of a rotor from its circle, if it is unbalanced.
+
+    The circle is the last row of amplitudes, see `turning_waves.Circle`. Where a run
+    begins on a share of it, the waves have what is missing, at rest; its energy is
+    booked as in `bodies.started`, and counts as given by contact.
+    """
+    places, steady = circle(model, scene), circle_of(model, scene, diameters)
+    if places is None or steady is None:
+        return whole
+    share, state, own = share_at_start(model, scene, places), whole.state, diameters[1]
+    less = (share - 1.0) * steady.amplitude * steady.shape
+    rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
+    rows = state.rotor[: -2 * k * waves.SEEN].reshape(-1, 2, k)
+    for f, value in [*enumerate(rest), (-1, steady.amplitude)]:
+        rows[f, :, own.k] = value.real, value.imag
+    if share < 1.0:
+        energy = whole.balance(state).energy
+        state.sums_b[2 * k + own.k] = state.ledger[PULSE] = energy
+
+    def displacements(now: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        rotor, casing = whole.displacements(now, steps)
+        return rotor + places, casing
+
+    return replace(whole, displacements=displacements)
 
 
 def waves_apart(model: Model, scene: Scene) -> Integrator | None:
@@ -84,7 +117,7 @@ def waves_apart(model: Model, scene: Scene) -> Integrator | None:
         q_c = ring_displacements(model, scene, s_c, steps)
         return unfold(model, modal_places(model, s_b, diameters), q_c)
 
-    return Integrator(
+    whole = Integrator(
         kernel=kernel,
         arrays=arrays,
         state=state_at_rest,
@@ -93,3 +126,4 @@ def waves_apart(model: Model, scene: Scene) -> Integrator | None:
         casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
     )
+    return _circling(whole, model, scene, diameters)
