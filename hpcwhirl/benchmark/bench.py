@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import cyclic, passes, waves
+from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
@@ -167,7 +167,7 @@ def flight_operations(scene: Scene, scheme: str) -> int:
     rotor, ring = march.state.rotor, march.state.ring
     tips = march.scheme.arrays.rotor
     if isinstance(tips, WaveRotor):
-        step = 12 * len(tips.items) // waves.ITEMS
+        step = 6 * int(tips.hub.shape[1])
     else:
         step = 11 * len(rotor) // passes.ROTOR_STATE
     step += 36 * len(ring) // passes.RING_STATE + 2 * (2 * k * wide) + 4 * wide

@@ -18,7 +18,6 @@ from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import NAMES, SCHEMES
 from hpcwhirl.structure import RingOperator
 
 MOST_KEPT = 32  # cached models, as in `reduction.model`
@@ -45,19 +44,14 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_rotation(model: Model, scene: Scene) -> None:
-    """Raise InputError where the scheme or the blades' stiffness forbids rotation.
+    """Raise InputError where the blades' stiffness forbids rotation.
 
-    The scheme must include rotation, and the speed be below that at which softening
-    takes all stiffness of a wave that does not move the shaft. A wave that moves the
-    shaft is held by Coriolis forces beyond its critical speed.
+    The speed must be below that at which softening takes all stiffness of a wave that
+    does not move the shaft. A wave that moves the shaft is held by Coriolis forces
+    beyond its critical speed.
     """
-    spin, scheme = model.rotor.spin, scene.solver.scheme
-    if spin is None:
+    if model.rotor.spin is None:
         return
-    if not SCHEMES[scheme].turns:
-        allowed = " or ".join(f"'{name}'" for name in NAMES if SCHEMES[name].turns)
-        msg = f"scheme must be {allowed} where rotation is full, got '{scheme}'"
-        raise InputError(msg)
     most = stiff_up_to(model.rotor, model.blades)
     if not abs(scene.speed) < most:
         msg = (

@@ -1,21 +1,24 @@
 """Arrays of the kernel `waves`: a rotating rotor as waves, forward and backward apart.
 
-On a nodal diameter, in coordinates of the modes at rest (M = 1), central differences
+On a nodal diameter, in coordinates of the modes at rest (M = 1), with G = D + 2 Omega C
+and K = K(Omega) + S,
 
-(1/dt^2 + G/2dt) x_{n+1} = f_n + (2/dt^2 - K) x_n - (1/dt^2 - G/2dt) x_{n-1}
+x'' + G x' + K x = f
 
-with G = D + 2 Omega C and K = K(Omega) + S move freely as x_n = sum of Y z^n a over
-waves with z = (1 + s dt/2) / (1 - s dt/2), and s the 2 m roots of
+moves freely as the sum of Y e^{st} a over waves, with s the 2 m roots of
+[s^2 + s G + K] Y = 0. A wave's amplitude a is complex: a' = z a + beta Lambda, z =
+e^{s dt}, Lambda the spectrum of the multipliers, which act at the step's start.
 
-[s^2 (1 - dt^2 K/4) + s G + K] Y = 0.
+Central differences move as the sum of Y z^n a with z = (1 + s dt/2) / (1 - s dt/2) and
+[s^2 (1 - dt^2 K/4) + s G + K] Y = 0; d_n = x_n - x_{n-1} = sum of Y (1 - 1/z) a.
 
-A wave's amplitude a is complex: a' = z a + beta Lambda, Lambda the spectrum of the
-multipliers; d_n = x_n - x_{n-1} = sum of Y (1 - 1/z) a. Jacobi's energy at n + 1/2, and
-the loss of a step, (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2, are forms of a.
+Jacobi's energy, for differences at n + 1/2, and what D and S take in a step are forms
+of a.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -42,6 +45,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Block
 from hpcwhirl.reduction.waves import diameter_matrices, hub_of
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -54,10 +58,9 @@ class Diameter:
 
     Attributes
     ----------
-    k : nodal diameter
+    k, step : nodal diameter; dt, s
     ahead : (w,), z - 1
-    shapes, rises : (m, w), Y and Y (1 - 1/z): x and d of unit amplitudes
-    give : (m, m), m/N.., (1/dt^2 + G/2dt)^-1
+    shapes, rises : (m, w), of unit amplitudes x, and d or, of the exact flow, x'
     radial, along : (m,), what a tip's gap, and its place against theta, read of x
     hub : (m,), z_o of x; zero where the centre rests
     energy : (w, w), Hermitian, of a: J
@@ -65,10 +68,10 @@ class Diameter:
     """
 
     k: int
+    step: float
     ahead: Complexes
     shapes: Complexes
     rises: Complexes
-    give: Complexes
     radial: Complexes
     along: Complexes
     hub: Complexes
@@ -77,82 +80,180 @@ class Diameter:
     push: Complexes
 
     @property
-    def fastest(self) -> float:
-        """Largest |z - 1|: what d is scaled by."""
-        return float(np.abs(self.ahead).max())
+    def scale(self) -> float:
+        """What d or x' is divided by."""
+        return float(np.abs(self.rises).max())
 
     @property
     def condition(self) -> float:
-        """Condition of the waves as a basis of (x, d), d scaled."""
-        basis = np.vstack([self.shapes, self.rises / self.fastest])
+        """Condition of the waves as a basis of x and d or x', scaled."""
+        basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Amplitudes of (x, d), (w, 2 m)."""
-        basis = np.vstack([self.shapes, self.rises / self.fastest])
-        scale = np.repeat([1.0, 1.0 / self.fastest], len(self.shapes))
+        """Amplitudes of x and d or x', (w, 2 m)."""
+        basis = np.vstack([self.shapes, self.rises / self.scale])
+        scale = np.repeat([1.0, 1.0 / self.scale], len(self.shapes))
         return np.asarray(np.linalg.solve(basis, np.diag(scale)))
+
+    @property
+    def before(self) -> Complexes:
+        """Factors (w,) from amplitudes after a step without forces to those before."""
+        return np.asarray(1 / (1 + self.ahead))
 
     def force(self, mu: float) -> Complexes:
         """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
         return np.asarray((self.radial + mu * self.along).conj())
 
     def pushed(self, mu: float) -> Complexes:
-        """Return the amplitudes (w,) of a unit Lambda."""
-        more = self.give @ self.force(mu)
+        """Return the amplitudes (w,) that a unit Lambda adds to those after a step."""
+        raise NotImplementedError
+
+    def passing(self) -> Complexes:
+        """Return dt (v- + v+) of amplitudes after a step without forces, (m, w).
+
+        v- and v+ are the velocities before and after what acts at the step's start.
+        """
+        raise NotImplementedError
+
+    def passed(self, mu: float) -> Complexes:
+        """Return what a unit Lambda adds to dt (v- + v+), (m,)."""
+        raise NotImplementedError
+
+    def lost(self) -> Complexes:
+        """Return the form (w, w) of what D and S take in a step, of a after it, J."""
+        raise NotImplementedError
+
+    def work(self, mu: float) -> tuple[Complexes, float]:
+        """Return (row (w,), number): what Lambda adds to energy and loss of a step.
+
+        It adds Re(conj(Lambda) row a) + number |Lambda|^2, a after the step without it.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Differences(Diameter):
+    """Waves of central differences; give : (m, m), (1/dt^2 + G/2dt)^-1."""
+
+    give: Complexes
+
+    def pushed(self, mu: float) -> Complexes:
+        """Return beta: x and d change alike."""
+        more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return d' + d of unit amplitudes after a step without forces, (m, w)."""
-        return np.asarray(self.rises * (1 + 1 / (1 + self.ahead)))
+        """Return d' + d."""
+        return np.asarray(self.rises * (1 + self.before))
 
-    def lost(self, step: float) -> Complexes:
-        """Return the form (w, w) of a step's loss without forces, of a after it, J."""
-        moved, place = self.passing(), self.shapes / (1 + self.ahead)
-        out = moved.conj().T @ (self.rate @ moved) / (4 * step)
-        out = out + moved.conj().T @ (self.push @ place) / 2
-        return np.asarray((out + out.conj().T) / 2)
+    def passed(self, mu: float) -> Complexes:
+        """Return what Lambda adds to d'."""
+        return np.asarray(self.give @ self.force(mu))
 
-    def work(self, mu: float, step: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number): what Lambda adds to energy and loss of a step.
+    def lost(self) -> Complexes:
+        """Return (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2."""
+        moved, place = self.passing(), self.shapes * self.before
+        out = moved.conj().T @ (self.rate @ moved) / (4 * self.step)
+        return _hermitian(out + moved.conj().T @ (self.push @ place) / 2)
 
-        It adds Re(conj(Lambda) row a) + number |Lambda|^2, a before it.
-        """
-        beta, more = self.pushed(mu), self.give @ self.force(mu)
+    def work(self, mu: float) -> tuple[Complexes, float]:
+        """Return the change of the energy, and of `lost` by the new d'."""
+        beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
-        row = row + more.conj() @ self.rate @ self.passing() / (2 * step)
-        row = row + more.conj() @ self.push @ self.shapes / (1 + self.ahead) / 2
+        row = row + more @ self.rate @ self.passing() / (2 * self.step)
+        row = row + more @ self.push @ (self.shapes * self.before) / 2
         number = beta.conj() @ self.energy @ beta
-        number = number + more.conj() @ self.rate @ more / (4 * step)
+        number = number + more @ self.rate @ more.conj() / (4 * self.step)
         return np.asarray(row), float(number.real)
+
+
+@dataclass(frozen=True)
+class Flow(Diameter):
+    """Waves of the exact flow; roots : (w,), s, 1/s."""
+
+    roots: Complexes
+
+    def _struck(self, mu: float) -> Complexes:
+        """Return the amplitudes of the impulse of a unit Lambda at a step's start."""
+        impulse = self.step * self.force(mu)
+        return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
+
+    def pushed(self, mu: float) -> Complexes:
+        """Return beta: the impulse at the step's end."""
+        return np.asarray((1 + self.ahead) * self._struck(mu))
+
+    def passing(self) -> Complexes:
+        """Return 2 dt v- of amplitudes after the step."""
+        return np.asarray(2 * self.step * self.rises * self.before)
+
+    def passed(self, mu: float) -> Complexes:
+        """Return dt (v+ - v-)."""
+        return np.asarray(self.step**2 * self.force(mu))
+
+    def lost(self) -> Complexes:
+        """Return the integral of x' D x' + x' S x over a step."""
+        moved, place = self.rises * self.before, self.shapes * self.before
+        out = moved.conj().T @ (self.rate @ moved)
+        out = _hermitian(out + moved.conj().T @ (self.push @ place))
+        turned = self.step * np.add.outer(self.roots.conj(), self.roots)
+        small = np.abs(turned) < np.finfo(float).eps
+        grown = np.expm1(turned) / np.where(small, 1.0, turned)
+        return np.asarray(self.step * out * np.where(small, 1.0, grown))
+
+    def work(self, mu: float) -> tuple[Complexes, float]:
+        """Return the change of the energy at the step's start."""
+        struck = self._struck(mu)
+        row = 2 * (struck.conj() @ self.energy) * self.before
+        return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)
+
+
+def _hermitian(matrix: Complexes) -> Complexes:
+    return np.asarray((matrix + matrix.conj().T) / 2)
 
 
 def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
     """Return the waves of all nodal diameters of a rotor of equal sectors."""
-    spin = model.rotor.spin
+    spin, exact = model.rotor.spin, is_exact(scene)
     pieces = spin.waves if spin else ()
-    return [_diameter(model, scene, piece) for piece in pieces]
+    return [_diameter(model, scene, piece, exact=exact) for piece in pieces]
 
 
-def _diameter(model: Model, scene: Scene, piece: Block) -> Diameter:
+def is_exact(scene: Scene) -> bool:
+    """Return whether a scheme marches the exact flow."""
+    return not math.isfinite(SCHEMES[scene.solver.scheme].order)
+
+
+def _diameter(model: Model, scene: Scene, piece: Block, *, exact: bool) -> Diameter:
     step = scene.solver.time_step
     gyro, rate, stiffness, push = diameter_matrices(model.rotor, piece, scene.speed)
-    same, whole = np.eye(len(rate)), stiffness + push
-    roots, shapes = _roots(same - step**2 / 4 * whole, rate + gyro, whole)
-    ahead = roots * step / (1 - roots * step / 2)
+    whole, damping = stiffness + push, rate + gyro
+    same: Complexes = np.eye(len(rate), dtype=np.complex128)
+    mass = same if exact else np.asarray(same - step**2 / 4 * whole)
+    roots, shapes = _roots(mass, damping, whole)
     scale = np.sqrt((2.0 - piece.simple) / model.blades)
     radial, along = -scale * piece.modes[0], -scale * piece.modes[1]
     turned = radial @ shapes
     size = np.abs(turned)
     shapes = shapes * np.where(size > 0.0, turned.conj() / np.where(size, size, 1.0), 1)
+    back = shapes.conj().T
+    hub = hub_of(model.rotor, piece)
+    if exact:
+        rises = shapes * roots
+        energy = _hermitian(rises.conj().T @ rises + back @ stiffness @ shapes) / 2
+        return Flow(
+            piece.k, step, np.expm1(roots * step), shapes, rises, radial, along, hub,
+            energy, rate, push, roots,
+        )  # fmt: skip
+    ahead = roots * step / (1 - roots * step / 2)
     rises = shapes * ahead / (1 + ahead)
-    energy = rises.conj().T @ rises / (2 * step**2)
-    energy = energy + shapes.conj().T @ stiffness @ (shapes / (1 + ahead)) / 2
-    give = np.linalg.solve(same / step**2 + (rate + gyro) / (2 * step), same)
-    return Diameter(
-        piece.k, ahead, shapes, rises, np.asarray(give), radial, along,
-        hub_of(model.rotor, piece), (energy + energy.conj().T) / 2, rate, push,
+    energy = rises.conj().T @ rises / step**2
+    energy = _hermitian(energy + back @ stiffness @ (shapes / (1 + ahead))) / 2
+    give = np.linalg.solve(same / step**2 + damping / (2 * step), same)
+    return Differences(
+        piece.k, step, ahead, shapes, rises, radial, along, hub, energy, rate, push,
+        np.asarray(give),
     )  # fmt: skip
 
 
@@ -209,10 +310,10 @@ def wave_arrays(
     ring, lobe, ring_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
-    steady, slots = circle_of(model, scene, diameters), widths(blades)[0]
-    rotor = _rotor(diameters, slots, mu, scene.solver.time_step, steady)
+    steady = circle_of(model, scene, diameters)
+    rotor = _rotor(diameters, widths(blades)[0], mu, steady)
     k = np.arange(len(diameters))
-    opens = [own.radial @ own.give @ own.force(mu) for own in diameters]
+    opens = [own.radial @ own.shapes @ own.pushed(mu) for own in diameters]
     waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
     column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
     arrays = Arrays(
@@ -225,30 +326,36 @@ def wave_arrays(
 
 
 def _rotor(
-    diameters: list[Diameter], slots: int, mu: float, step: float, steady: Circle | None
+    diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
     """Return the kernel's arrays of a rotor; those of a circle are a row behind."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
-    items = np.zeros((waves.ITEMS, rows, slots))
-    fixed, hub = np.zeros((waves.FIXED, slots)), np.zeros((2, rows, 2, slots))
+    flow = isinstance(diameters[0], Flow)
+    items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
+    fixed = np.zeros((waves.FLOW_FIXED if flow else waves.FIXED, slots))
+    hub = np.zeros((2, rows, 2, slots))
     form = np.zeros((rows, rows, 2, slots))
     for own in diameters:
         k, count = own.k, len(own.ahead)
-        work, adds = own.work(mu, step)
+        work, adds = own.work(mu)
         of_wave = {
             waves.AHEAD_RE: own.ahead, waves.PUSH_RE: own.pushed(mu),
             waves.RATE_RE: own.along @ own.passing(), waves.WORK_RE: work,
             waves.ALONG_RE: own.along @ own.shapes,
         }  # fmt: skip
+        items[waves.RADIAL, :count, k] = (own.radial @ own.shapes).real
+        passed = own.passed(mu)
+        of_slot = {
+            waves.OPENS_RE: own.radial @ own.shapes @ own.pushed(mu),
+            waves.SLIDES_RE: own.along @ passed,
+        }
+        if flow:
+            of_wave[waves.NEARS_RE] = own.radial @ own.passing()
+            of_slot[waves.FIXED] = own.radial @ passed
         for place, values in of_wave.items():
             items[place, :count, k], items[place + 1, :count, k] = _parts(values)
-        items[waves.RADIAL, :count, k] = (own.radial @ own.shapes).real
-        opened = own.give @ own.force(mu)
-        for place, row in (
-            (waves.OPENS_RE, own.radial),
-            (waves.SLIDES_RE, own.along),
-        ):
-            fixed[place, k], fixed[place + 1, k] = _parts(row @ opened)
+        for place, value in of_slot.items():
+            fixed[place, k], fixed[place + 1, k] = value.real, value.imag
         fixed[waves.ADDS, k] = adds
         hub[:, :count, :, k] = _read_hub(own.hub @ own.shapes)
         upper = np.triu(own.energy) + np.triu(own.energy, 1)

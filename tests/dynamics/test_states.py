@@ -31,6 +31,7 @@ SCHEMES = {
     "paper": {"scheme": "paper", "duration": 1.2e-3},
     "folded": {"nodal_diameter": 2},
     "turning": {"rotation": "full"},
+    "turning, exact": {"rotation": "full", "scheme": "exact"},
 }
 FITS = {"machine": "this"}
 

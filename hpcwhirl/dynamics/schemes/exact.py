@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.dynamics.schemes.waves import waves_apart
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return what marches a scene."""
-    _check(model)
-    return cyclic_modes(model, scene, beat)
+    """Return what marches a scene; with rotation by its waves, without flights."""
+    turning = waves_apart(model, scene)
+    _check(model, able=is_cyclic(model) or turning is not None)
+    return turning or cyclic_modes(model, scene, beat)
 
 
-def _check(model: Model) -> None:
+def _check(model: Model, *, able: bool) -> None:
     """Raise InputError where the exact flow is not that of the cyclic kernel."""
-    if not is_cyclic(model):
+    if not able:
         msg = (
             "scheme exact needs three or more equal blades and a ring of harmonics or "
             "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "

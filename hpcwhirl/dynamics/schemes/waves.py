@@ -1,4 +1,4 @@
-"""The kernel `waves`: `modal` where rotation couples the modes of equal sectors."""
+"""The kernel `waves`: where rotation couples the modes of equal sectors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.kernels import differences, waves
+from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, WaveSpace
@@ -31,6 +31,7 @@ from hpcwhirl.dynamics.turning_waves import (
     circle_of,
     diameters_of,
     is_basis,
+    is_exact,
     modal_places,
     wave_arrays,
 )
@@ -82,16 +83,16 @@ def waves_apart(model: Model, scene: Scene) -> Integrator | None:
         return None
     arrays, ring_rows = wave_arrays(model, scene, diameters)
     k, _ = widths(model.blades)
-    c_b, c_c = arrays.rotor, arrays.casing.items
-    rows = len(c_b.items) // (waves.ITEMS * k)
+    c_b, c_c, exact = arrays.rotor, arrays.casing.items, is_exact(scene)
+    rows = c_b.hub.shape[1] // (2 * k)
     sizes = 2 * k * (rows + waves.SEEN), RING_STATE * ring_rows * k, 4 * k, 3 * k
     state_at_rest = at_rest(model.blades, scene.gap, sizes)
     step, friction = scene.solver.time_step, friction_with_sign(scene)
-    march = cast(Any, waves.march_waves)
+    march = cast(Any, waves.march_flowing_waves if exact else waves.march_waves)
 
     @cache
     def space() -> WaveSpace:
-        return waves.space_of(arrays, state_at_rest)
+        return waves.space_of(arrays, state_at_rest, exact=exact)
 
     def kernel(*given: Any) -> None:
         march(*given, space())
@@ -101,15 +102,15 @@ def waves_apart(model: Model, scene: Scene) -> Integrator | None:
         sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
         waves.end_waves(
             state.rotor, s_b, c_b, state.ring, s_c, c_c, state.lam, state.counter,
-            sums_b, sums_c, np.zeros_like(state.lam),
+            exact, sums_b, sums_c, np.zeros_like(state.lam),
         )  # fmt: skip
         return s_b, s_c, sums_b, sums_c
 
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         now = int(state.counter[STEP] & 1)
-        own, ring = waves.energies_of_waves(s_b, c_b, s_c, c_c, now, step)
-        rotation, impact, drag, given = differences.column_sums(sums_b, sums_c, step)
+        own, ring = waves.energies_of_waves(s_b, c_b, s_c, c_c, now, exact, step)
+        rotation, impact, drag, given = waves.sums_of_waves(sums_b, sums_c, exact, step)
         return Balance(own + ring, given - own, rotation, friction * drag, impact)
 
     def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
