@@ -1,18 +1,19 @@
 """Designs of many cases, one case, and their distribution over MPI ranks.
 
-Its rooms: `plan`, which cases there are and as what each is computed; `foresight`, what
-they will take; what runs them is here.
+Packages: `plan` lists the cases and how each is computed, `foresight` predicts their
+cost; the modules beside them run a campaign, `session` in the order of its steps.
 
 Called, as `hpcwhirl.campaign("whirl.toml", "results")`, it is the function `campaign`.
 
-Rank 0 hands out cases and computes too, point to point; a process alone is rank 0 of
-one. What is left to do rank 0 asks of the `planner`. The first units go out
-together; then a worker asks when it begins what it has. The last units, one a rank, go
-to whoever has nothing left. Seconds a case are learned from its nearest finished
-neighbours and decide order, time left and the size of an answer, never a result.
-Isolated cases are a fresh interpreter, never a fork of a process that has begun MPI.
-Every message is received: each worker gets one HALT and ends no sooner, since a message
-that nobody has read hangs `srun --mpi=pmi2` in MPI's end.
+Rank 0 hands out cases by messages to one rank at a time, and computes cases, too; a
+process alone is rank 0 of one. The `planner` tells rank 0 what is left. At first every
+worker is sent units of work; later it asks for more as it begins those that it has.
+The last units, one a rank, go to workers that have none. The seconds that a case takes
+are predicted from finished cases with similar inputs; they decide the order of cases,
+the time left and the number of units sent at once, never a result. An isolated case is
+computed by a new interpreter, never by a fork of a process that has initialized MPI.
+Every message is received: each worker waits for one HALT, since an unread message hangs
+`srun --mpi=pmi2` in MPI_Finalize.
 
 A unit is a job: a case, one of its twins, or one of both for longer where the campaign
 was extended and it is undecided. Rank 0 hears how every job ended with its seconds and

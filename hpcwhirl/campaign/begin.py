@@ -1,4 +1,4 @@
-"""The beginning of a call: its directory claimed, made or found to be continued."""
+"""The start of a call: claim the campaign's directory, then make or continue it."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class DiedError(CaseError):
 
 
 class FailedError(CaseError):
-    """A case failed in its process, which has told why."""
+    """A case failed in a process of its own, which has printed the reason."""
 
 
 def late(march: March, limit: float) -> LateError:

@@ -150,7 +150,7 @@ class Evaluator:
     def _compute(
         self, computed: Computation, between: Callable[[], None]
     ) -> tuple[Completion, float]:
-        """Compute and keep; return how it ended, and the seconds in the kernel."""
+        """Compute a job, keep its record; return how it ended, and kernel seconds."""
         start, checkpoints = time.perf_counter(), self.desk.checkpoints
         try:
             self.design.check_engine(computed.job.case)

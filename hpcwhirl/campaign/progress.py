@@ -112,11 +112,11 @@ class Worker:
 
 
 def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
-    """Return what a journal tells of its rank; None where it tells no times.
+    """Return the work and the times of a journal's rank; None where it has no times.
 
-    A core cannot compute more than the clock allows: the rank began no later than
-    any case's end less all seconds computed until then, and the earliest of these is
-    taken for its beginning.
+    A rank computes one case at a time: when a case ends, it has run for at least the
+    computing seconds of all its cases so far. Of the starting times that this gives,
+    the earliest is taken.
 
     Parameters
     ----------

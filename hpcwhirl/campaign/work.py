@@ -123,7 +123,7 @@ def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return a case of each kind of those left that may need a kernel of its own."""
+    """Return one case of each kind that may need its own kernel, of the jobs left."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}

@@ -49,7 +49,7 @@ class _Preset(argparse.Action):
     def __call__(
         self, parser: Any, namespace: Any, name: Any, option: Any = None
     ) -> None:
-        """Store the preset's name and insert its inputs into the settings."""
+        """Keep the preset's name; put its inputs before the settings given so far."""
         del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")

@@ -94,9 +94,10 @@ def _modes_of_file(scene: Scene) -> int | None:
 
 
 def has_families(scene: Scene) -> bool:
-    """Return whether the sectors are equal and the casing is round, not of elements.
+    """Return whether the rotor's modes form families and the casing's are harmonics.
 
-    The modes of both bodies then form families and harmonics.
+    They do if all sectors of the rotor are equal and the casing is not made of finite
+    elements.
     """
     engine = scene.engine
     if not scene.has_harmonics or engine.rotor.mistuning:

@@ -1,4 +1,4 @@
-"""The accessor `hpcwhirl` of results in xarray: conditions, and pictures as Axes."""
+"""The xarray accessor `hpcwhirl` of results: conditions on cases, and figures."""
 
 from __future__ import annotations
 

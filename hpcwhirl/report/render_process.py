@@ -1,9 +1,9 @@
 """The map of a campaign, drawn in a process of its own.
 
-What a map imports and draws takes some 90 MB, which would be the largest part of what
-rank 0 of a long campaign ever has. The process is a fresh one, never a fork of one that
-has begun MPI, and it ends with the one that began it. It hears no signal that ends a
-campaign: a finished campaign is drawn to its end.
+Importing Matplotlib and drawing a map takes some 90 MB, which would be the largest part
+of the memory of rank 0. The process is a new interpreter, never a fork of a process
+that has initialized MPI, and it ends with its parent. It ignores the signals that end a
+campaign, so that the map of a finished campaign is completed.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process as its input ends."""
+    """Exit when standard input ends, which it does as the parent process ends."""
     while os.read(0, 1):
         pass
     os._exit(1)

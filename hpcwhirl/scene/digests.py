@@ -222,12 +222,13 @@ class CaseDigests(OfCases[str]):
         return cases
 
     def find(self, name: str, hint: int = -1) -> int:
-        """Return the case with a digest, -1 if there is none.
+        """Return the number of the case that has a digest, -1 if no case has it.
 
         Parameters
         ----------
         name : digest, hexadecimal
-        hint : the case expected; if it is another, all digests are computed, once
+        hint : number of the case that is tried first; if it has another digest, the
+            digests of all cases are searched, which are computed at the first search
         """
         if 0 <= hint < len(self) and self[hint] == name:
             return hint

@@ -45,7 +45,7 @@ WRONG_UNIT = "wrong_unit"  # type of the error
 
 
 def _as_tuple(value: Any) -> Any:
-    """Return a list as the tuple that a frozen input keeps."""
+    """Return a list as a tuple, which cannot be changed, other values as they are."""
     return tuple(value) if isinstance(value, list) else value
 
 

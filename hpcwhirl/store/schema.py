@@ -19,7 +19,7 @@ def dtype(quantity: Quantity) -> np.dtype[Any]:
 
 
 def missing(quantity: Quantity) -> float | int | bytes:
-    """Return what stands where a case gave nothing."""
+    """Return the value that is stored where a case has none, e.g. NaN."""
     empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
     return empty.get(quantity.kind, b"")
 

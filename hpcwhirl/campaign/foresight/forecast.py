@@ -1,10 +1,10 @@
 """What a campaign will cost, before it runs: time on so many ranks, bytes on disk.
 
-Steps are counted. What a step takes, what a case takes beside them and how many cases
-end before their time is learned from the cases that have ended in the directory, as
-those of a pilot; before any has, a step takes what its scheme nominally does. The range
-is that of what these cases tell of all others, and of machines: `APART` between one run
-and the next.
+The number of steps follows from the inputs. The time of a step, the time of a case
+beside its steps and the share of cases that end early are learned from the finished
+cases in the directory, such as those of a pilot; without any, the scheme's nominal time
+of a step is taken. The range covers the uncertainty of this sample and `APART`, the
+relative difference between two runs.
 """
 
 from __future__ import annotations
@@ -100,7 +100,10 @@ class Forecast:
     beyond: int = 0
 
     def wall(self, ranks: int) -> tuple[float, tuple[float, float] | None]:
-        """Return the seconds that the campaign takes on so many ranks, and a range."""
+        """Return the wall time on a number of ranks, s, and its range (low, high).
+
+        The range is None before any case has ended.
+        """
         usual = self._wall(self.seconds, ranks)
         if self.range is None:
             return usual, None
@@ -350,7 +353,7 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape without samples} of the cases with most in their traces."""
+    """Return {trace: shape of one sample} of each case with the largest traces."""
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)

@@ -26,13 +26,18 @@ Listed = Mapping[str, Sequence[Any]]
 def first_inputs(
     document: Mapping[str, Any], refine: Refine | None, settings: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return {dotted name: value} that `first` of [refine] sets.
+    """Return {dotted name: value}, the inputs that `first` of [refine] sets.
 
     Parameters
     ----------
-    document : of the campaign
-    refine : its table
-    settings : {input: value}, of options, none of which may be lost unsaid
+    document : the campaign's TOML
+    refine : its table [refine]
+    settings : {input: value} of --set and --preset
+
+    Raises
+    ------
+    InputError
+        where one of `settings` or a preset of [solver] would be overridden
     """
     if refine is None or refine.first is None:
         return {}

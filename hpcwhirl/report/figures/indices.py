@@ -1,4 +1,4 @@
-"""Sobol' indices drawn with their intervals: bars, of many points lines."""
+"""Figures of Sobol' indices and their intervals: bars, or lines over many points."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ HUB = 10.0  # the centre is amplified so much more
 
 
 def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
-    """Return the shapes of 1F, amplified, with the centre displaced and at rest."""
+    """Return a figure of the first family's mode shapes, amplified, by diameter."""
     whole = bladed_disk(rotor.model_copy(update={"centre": "free"}))
     model = modal_model(whole, 0.0)
     figure = Figure(figsize=(9, 9.4), layout="constrained")

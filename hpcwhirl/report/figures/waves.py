@@ -276,7 +276,7 @@ def nyquist(cases: Results, line: Sequence[int]) -> float:
 
 
 def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} of a diameter, of `moving_families`."""
+    """Return {family: omega, rad/s} of the moving families of a nodal diameter."""
     found = moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 

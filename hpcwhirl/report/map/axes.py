@@ -46,7 +46,7 @@ class Axis:
 
     @property
     def index(self) -> NDArray[np.intp]:
-        """Number of the level of each case, (n,)."""
+        """Index into `levels` of each case, (n,)."""
         return np.searchsorted(self.levels, self.place)
 
     def edges(self) -> Floats:
@@ -70,7 +70,7 @@ class Axis:
         return points * np.diff(edges) / np.ptp(edges)
 
     def ticks(self, points: float, *, upright: bool) -> tuple[Floats, tuple[str, ...]]:
-        """Return the levels told one by one and their texts; none where too many.
+        """Return the levels that have a tick each, and their texts; none if they crowd.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class Axis:
 
 
 def straight(values: Floats, scale: str) -> Floats:
-    """Return values where their scale is linear."""
+    """Return positions of values along an axis: logarithms on a log scale."""
     return np.log(values) if scale == "log" else values
 
 

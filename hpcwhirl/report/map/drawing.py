@@ -67,7 +67,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Which case of a part each cell of a panel shows.
+    """The cells of a panel, and the case that each shows.
 
     Attributes
     ----------

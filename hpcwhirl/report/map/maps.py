@@ -1,4 +1,4 @@
-"""Maps read, drawn and written: regimes, whirl or a number over swept inputs."""
+"""Read, draw and write maps of regimes, whirl or a number over swept inputs."""
 
 from __future__ import annotations
 

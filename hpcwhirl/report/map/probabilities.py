@@ -36,7 +36,7 @@ def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
 
 
 def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
-    """Return the shares of the points that a map shows, see `analysis.shares`."""
+    """Return the shares of regimes at the points of a map, see `analysis.shares`."""
     found = shares(data)
     inputs = {n: found[n].to_numpy() for n in drawn_of(data).swept}
     chosen = where(wish.at, inputs)

@@ -192,7 +192,7 @@ def _columns(
 def _packed(
     columns: list[tuple[dict[str, Any], NDArray[Any]]],
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Put columns one after another, the widest first; one value for a constant."""
+    """Return where each column begins, and the bytes of all; one value if constant."""
     table, parts, at = [], [], 0
     for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
         same = len(column) > 0 and bool((column == column[0]).all())

@@ -22,7 +22,7 @@ LOOKED_AT = {"blades", "full"}
 
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return the variables of blades that the results of a plan have."""
+    """Return the variables of single blades in the results of a plan; {} without."""
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})

@@ -114,7 +114,7 @@ class Journal:
             self.keep()
 
     def keep(self) -> None:
-        """Keep all cases that wait.
+        """Write the waiting cases to disk and sync them.
 
         Raises
         ------

@@ -160,7 +160,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 
 
 def _unpacked(data: dict[str, Any]) -> bool:
-    """Put the cases of an arithmetic plan where listed ones are; whether keys fit."""
+    """Turn `cases` into digests and settings, in place; return whether keys fit."""
     if "cases" in data:
         plain, reads = data.pop("cases"), data.pop("reads", None)
         base = data.get("base")
@@ -207,7 +207,7 @@ def digests_of(plan: Manifest) -> Digests:
 
 
 def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
-    """Raise InputError, naming what changed, where `new` may not continue `old`.
+    """Raise InputError, naming the change, if plan `new` may not continue plan `old`.
 
     A campaign may get more cases: longer lists, and further inputs to sweep as long as
     the value that they had is among those that they get.

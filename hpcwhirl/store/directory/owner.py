@@ -336,7 +336,7 @@ def owners(folder: Path) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return what a claim tells; None where it has just gone or is none."""
+    """Return the owner by the file of a claim; None if it is not a regular file."""
     data = b""
     try:
         state = path.lstat()

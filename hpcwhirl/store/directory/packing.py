@@ -30,7 +30,7 @@ def packed(
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return the arrays, {name: read-only}; None where data is not what was packed."""
+    """Return {name: array, read-only}; None if the data differ from what was packed."""
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
     out: dict[str, NDArray[np.float64]] = {}

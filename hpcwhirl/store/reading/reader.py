@@ -119,7 +119,7 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
 def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.object_]]:
     """Return the words of a variable of `open_coded`, (cases,), each text stored once.
 
-    A case takes 8 bytes, of `words` 40.
+    A case takes 8 bytes here, 40 in `words`.
     """
     meanings, places = _places(variable, variable.to_numpy())
     return np.asarray(meanings.astype(object)[places])

@@ -116,7 +116,7 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
 
 
 def _numbered(values: NDArray[Any], raw: str) -> str:
-    """Return the text that ``#2`` stands for: the second there is; else `raw`."""
+    """Return the second distinct text of a column for ``#2``; other texts unchanged."""
     order = list(dict.fromkeys(values.astype(str).tolist()))
     known = {f"#{i + 1}": text for i, text in enumerate(order)}
     return str(known.get(raw, raw))

@@ -145,7 +145,7 @@ def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
 
 
 def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
-    """Return what of a row is known of a case without a result: its inputs."""
+    """Return {variable: value} of the inputs, the row of a case without a result."""
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]

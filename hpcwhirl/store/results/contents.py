@@ -240,7 +240,7 @@ class _Index:
         return len(journals) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Take in what is to be known of cases themselves before any is read again."""
+        """Note the interval, samples, shapes of traces and word of each case."""
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
         contents.samples[case], self.kind[case] = 0, -1
