@@ -10,6 +10,7 @@ The rotor is one of stiff beams; its centre, tips and springs move as one to 1e-
 import cmath
 import hashlib
 import json
+from dataclasses import replace
 from functools import cache
 
 import h5py
@@ -32,6 +33,7 @@ from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import turning_matrices, unbalance_speeds
 from hpcwhirl.scene import Scene, apply_settings, content_digest, digest, flatten
 from hpcwhirl.scene.files import PHYSICS_VERSION
+from hpcwhirl.store.directory.manifest import check_same, read_manifest, write_manifest
 from hpcwhirl.structure import bladed_disk
 
 OWN, MASS, RATIO, GAP = (
@@ -286,6 +288,32 @@ def test_schemes_march_the_same_unbalanced_rotor(scheme, load):
         assert history.gap_error < 1e-12
 
 
+@pytest.mark.parametrize(
+    "given",
+    [{"rotor.mistuning": [0.05, -0.02, 0.0, 0.01, 0.03]},
+     {"discretization": "elements", "casing.elements": 20},
+     {"blades": 2},
+     {"casing.kind": "rigid", "casing.amplitude": 2e-4, "nodal_diameter": 2},
+     {"speed": 0.0}],
+)  # fmt: skip
+def test_an_unbalance_loads_engines_of_every_kind(given):
+    own = {"unbalance": 1e-2, "duration": 6e-3} | given
+    modal, paper = (small(scheme=s, **own).run() for s in ("modal", "paper"))
+    assert modal.contacts == paper.contacts > 1
+    assert modal.contact_impulse == pytest.approx(paper.contact_impulse, rel=1e-8)
+    for history in (modal, paper):
+        through = sum(map(abs, history.ledger.values()))
+        assert abs(history.ledger["residual"]) < 1e-10 * through
+
+
+@pytest.mark.parametrize("speed", [200.0, -200.0])
+def test_the_blade_of_the_unbalance_is_farthest_out_below_the_critical_speed(speed):
+    scene = apply_settings(Scene(), SMALL | {"speed": speed})
+    for blade in range(5):
+        at = apply_settings(scene, {"unbalance_phase": 2 * np.pi * blade / 5})
+        assert np.argmax(circle(resolve(at).model, at)[0:10:2]) == blade
+
+
 @pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
 def test_a_circle_beyond_the_gap_begins_inside_with_its_energy_booked(scheme):
     march = small(scheme=scheme, unbalance=0.2, duration=6e-3, force=0.0)
@@ -406,3 +434,20 @@ def test_model_tells_the_circle(capsys):
     assert "it touches nothing" in told
     assert main(["model", "--explain", *settings]) == 0
     assert "circle of the unbalance" in capsys.readouterr().out
+
+
+def test_a_campaign_from_before_there_was_an_unbalance_goes_on(tmp_path):
+    tables = {"engine": {"rotation": "full"}, "sweep": {"speed": [300.0, 410.0]}}
+    new = Design.of(tables).manifest()
+    base = {n: v for n, v in new.base.items() if not n.startswith("unbalance")}
+    write_manifest(tmp_path, replace(new, base=base))
+    old = read_manifest(tmp_path)
+    assert not any(name.startswith("unbalance") for name in old.base)
+    assert list(old.digests) == list(new.digests)
+    assert old.digests.identity == new.digests.identity
+    check_same(old, new, tmp_path)
+    wider = tables | {"sweep": tables["sweep"] | {"unbalance": [0.0, 1e-3]}}
+    check_same(old, Design.of(wider).manifest(), tmp_path)
+    heavy = Design.of(tables, {"unbalance": 1e-3}).manifest()
+    with pytest.raises(InputError, match="begun with unbalance = 0"):
+        check_same(old, heavy, tmp_path)
