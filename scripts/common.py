@@ -6,8 +6,10 @@ import os
 import shlex
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,15 @@ def campaign(file: Path, out: Path, *options: str, ranks: int = 2) -> float:
     start = time.perf_counter()
     under_mpi(ranks, "-m", "hpcwhirl", "campaign", file, "--out", out, *options)
     return time.perf_counter() - start
+
+
+@contextmanager
+def working_folder(given: Path | None, name: str) -> Iterator[Path]:
+    """Make and give a directory: the one given, or one that is removed afterwards."""
+    with tempfile.TemporaryDirectory(prefix=f"hpcwhirl-{name}-") as scratch:
+        folder = given or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        yield folder
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,7 +37,7 @@ from hpcwhirl.store.reading.shares import interval
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign
+from common import campaign, working_folder
 from evidence.preset_map import ENGINES, inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -221,9 +220,7 @@ def main() -> int:
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-boundaries-") as scratch:
-        folder = args.folder or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_folder(args.folder, "boundaries") as folder:
         found = [looked_at(engine, args, folder) for engine in ENGINES]
     text = page(found, args)
     print(text)

@@ -28,7 +28,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -40,6 +39,7 @@ import numpy as np
 from hpcwhirl.scene import preset_bounds, preset_names
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import working_folder
 from evidence.estimates_drawn import MEASURES, NUMBERS
 from evidence.presets import PATH, write
 
@@ -266,9 +266,7 @@ def main() -> int:
     counts = QUICK if args.quick else DRAWN
     names = args.only or list(DRAWN)
     seeds = {name: args.seed or SEEDS[name] for name in names}
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-estimates-") as scratch:
-        folder = args.folder or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_folder(args.folder, "estimates") as folder:
         records = {
             name: measured(name, counts[name], seed, folder, (place, of))
             for name, seed in seeds.items()

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import tomllib
 from pathlib import Path
 
@@ -30,7 +29,7 @@ from hpcwhirl.scene.files import full_name
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign
+from common import campaign, working_folder
 from evidence.agreement import confusion
 from evidence.presets import PATH, write
 
@@ -119,9 +118,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     names, maps = preset_names(), {}
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-presets-") as scratch:
-        folder = args.folder or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_folder(args.folder, "presets") as folder:
         for engine in ENGINES:
             maps[engine] = {}
             for preset in names:

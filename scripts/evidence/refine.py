@@ -28,7 +28,6 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,7 +50,7 @@ from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import MPIRUN, campaign
+from common import MPIRUN, campaign, working_folder
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -489,9 +488,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
     args.engine = args.engine or [(name, 1) for name in ENGINES]
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-refine-") as scratch:
-        folder = args.folder or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_folder(args.folder, "refine") as folder:
         found = [measured(name, SIZES[k], args, folder) for name, k in args.engine]
     text = page(found, args)
     print(text)

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import tomllib
 from collections import Counter
 from pathlib import Path
@@ -33,7 +32,7 @@ from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, table
+from common import campaign, table, working_folder
 from evidence.estimates_drawn import moving_engine
 from evidence.preset_map import inputs_of
 
@@ -212,9 +211,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = args.folder or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_folder(args.folder, "words") as folder:
         text, same = page(folder, args.runs, args.seed)
     print(text)
     if args.write:

@@ -13,6 +13,8 @@ from launch import (
     LIMIT,
     MPIRUN,
     ROOT,
+    SIX,
+    inputs,
     kill,
     launch,
     records,
@@ -29,22 +31,11 @@ solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 """
-LONG = """
-scene = {duration = 0.6}
-solver = {time_step = 2e-6}
-output = {interval = 1e-3}
-sweep = {speed = [300, 340, 380, 420, 460, 500]}
-"""
 ONE_TOO_COARSE = """
 scene = {duration = 4e-3}
 output = {interval = 5e-5}
 sweep = {time_step = [2e-5, 1e-6, 2e-6]}
 """
-
-
-def inputs(place, text):
-    (place / "campaign.toml").write_text(text)
-    return place / "campaign.toml"
 
 
 def finished(place, text, ranks):
@@ -68,7 +59,7 @@ def alone(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    return finished(tmp_path_factory.mktemp("undisturbed"), LONG, ranks=0)
+    return finished(tmp_path_factory.mktemp("undisturbed"), SIX, ranks=0)
 
 
 @pytest.mark.mpi
@@ -94,7 +85,7 @@ def test_any_number_of_ranks_gives_the_bits_of_one_process(alone, tmp_path, rank
 @pytest.mark.mpi
 @pytest.mark.slow
 def test_every_rank_computes_rank_0_too(tmp_path):
-    out = finished(tmp_path, LONG, ranks=2)
+    out = finished(tmp_path, SIX, ranks=2)
     assert {record["performance"]["rank"] for record in records(out)} == {0, 1}
 
 
@@ -103,7 +94,7 @@ def test_every_rank_computes_rank_0_too(tmp_path):
 @pytest.mark.parametrize("ranks", [0, 2])
 def test_a_killed_campaign_continues_to_the_same_bits(undisturbed, tmp_path, ranks):
     out = tmp_path / "out"
-    words = ["campaign", inputs(tmp_path, LONG), "--out", out]
+    words = ["campaign", inputs(tmp_path, SIX), "--out", out]
     process = start(words, ranks)
     wait_for(lambda: records(out), process)
     kill(process)
@@ -156,7 +147,7 @@ def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
 @pytest.mark.parametrize(("ranks", "wish"), [(0, signal.SIGTERM), (2, signal.SIGUSR1)])
 def test_a_stopped_campaign_says_75_and_continues(undisturbed, tmp_path, ranks, wish):
     out = tmp_path / "out"
-    words = ["campaign", inputs(tmp_path, LONG), "--out", out]
+    words = ["campaign", inputs(tmp_path, SIX), "--out", out]
     process = start(words, ranks)
     wait_for(lambda: records(out), process)
     process.send_signal(wish)

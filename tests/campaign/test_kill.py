@@ -6,10 +6,9 @@ import random
 import shutil
 import signal
 import time
-from pathlib import Path
 
 import pytest
-from launch import LIMIT, finish, kill, launch, records, root_variables, start, tree
+from launch import LIMIT, finish, kill, launch, pid_of, records, root_variables, start
 
 from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
@@ -22,7 +21,6 @@ solver = {{time_step = 2e-6}}
 output = {{interval = 1e-3}}
 sweep = {{speed = {{start = 300, stop = 500, num = {speeds}}}, friction = [0.0, 0.2]}}
 """
-RANK = (b"PMI_RANK=", b"OMPI_COMM_WORLD_RANK=", b"PMIX_RANK=")
 
 
 def inputs(place, speeds, duration):
@@ -36,19 +34,6 @@ def undisturbed(design, place):
     prepare(design, place / "undisturbed")
     assert run_campaign(design, place / "undisturbed").complete
     return root_variables(place / "undisturbed")
-
-
-def pid_of(process, rank):
-    """Return the process that is some rank, by what its launcher told it."""
-    for pid in tree(process.pid):
-        try:
-            told = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
-            call = Path(f"/proc/{pid}/cmdline").read_bytes()
-        except OSError:
-            continue
-        if b"hpcwhirl" in call and any(name + b"%d" % rank in told for name in RANK):
-            return pid
-    return None
 
 
 def end(process, victim):

@@ -11,10 +11,9 @@ import shutil
 import time
 import tomllib
 
-import h5py
 import pytest
 import tomli_w
-from launch import LIMIT, kill, launch, records, root_variables, start
+from launch import LIMIT, all_variables, kill, launch, records, start
 from on_engine import on_engine
 
 REFINED = """
@@ -60,13 +59,6 @@ KILLS = int(os.environ.get("HPCWHIRL_KILLS", "2"))  # of 1, of 2 and of 3 ranks 
 EXTENDED = ("--extend", "undecided", "--to", "0.4")
 
 
-def variables(folder):
-    """Return the root variables of results, and those of twins."""
-    with h5py.File(folder / "results.h5") as file:
-        twins = {n: d[()].tobytes() for n, d in file.get("twins", {}).items()}
-    return root_variables(folder) | {f"twins/{name}": v for name, v in twins.items()}
-
-
 def killed(words, ranks, count):
     """Start a campaign and kill it once it has so many rows; tell whether it lived."""
     process = start(words, ranks)
@@ -100,7 +92,7 @@ def survives(place, kind, kills, sizes=(1, 2, 3)):
     words = begun(place, kind, "alone")
     first = len(records(place / "alone"))
     assert launch(*words).returncode == 0
-    expected, cases = variables(place / "alone"), len(records(place / "alone"))
+    expected, cases = all_variables(place / "alone"), len(records(place / "alone"))
     assert cases - first > kills
     chance, struck = random.Random(7), 0
     for ranks in sizes:
@@ -110,7 +102,7 @@ def survives(place, kind, kills, sizes=(1, 2, 3)):
             struck += killed(words, ranks, count)
         done = launch(*words, "--retry", "crashed", ranks=ranks)
         assert done.returncode == 0, done.err
-        assert variables(out) == expected
+        assert all_variables(out) == expected
         assert len({r["digest"] for r in records(out)}) == cases  # none too many
     assert struck > 0
 

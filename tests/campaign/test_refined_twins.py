@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from deaths import until_it_lives
-from launch import records, root_variables
+from launch import all_variables, records, root_variables
 from made_up import refined_campaign
 
 import hpcwhirl
@@ -39,12 +39,6 @@ def coin(settings):
     )
 
 
-def variables(folder):
-    with h5py.File(folder / "results.h5") as file:
-        twins = {f"twins/{n}": d[()].tobytes() for n, d in file["twins"].items()}
-    return root_variables(folder) | twins
-
-
 @pytest.fixture(scope="module")
 def speckled(tmp_path_factory):
     return refined_campaign(tmp_path_factory.mktemp("s") / "out", DOCUMENT, coin)
@@ -71,7 +65,7 @@ def test_cases_in_speckle_have_shares_and_no_others(speckled):
 
 def test_the_order_of_arrival_changes_no_bit(speckled, tmp_path):
     again = refined_campaign(tmp_path / "again", DOCUMENT, coin, seed=7)
-    assert variables(again) == variables(speckled)
+    assert all_variables(again) == all_variables(speckled)
 
 
 def two_words(settings):
@@ -109,7 +103,7 @@ def test_a_sample_of_cases_between_alike_ones_has_twins(even, tmp_path):
     found = hpcwhirl.credibility(data)
     assert (found.of, found.cases, found.kept) == ("even", 20, 20 - low.sum())
     again = refined_campaign(tmp_path / "again", EVEN, two_words, seed=9)
-    assert variables(again) == variables(even)
+    assert all_variables(again) == all_variables(even)
     twins = EVEN["twins"] | {"seed": 5}
     other = refined_campaign(tmp_path / "other", EVEN | {"twins": twins}, two_words)
     theirs = hpcwhirl.open_results(other).twin_count.values == COUNT
@@ -201,7 +195,7 @@ def test_twins_are_asked_for_later_and_taken_back(speckled, tmp_path):
     prepare(design_of(DOCUMENT), folder)
     assert progress_of(folder).left > 0
     refined_campaign(folder, DOCUMENT, coin)
-    assert variables(folder) == variables(speckled)
+    assert all_variables(folder) == all_variables(speckled)
     refined_campaign(folder, plain, coin)
     assert root_variables(folder) == before
 
@@ -231,7 +225,7 @@ def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
         lambda: run_campaign(design, tmp_path / "killed", policy=often),
     )
     assert deaths > 3
-    assert variables(tmp_path / "killed") == variables(tmp_path / "whole")
+    assert all_variables(tmp_path / "killed") == all_variables(tmp_path / "whole")
     assert len(records(tmp_path / "killed")) == total  # none is computed twice
 
 

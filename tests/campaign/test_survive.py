@@ -12,6 +12,7 @@ from launch import (
     ENVIRONMENT,
     LIMIT,
     ROOT,
+    inputs,
     kill,
     launch,
     records,
@@ -59,11 +60,6 @@ def advance(march, steps, own=March.advance):
         ctypes.string_at(0)
 March.advance = advance
 """
-
-
-def inputs(place, text):
-    (place / "campaign.toml").write_text(text)
-    return place / "campaign.toml"
 
 
 def undisturbed(place, text, *words):

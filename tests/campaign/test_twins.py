@@ -9,7 +9,7 @@ import xarray
 from deaths import even_slices, until_it_lives
 from hypothesis import given
 from hypothesis import strategies as some
-from launch import launch, root_variables
+from launch import all_variables, launch, root_variables
 from on_engine import on_engine
 from scipy.stats import binomtest, kstest
 
@@ -49,14 +49,7 @@ def run(folder, policy=None, extend=None, **tables):
     prepare(design, folder, extend)
     ending = run_campaign(design, folder, policy=policy or Policy())
     assert ending.complete
-    return variables(folder), ending
-
-
-def variables(folder):
-    """Return the root variables of results, and those of the twins."""
-    with h5py.File(folder / "results.h5") as file:
-        twins = {f"twins/{n}": d[()].tobytes() for n, d in file["twins"].items()}
-    return root_variables(folder) | twins
+    return all_variables(folder), ending
 
 
 @pytest.fixture(scope="module")
@@ -241,7 +234,7 @@ def test_more_twins_are_welcome_and_none_is_computed_again(
 
     monkeypatch.setattr(March, "advance", counted)
     more, _ = run(tmp_path)
-    assert more == variables(whole) != few
+    assert more == all_variables(whole) != few
     assert len(read_records(tmp_path)) == 12
     made.clear()
     again, _ = run(tmp_path, twins=FIRST["twins"] | {"count": 2})
@@ -298,16 +291,16 @@ def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path, monkeypatch)
 def test_classify_keeps_the_shares(tmp_path):
     folder = tmp_path / "o"
     run(folder)
-    before = variables(folder)
+    before = all_variables(folder)
     assert main(["classify", str(folder), "--set", "significance=1e9"]) == 0
     data = hpcwhirl.open_results(folder)
     with h5py.File(folder / "results.h5") as file:
         regimes, own = file["twins/regime"][:], file["regime"][:]
     expected = (regimes == own[:, None]).mean(axis=1)
     assert np.array_equal(data.word_share.values, expected)
-    assert variables(folder) != before
+    assert all_variables(folder) != before
     assert main(["classify", str(folder)]) == 0
-    assert variables(folder) == before
+    assert all_variables(folder) == before
 
 
 def test_twins_of_boundaries_stand_where_neighbours_differ(tmp_path):
@@ -413,7 +406,7 @@ def test_two_ranks_have_the_same_twins(whole, tmp_path):
     file.write_text(tomli_w.dumps(FIRST))
     done = launch("campaign", file, "--out", tmp_path / "o", ranks=2)
     assert done.returncode == 0, done.err
-    assert variables(tmp_path / "o") == variables(whole)
+    assert all_variables(tmp_path / "o") == all_variables(whole)
 
 
 @pytest.mark.parametrize(

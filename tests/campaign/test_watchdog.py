@@ -10,23 +10,19 @@ from launch import (
     ENVIRONMENT,
     LIMIT,
     ROOT,
+    SIX,
+    inputs,
     launch,
+    pid_of,
     records,
     root_variables,
     start,
     wait_for,
 )
-from test_kill import pid_of
 
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.watchdog import Watchdog
 
-LONG = """
-scene = {duration = 0.6}
-solver = {time_step = 2e-6}
-output = {interval = 1e-3}
-sweep = {speed = [300, 340, 380, 420, 460, 500]}
-"""
 # A case that hangs for ever, and a file that says that it has begun to.
 HANG = """
 import pathlib, time
@@ -42,15 +38,12 @@ evaluate.compute = hang
 """
 
 
-def inputs(place):
-    (place / "long.toml").write_text(LONG)
-    return place / "long.toml"
-
-
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     place = tmp_path_factory.mktemp("undisturbed")
-    assert launch("campaign", inputs(place), "--out", place / "out").returncode == 0
+    assert (
+        launch("campaign", inputs(place, SIX), "--out", place / "out").returncode == 0
+    )
     return root_variables(place / "out")
 
 
@@ -59,7 +52,7 @@ def undisturbed(tmp_path_factory):
 @pytest.mark.parametrize("hung", [1, 0])
 def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, hung):
     out = tmp_path / "out"
-    words = ["campaign", inputs(tmp_path), "--out", out]
+    words = ["campaign", inputs(tmp_path, SIX), "--out", out]
     process = start([*words, "--patience", "1"], ranks=3)
     wait_for(lambda: records(out), process)
     os.kill(pid_of(process, hung), signal.SIGSTOP)
@@ -82,7 +75,7 @@ def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
     (tmp_path / "sitecustomize.py").write_text(HANG.replace("PLACE", str(tmp_path)))
     (tmp_path / "hang").touch()
     path = f"{tmp_path}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
-    words = ["campaign", inputs(tmp_path), "--out", out]
+    words = ["campaign", inputs(tmp_path, SIX), "--out", out]
     text = (tmp_path / "long.toml").read_text()
     (tmp_path / "long.toml").write_text(text + "campaign = {patience = 0.5}\n")
     process = start(words, ranks, env=ENVIRONMENT | {"PYTHONPATH": path})

@@ -16,11 +16,12 @@ from cluster import (
     CASES,
     MARKS,
     asking,
+    is_whole,
     log,
-    put_tools,
+    put_campaign,
     wait_until,
 )  # fmt: skip
-from launch import ENVIRONMENT, MPIRUN, ROOT, records, root_variables
+from launch import ENVIRONMENT, ROOT, records, root_variables
 
 from hpcwhirl.cli import main
 
@@ -54,9 +55,7 @@ def slurm(tmp_path_factory):
 @pytest.fixture
 def submit(slurm, tmp_path, capsys, kernels):
     """Return a function: options of `job` -> number of the submitted job."""
-    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
-    tool = [sys.executable, "-m", "hpcwhirl"]
-    put_tools(tmp_path, mpirun=MPIRUN, hpcwhirl=tool)
+    put_campaign(tmp_path)
     path = f"{tmp_path / 'bin'}:{ENVIRONMENT['PATH']}"
 
     def put(*options):
@@ -134,9 +133,7 @@ def test_a_warned_campaign_stops_with_75_comes_again_and_completes(
     told = log(tmp_path)
     assert "stopped early" in told
     assert f"{CASES} cases, " in told
-    done = sorted(record["case"] for record in records(tmp_path / "out"))
-    assert done == list(range(CASES))
-    assert root_variables(tmp_path / "out") == alone
+    is_whole(tmp_path / "out", alone)
 
 
 def test_the_warning_comes_by_itself_before_the_time_limit(slurm, submit, tmp_path):
@@ -180,10 +177,7 @@ def test_a_cancelled_campaign_stays_cancelled_and_keeps_its_cases(
     assert 0 < len(kept) < CASES
     (again,) = ended(slurm, submit("--ntasks", "2"))
     assert again["JobState"] == "COMPLETED", log(tmp_path)
-    after = records(tmp_path / "out")
-    assert all(record in after for record in kept)
-    assert sorted(record["case"] for record in after) == list(range(CASES))
-    assert root_variables(tmp_path / "out") == alone
+    is_whole(tmp_path / "out", alone, kept)
 
 
 @pytest.mark.parametrize("starts_with", ["mpirun", "srun"])
@@ -197,7 +191,5 @@ def test_elements_of_an_array_are_shards_and_come_again_alone(
     jobs = {job["ArrayTaskId"]: job for job in ended(slurm, number)}
     assert {job["JobState"] for job in jobs.values()} == {"COMPLETED"}, log(tmp_path)
     assert {task: job["Restarts"] for task, job in jobs.items()} == {"1": "1", "2": "0"}
-    assert root_variables(tmp_path / "out") == alone
-    done = sorted(record["case"] for record in records(tmp_path / "out"))
-    assert done == list(range(CASES))
+    is_whole(tmp_path / "out", alone)
     assert "left to other shards" in log(tmp_path)

@@ -7,7 +7,6 @@ Grid Engine sends: a notice to the job's process group, at its own time or from 
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,11 +15,12 @@ from cluster import (
     CASES,
     MARKS,
     asking,
+    is_whole,
     log,
-    put_tools,
+    put_campaign,
     wait_until,
 )  # fmt: skip
-from launch import ENVIRONMENT, MPIRUN, ROOT, records, root_variables
+from launch import ENVIRONMENT, ROOT, records, root_variables
 
 from hpcwhirl.cli import main
 
@@ -48,9 +48,7 @@ def submit(engine, tmp_path, capsys, kernels):
     Grid Engine starts the script as a login shell, whose profile sets PATH: what a job
     needs comes from the virtual environment that it activates.
     """
-    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
-    tool = [sys.executable, "-m", "hpcwhirl"]
-    put_tools(tmp_path, mpirun=MPIRUN, hpcwhirl=tool)
+    put_campaign(tmp_path)
     own = {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(kernels)}
     own["PATH"] = f"{tmp_path / 'bin'}:{ENVIRONMENT['PATH']}"
     given = {k: v for k, v in ENVIRONMENT.items() if k.startswith(HANDED)} | own
@@ -121,9 +119,7 @@ def test_a_warned_campaign_stops_comes_again_and_completes(
     told = log(tmp_path)
     assert "stopped early" in told
     assert f"{CASES} cases, " in told
-    done = sorted(record["case"] for record in records(tmp_path / "out"))
-    assert done == list(range(CASES))
-    assert root_variables(tmp_path / "out") == alone
+    is_whole(tmp_path / "out", alone)
 
 
 def test_every_run_of_a_job_is_warned_before_its_time_limit(engine, submit, tmp_path):
@@ -157,10 +153,7 @@ def test_a_deleted_campaign_stays_deleted_and_keeps_its_cases(
     kept = records(tmp_path / "out")
     assert 0 < len(kept) < CASES
     assert codes(ended(engine, submit("--ntasks", "2"), 1)) == ["0"], log(tmp_path)
-    after = records(tmp_path / "out")
-    assert all(record in after for record in kept)
-    assert sorted(record["case"] for record in after) == list(range(CASES))
-    assert root_variables(tmp_path / "out") == alone
+    is_whole(tmp_path / "out", alone, kept)
 
 
 def test_elements_of_an_array_are_shards_and_come_again_alone(
@@ -172,7 +165,5 @@ def test_elements_of_an_array_are_shards_and_come_again_alone(
     found = ended(engine, number, 3)
     told = sorted((run["taskid"], run["exit_status"]) for run in found)
     assert told == [("1", "0"), ("1", "99"), ("2", "0")], log(tmp_path)
-    assert root_variables(tmp_path / "out") == alone
-    done = sorted(record["case"] for record in records(tmp_path / "out"))
-    assert done == list(range(CASES))
+    is_whole(tmp_path / "out", alone)
     assert "left to other shards" in log(tmp_path)

@@ -2,10 +2,11 @@
 
 import os
 import subprocess
+import sys
 import time
 
 import pytest
-from launch import ENVIRONMENT, launch, root_variables
+from launch import ENVIRONMENT, MPIRUN, launch, records, root_variables
 
 LIMIT = 600  # s, of any job, on a busy machine where kernels are compiled first
 CASES = 40
@@ -58,6 +59,24 @@ def put_tools(place, **tools):
         tool = place / "bin" / name
         tool.write_text(f'#!/bin/bash\nexec {" ".join(words)} "$@"\n')
         tool.chmod(0o755)
+
+
+def put_campaign(place):
+    """Write a campaign's file, and the commands with which a job runs it."""
+    (place / "campaign.toml").write_text(CAMPAIGN)
+    tool = [sys.executable, "-m", "hpcwhirl"]
+    put_tools(place, mpirun=MPIRUN, hpcwhirl=tool)
+
+
+def is_whole(out, alone, kept=()):
+    """Check that each case was computed once, with the bits of one process.
+
+    alone : root variables of that; kept : records that must still be there
+    """
+    after = records(out)
+    assert all(record in after for record in kept)
+    assert sorted(record["case"] for record in after) == list(range(CASES))
+    assert root_variables(out) == alone
 
 
 def wait_until(reached, what):

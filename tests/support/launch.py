@@ -19,6 +19,14 @@ from forked import Server
 LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to compile
 ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
+RANK = (b"PMI_RANK=", b"OMPI_COMM_WORLD_RANK=", b"PMIX_RANK=")
+# a campaign of six cases, each of which takes a moment
+SIX = """
+scene = {duration = 0.6}
+solver = {time_step = 2e-6}
+output = {interval = 1e-3}
+sweep = {speed = [300, 340, 380, 420, 460, 500]}
+"""
 ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it
 
 
@@ -69,6 +77,19 @@ def tree(pid):
         for child in task.read_text().split():
             found += tree(int(child))
     return found
+
+
+def pid_of(process, rank):
+    """Return the process that is some rank, by what its launcher told it."""
+    for pid in tree(process.pid):
+        try:
+            told = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+            call = Path(f"/proc/{pid}/cmdline").read_bytes()
+        except OSError:
+            continue
+        if b"hpcwhirl" in call and any(name + b"%d" % rank in told for name in RANK):
+            return pid
+    return None
 
 
 def kill(process):
@@ -135,6 +156,21 @@ def unpacked(header, has, values):
         if told >> place & 1:
             (record.setdefault(table, {}) if table else record)[name] = value
     return record
+
+
+def inputs(place, text):
+    """Write a campaign's file; return its path."""
+    (place / "campaign.toml").write_text(text)
+    return place / "campaign.toml"
+
+
+def all_variables(folder):
+    """Return the root variables of results, and those of the twins."""
+    with h5py.File(folder / "results.h5") as file:
+        twins = {
+            f"twins/{n}": d[()].tobytes() for n, d in file.get("twins", {}).items()
+        }
+    return root_variables(folder) | twins
 
 
 def root_variables(folder):
