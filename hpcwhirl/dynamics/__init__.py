@@ -32,6 +32,12 @@ since denormals are slow. `kernels` contains all compiled code.
   length of the jump. It ends one step before a blade might touch, so that contact
   begins on the same grid of steps as in `modal`.
 
+With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
+then march its waves, forward and backward apart, each a complex amplitude that a step
+turns (`turning_waves`): those of central differences, or of the exact flow, without
+jumps. `general` and `paper` march blocks or matrices, and `general` takes over from
+`modal` where waves cannot be told apart. No such run is certified.
+
 When the sum of all amplitudes is below the gap and every mode is damped and held,
 contact cannot recur: this is the certificate, stored with its time and bound, after
 which the run continues in closed form. Without one, no run ends early as `damped`.

@@ -93,6 +93,9 @@ CASES = {
 }  # fmt: skip
 
 
+CRITICAL = {"suspension_damping": -1.0, "speed": 0.0}  # with damping of 1
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
     given = {"duration": 6e-3, "traces": "blades", **CASES[name]}
@@ -151,7 +154,7 @@ def test_what_waves_lose_is_what_damping_and_supports_take(scheme):
         {"discretization": "elements"},
         {"blades": 2, "modes": 4, "nodal_diameter": 1},
         # two waves coincide: they are no basis
-        {"damping": 1.0, "suspension_damping": -1.0, "speed": 0.0},
+        {**CRITICAL, "damping": 1.0},
     ],
 )
 def test_modal_hands_over_what_is_not_told_apart(given):
@@ -269,9 +272,17 @@ def growth_of(given, step):
     return np.diff(energy).max() / energy[0]
 
 
-def test_exact_refuses_rotation_of_unequal_sectors_in_one_line():
-    with pytest.raises(InputError, match="three or more equal blades"):
-        march_of(scheme="exact", mistuning=[1e-3, 0.0, 0.0, 0.0, 0.0])
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"mistuning": [1e-3, 0.0, 0.0, 0.0, 0.0]}, "three or more equal blades"),
+        ({"casing__damping": 1.0}, "needs damping < 1 in every mode"),
+        ({**CRITICAL, "damping": 1.0 - 1e-15}, "two waves of this rotor"),
+    ],
+)
+def test_exact_refuses_in_one_line_what_it_cannot_turn(given, told):
+    with pytest.raises(InputError, match=told):
+        march_of(scheme="exact", **given)
 
 
 def test_exact_waves_are_the_matrix_exponential():

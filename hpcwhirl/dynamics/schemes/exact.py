@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.dynamics.schemes.waves import waves_apart
+from hpcwhirl.dynamics.schemes.waves import has_waves, waves_apart
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -12,14 +12,23 @@ from hpcwhirl.scene import Scene
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return what marches a scene; with rotation by its waves, without flights."""
-    turning = waves_apart(model, scene)
-    _check(model, able=is_cyclic(model) or turning is not None)
-    return turning or cyclic_modes(model, scene, beat)
+    _check(model)
+    if not has_waves(model):
+        return cyclic_modes(model, scene, beat)
+    march = waves_apart(model, scene)
+    if march is None:
+        msg = (
+            "scheme exact cannot tell apart two waves of this rotor, which nearly "
+            "coincide at its speed: scheme must be 'modal', 'general' or 'paper' here, "
+            "got 'exact'"
+        )
+        raise InputError(msg)
+    return march
 
 
-def _check(model: Model, *, able: bool) -> None:
+def _check(model: Model) -> None:
     """Raise InputError where the exact flow is not that of the cyclic kernel."""
-    if not able:
+    if not is_cyclic(model) and not has_waves(model):
         msg = (
             "scheme exact needs three or more equal blades and a ring of harmonics or "
             "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "

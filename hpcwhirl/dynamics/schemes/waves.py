@@ -69,16 +69,23 @@ def _circling(
     return replace(whole, displacements=displacements)
 
 
+def has_waves(model: Model) -> bool:
+    """Return whether a rotor's motion is of waves: rotation couples equal sectors.
+
+    With fewer than three blades k = 1 has both of the centre's coordinates, and a ring
+    of elements is not the same at every angle.
+    """
+    spin = model.rotor.spin
+    round_ring = not isinstance(model.ring, RingOperator)
+    return spin is not None and bool(spin.waves) and round_ring and model.blades > 2
+
+
 def waves_apart(model: Model, scene: Scene) -> Integrator | None:
     """Return the march of a rotor's waves; None where they are not told apart.
 
-    So of unequal sectors, fewer than three blades, a ring of elements, or where two
-    waves nearly coincide.
+    That is where there are none, or where two of them nearly coincide.
     """
-    spin = model.rotor.spin
-    if spin is None or not spin.waves or isinstance(model.ring, RingOperator):
-        return None
-    diameters = diameters_of(model, scene) if model.blades > 2 else []
+    diameters = diameters_of(model, scene) if has_waves(model) else []
     if not is_basis(diameters):
         return None
     arrays, ring_rows = wave_arrays(model, scene, diameters)
