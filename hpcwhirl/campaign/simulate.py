@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,23 @@ class Result:
     row: dict[str, Value]
     traces: dict[str, NDArray[np.float64]]
     performance: dict[str, Value]
+
+    def plot(self, *, transient: bool = False) -> Any:
+        """Return two axes of Matplotlib: the centre's orbit, static and rotating frame.
+
+        Parameters
+        ----------
+        transient : draw what is before the window of the words, too
+
+        Raises
+        ------
+        InputError
+            if no orbit was kept, as with traces = "summary"
+        """
+        import importlib  # pictures are made in a room above this one
+
+        draw = importlib.import_module("hpcwhirl.report.accessor").plot_result
+        return draw(self, transient=transient)
 
     def _repr_html_(self) -> str:
         """Return words and numbers as a table, for a notebook."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray
@@ -13,7 +13,21 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.store.reading.results_file import Results
 
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.simulate import Result
+
 NEEDED = "centre"
+UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them'
+
+
+def plot_result(result: Result, *, transient: bool = False) -> Any:
+    """Return two axes with the orbit of `simulate`'s result, see `Whirl.orbit`."""
+    from hpcwhirl.report.figures.motions import orbits_of
+
+    if NEEDED not in result.traces:
+        raise InputError(UNKEPT)
+    figure = orbits_of(result.traces, result.row, transient=transient)
+    return np.array(figure.axes, dtype=object)
 
 
 @xarray.register_dataset_accessor("hpcwhirl")  # type: ignore[no-untyped-call]
@@ -126,8 +140,5 @@ class Whirl:
             msg = f"case must be a finished one of {len(cases)}, got {case}"
             raise InputError(msg)
         if NEEDED not in cases.kept:
-            msg = (
-                'no orbits were kept: traces = "orbit" or "full" in [output] keeps them'
-            )
-            raise InputError(msg)
+            raise InputError(UNKEPT)
         return cases, int(case)

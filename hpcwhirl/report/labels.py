@@ -17,7 +17,7 @@ from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
 
 FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
-DIGITS = 6  # of a number in another unit than SI
+DIGITS = 6  # of a number in another unit than SI, and in a title of a case
 SEQUENTIAL = "cividis"  # perceptual, and the same to the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
@@ -64,5 +64,6 @@ def title_of(row: Any) -> str:
     words = f"{row['regime']}, {row['whirl']}"
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
     words = lost.get(str(row["outcome"]), words)
-    at = ", ".join(value_of(name, row[name]) for name in FIXED)
+    shown = {name: float(f"{row[name]:.{DIGITS}g}") for name in FIXED}
+    at = ", ".join(value_of(name, value) for name, value in shown.items())
     return f"{at}: {words}"

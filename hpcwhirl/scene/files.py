@@ -353,9 +353,23 @@ def parse_setting(text: str) -> tuple[str, Value]:
     if not sign or not name.strip() or not raw.strip():
         msg = f"a setting is name=value, got {shown(text)}"
         raise InputError(msg)
-    full = full_name(name.strip())
+    name = name.strip()
+    full = full_name(name)
+    return full, setting_value(full, raw, name)
+
+
+def setting_value(full: str, raw: str, name: str = "") -> Value:
+    """Parse the text of an input's value: a TOML value or a word.
+
+    Parameters
+    ----------
+    full : full dotted name
+    raw : text that is not empty
+    name : for messages; "": the full one
+    """
+    name = name or full
     try:
-        value = _value(raw)
+        value: Value = _value(raw)
     except ValueError as failed:
         msg = f"{name} takes one value, got {failed}: {shown(raw)}"
         raise InputError(msg) from None
@@ -363,7 +377,7 @@ def parse_setting(text: str) -> tuple[str, Value]:
     if not listed and not isinstance(value, bool | int | float | str):
         msg = f"{name} takes one value, got {shown(raw)}"
         raise InputError(msg)
-    return full, value
+    return value
 
 
 def load_document(path: Path | str) -> dict[str, Any]:

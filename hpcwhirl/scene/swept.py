@@ -1,4 +1,4 @@
-"""The values of inputs in the tables [sweep], [zip] and [[cases]] of a campaign."""
+"""The values of inputs in the tables [sweep] and [zip] of a campaign."""
 
 from __future__ import annotations
 
@@ -33,7 +33,11 @@ KEYS = {  # {table: documentation of its keys, which are any inputs}
     "zip": Key(
         "values of inputs that change together", "as in [sweep], all of one length"
     ),
-    "cases": Key("inputs of one case; [[cases]] stands before each", "a value"),
+    "cases": Key(
+        "inputs of one case; [[cases]] stands before each, or above all tables cases = "
+        '"FILE.csv", whose head names inputs and units: speed [rpm],gap [mm]',
+        "a value",
+    ),
 }
 
 
@@ -85,12 +89,12 @@ class Range(TableModel):
 
 def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
     """Return {full dotted input: values} of the table [sweep] or [zip]."""
-    flat = _flat(as_table(f"[{table}]", document.get(table, {})))
-    full = by_full_name(flat.items(), f"[{table}]")
-    return {name: _values(table, name, given) for name, given in full.items()}
+    given = flat(as_table(f"[{table}]", document.get(table, {})))
+    full = by_full_name(given.items(), f"[{table}]")
+    return {name: _values(table, name, values) for name, values in full.items()}
 
 
-def _flat(content: Mapping[str, Any]) -> dict[str, Any]:
+def flat(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return {dotted name: value}, where a range counts as one value."""
     keys = Range.model_fields.keys()
     return dict(undotted(content, lambda table: bool(table.keys() & keys)))
@@ -160,12 +164,3 @@ def check_count(cases: float, told: str) -> None:
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"
         raise InputError(msg)
-
-
-def listed_cases(given: Any) -> list[dict[str, Value]]:
-    """Return {full dotted input: value} of each case of [[cases]]."""
-    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
-        msg = f"[[cases]] must be tables of inputs, got {shown(given)}"
-        raise InputError(msg)
-    rows = [by_full_name(_flat(case).items(), "[[cases]]") for case in given]
-    return [{name: value_in_si(name, v) for name, v in row.items()} for row in rows]

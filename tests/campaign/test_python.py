@@ -553,3 +553,16 @@ def test_a_result_is_a_table_in_a_notebook():
     told = Result({"regime": "<b>", "gap": 1.28e-4}, {}, {})._repr_html_()
     assert "<td>&lt;b&gt;</td>" in told
     assert "<th>gap</th><td>0.000128</td><td>m</td>" in told
+
+
+def test_a_result_draws_its_orbit_in_both_frames():
+    scene = hpcwhirl.Scene(duration=0.02)
+    case = hpcwhirl.simulate(scene)
+    static, rotating = case.plot(transient=True)
+    lines = [np.column_stack(line.get_data()) for line in static.lines[:2]]
+    factor = 1e3 if static.get_label() == "mm" else 1e6
+    assert np.concatenate(lines) == pytest.approx(factor * case.traces["centre"])
+    assert "rotating" in rotating.get_xlabel()
+    assert f"k = {scene.nodal_diameter}" in static.figure.get_suptitle()
+    with pytest.raises(InputError, match='traces = "orbit"'):
+        Result(case.row, {}, {}).plot()

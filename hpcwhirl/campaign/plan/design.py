@@ -39,6 +39,7 @@ from hpcwhirl.scene import (
 )
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
+from hpcwhirl.scene.case_list import listed_cases
 from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.files import (
     FILE,
@@ -52,7 +53,6 @@ from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import (
     axes_of,
     check_count,
-    listed_cases,
     swept_values,
 )
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
@@ -379,7 +379,7 @@ def design_of(
     own = {**first, **(settings or {})}
     base = scene_of_document(document, DESIGN_TABLES, folder, own)
     grid, zipped = swept_values(document, "sweep"), swept_values(document, "zip")
-    explicit = listed_cases(document.get("cases", []))
+    explicit = listed_cases(document.get("cases", []), folder)
     product = [Block(axes_of(grid, zipped))] if grid or zipped or not explicit else []
     rows = _anchored(Table([*product, *Table.of(explicit).blocks]), folder)
     sample = sample_of(document)

@@ -56,7 +56,13 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
     cases, case : a campaign with traces, and a case of it
     transient : draw what is before the window of the words, too
     """
-    traces, row = cases.traces(case), cases.rows[case]
+    return orbits_of(cases.traces(case), cases.rows[case], transient=transient)
+
+
+def orbits_of(
+    traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
+) -> Any:
+    """Return what `draw_orbits` does, of the traces and the row of a case."""
     figure = Figure(figsize=(11, 5.4), layout="constrained")
     frames = {
         "static": (traces["centre"], "$X_o$", "$Y_o$"),

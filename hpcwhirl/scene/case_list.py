@@ -1,0 +1,137 @@
+"""The table [[cases]] of a campaign, in its file or as a CSV file of its own."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import InputError, MissingFileError, one_line, shown
+from hpcwhirl.safe_open import read_regular
+from hpcwhirl.scene.files import (
+    Value,
+    by_full_name,
+    full_name,
+    setting_value,
+    value_in_si,
+)
+from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.swept import MOST_CASES, flat
+
+CASE = "case"  # column of a table of results: a number, no input
+HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
+VARIABLES = {variable_name(name): name for name in INPUTS}
+
+
+def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
+    """Return {full dotted input: value} of each case of [[cases]].
+
+    Parameters
+    ----------
+    given : the tables, or the name of a CSV file, see `cases_in_file`
+    folder : directory to which a relative name refers; "": the working one
+
+    Raises
+    ------
+    InputError, MissingFileError
+        for another value, an unknown input, or a file that is no such table
+    """
+    if isinstance(given, str):
+        return cases_in_file(Path(folder) / given)
+    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
+        msg = '[[cases]] must be tables of inputs, or cases = "FILE.csv", got '
+        raise InputError(msg + shown(given))
+    rows = [by_full_name(flat(case).items(), "[[cases]]") for case in given]
+    return [{name: value_in_si(name, v) for name, v in row.items()} for row in rows]
+
+
+def cases_in_file(path: Path) -> list[dict[str, Value]]:
+    """Return {full dotted input: value} of each row of a CSV file.
+
+    The head names inputs as a TOML or the results do, with a unit of all numbers below
+    if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell leaves what all
+    cases share, a column `case` is not read. Columns are parted by commas, or by
+    semicolons if the head has no comma.
+
+    Raises
+    ------
+    InputError, MissingFileError
+        naming file, line and column of what is wrong
+    """
+    try:
+        text = read_regular(path).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as failed:
+        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
+        raise MissingFileError(msg) from None
+    head = text.partition("\n")[0]
+    comma = "," if "," in head or ";" not in head else ";"
+    reader = csv.reader(io.StringIO(text), delimiter=comma, strict=True)
+    rows: list[dict[str, Value]] = []
+    try:
+        columns = _columns(next(reader, []), path)
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                rows.append(_row(columns, cells, f"{path}, line {reader.line_num}"))
+            if len(rows) > MOST_CASES:
+                msg = f"{path} has more than {MOST_CASES} cases"
+                raise InputError(msg)
+    except csv.Error as failed:
+        msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
+        raise InputError(msg) from None
+    if not rows:
+        msg = f"{path} has no cases: a head and a line for each case are wanted"
+        raise InputError(msg)
+    return rows
+
+
+def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
+    """Return (full dotted input, unit or "") of each column; ("", "") for `case`."""
+    found: list[tuple[str, str]] = []
+    for head in heads:
+        parts = HEAD.fullmatch(head)
+        if parts is None or not parts[1]:
+            msg = f"{path}: a head must be NAME or NAME [UNIT], got {shown(head)}"
+            raise InputError(msg)
+        name, unit = VARIABLES.get(parts[1], parts[1]), parts[2] or ""
+        if name == CASE:
+            found.append(("", ""))
+            continue
+        try:
+            full = full_name(name)
+        except InputError as failed:
+            msg = f"{path}: {failed}"
+            raise InputError(msg) from None
+        if full in {known for known, _ in found}:
+            msg = f"{path} names {full} twice"
+            raise InputError(msg)
+        found.append((full, "" if unit.strip() == "1" else unit.strip()))
+    return found
+
+
+def _row(
+    columns: list[tuple[str, str]], cells: list[str], where: str
+) -> dict[str, Value]:
+    """Return the inputs of a line; `where` is told of what is wrong."""
+    if len(cells) != len(columns):
+        msg = f"{where}: must have {len(columns)} columns, got {len(cells)}"
+        raise InputError(msg)
+    row: dict[str, Value] = {}
+    for (name, unit), cell in zip(columns, cells, strict=True):
+        if not name or not cell.strip():
+            continue
+        try:
+            row[name] = _value(name, unit, cell.strip())
+        except (InputError, ValueError) as failed:
+            msg = f"{where}: {failed}"
+            raise InputError(msg) from None
+    return row
+
+
+def _value(name: str, unit: str, cell: str) -> Value:
+    value = setting_value(name, cell)
+    if unit and isinstance(value, int | float):
+        value = f"{cell} {unit}"
+    return value_in_si(name, value)  # type: ignore[no-any-return]
