@@ -65,7 +65,7 @@ def test_the_table_of_a_campaign_is_a_list_of_cases(tmp_path, capsys):
     [
         ("", "has no cases"),
         ("speed\n", "has no cases"),
-        ("speeed\n300\n", "cases.csv: unknown scene input 'speeed'; did you mean"),
+        ("speedx\n300\n", "cases.csv: unknown scene input 'speedx'; did you mean"),
         ("speed,speed [rpm]\n1,2\n", "names speed twice"),
         ("speed [rpm\n1\n", "a head must be NAME or NAME \\[UNIT\\]"),
         (",gap\n1,2\n", "a head must be"),
