@@ -21,6 +21,7 @@ from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import told_by
 from hpcwhirl.store.directory.journal import whole_records
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
+from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.record import Record
 
 
@@ -38,10 +39,21 @@ def job_of(record: Record, plan: Manifest) -> Place:
     time = record.get("longest", 0.0)
     if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
         return Place("", 0, -1)
-    if time == 0.0:
-        return Place(of, twin, 0)
-    stage = 1 + plan.extended.index(time) if time in plan.extended else -1
-    return Place(of, twin, stage)
+    times = _times(plan)
+    return Place(of, twin, times.index(time) if time in times else -1)
+
+
+def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
+    """Return the stage of each record, (records,), as `job_of` does of one."""
+    time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
+    for stage, ends in enumerate(_times(plan)):
+        stages[time == ends] = stage
+    return stages
+
+
+def _times(plan: Manifest) -> list[float]:
+    """Return to what time the cases of each stage go on, s; 0.0: as planned."""
+    return [0.0, *plan.extended]
 
 
 def family_of(plan: Manifest) -> Family:

@@ -17,6 +17,7 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.directory.blades import blade_quantities, tuned_cases
 from hpcwhirl.store.directory.case_index import CaseIndex
+from hpcwhirl.store.directory.completions import stages_in
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows, rows_at, rows_of, samples_of
 from hpcwhirl.store.directory.record import Header
@@ -208,8 +209,9 @@ class _Index:
     def take(self, rows: Rows) -> None:
         """Take in some records."""
         contents, case = self.contents, self.known.cases_of(rows)
-        twin, stage = rows.numbers("twin", 0), self._stages(rows)
-        good = (case >= 0) & (twin >= 0) & (twin <= contents.twins) & (stage >= 0)
+        twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
+        good = (case >= 0) & (twin >= 0) & (twin <= contents.twins)
+        good &= (stage == 0) | ((stage > 0) & (rows.words("status") == "ok"))
         which = np.flatnonzero(good)
         which = which[stage[which] >= self.stages[case[which], twin[which]]]
         which = which[np.argsort(stage[which], kind="stable")]
@@ -223,14 +225,6 @@ class _Index:
         contents.place[case, twin, 1] = rows.starts
         own = np.flatnonzero(twin == 0)
         self._take_cases(case[own], rows.take(own))
-
-    def _stages(self, rows: Rows) -> NDArray[np.int64]:
-        """Return the stage of each record, 0: as planned; -1: it does not count."""
-        time, out = rows.numbers("longest", 0.0), np.zeros(len(rows), dtype=np.int64)
-        out[time != 0.0] = -1
-        for number, extended in enumerate(self.plan.extended, 1):
-            out[(time == extended) & (rows.words("status") == "ok")] = number
-        return out
 
     def _number(self, rows: Rows) -> int:
         """Return the number of a journal."""
