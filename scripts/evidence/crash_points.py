@@ -31,6 +31,8 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -178,27 +180,29 @@ def asked() -> argparse.Namespace:
     return args
 
 
-def apart(name: str, share: float, place: Path) -> subprocess.Popen[str]:
-    """Start a process that has the shim in it and looks at one kind."""
+def apart(share: float, place: Path, name: str) -> str:
+    """Return what a process says that has the shim in it and looks at one kind."""
     own = place / name.replace(", ", "-").replace(" ", "-")
     own.mkdir()
     env = os.environ | {"LD_PRELOAD": str(place / "shim.so"), INSIDE: str(own)}
     env |= {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, "1")
     call = [sys.executable, __file__, "--only", name.replace(", ", " ")]
     call += ["--share", str(share), "--json"]
-    return subprocess.Popen(call, env=env, stdout=subprocess.PIPE, text=True)
+    return subprocess.run(
+        call, env=env, stdout=subprocess.PIPE, text=True, check=False
+    ).stdout
 
 
 def all_of(args: argparse.Namespace) -> list[Facts]:
     """Look at all kinds, each in a process of its own."""
     found = []
-    with tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder:
-        place, left, at_work = Path(folder), list(args.kinds), []
+    with (
+        tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder,
+        ThreadPoolExecutor(args.jobs) as pool,
+    ):
+        place = Path(folder)
         compiled(place)
-        while left or at_work:
-            while left and len(at_work) < args.jobs:
-                at_work.append(apart(left.pop(0), args.share, place))
-            said = at_work.pop(0).communicate()[0]
+        for said in pool.map(partial(apart, args.share, place), args.kinds):
             found += json.loads(said)
             line = {n: v for n, v in found[-1].items() if n not in ("awaits", "models")}
             print(json.dumps(line), file=sys.stderr, flush=True)
