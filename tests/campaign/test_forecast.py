@@ -315,3 +315,12 @@ def test_a_dry_run_tells_the_wall_time_on_as_many_ranks_as_asked(tmp_path, capsy
         assert told in err
         assert err.count("\n") == 1
     assert not (tmp_path / "o").exists()
+
+
+def test_the_nominal_cost_of_a_step_is_that_of_scheme_and_rotation(tmp_path):
+    sweep = {"scheme": ["modal", "general"], "rotation": ["none", "full"]}
+    document = SHORT | {"sweep": sweep, "output": {"traces": "summary"}}
+    design = design_of(document)
+    each = [design.predicted(case)[1] for case in range(4)]
+    assert len(set(each)) == 4
+    assert forecast(design, tmp_path).seconds == pytest.approx(sum(each))

@@ -215,16 +215,23 @@ def costs_of(design: Design, step: Floats | None = None) -> Costs:
     for cases in many.chunks():
         get = many.all(cases)
         steps[cases] = end_times(get) / step[cases]
-        seconds[cases] = steps[cases] * _nominal(get("solver.scheme"))
+        seconds[cases] = steps[cases] * _nominal(
+            get("solver.scheme"), get("engine.rotation")
+        )
     steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # they will fail as rows
     return Costs(seconds, Places(design), steps)
 
 
-def _nominal(schemes: Any) -> Any:
-    """Return the seconds of a step by schemes, before anything is known."""
-    if isinstance(schemes, str):
-        return SCHEMES[schemes].nominal
-    return np.array([SCHEMES[name].nominal for name in schemes])
+def _nominal(schemes: Any, rotations: Any) -> Any:
+    """Return the s of a step by scheme and rotation, before anything is known.
+
+    Either is a word, or one for each case.
+    """
+    if isinstance(schemes, str) and isinstance(rotations, str):
+        scheme = SCHEMES[schemes]
+        return scheme.turns if rotations == "full" else scheme.nominal
+    each = (words.tolist() for words in np.broadcast_arrays(schemes, rotations))
+    return np.array([_nominal(*words) for words in zip(*each, strict=True)])
 
 
 def time_steps(design: Design) -> Floats:
