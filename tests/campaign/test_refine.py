@@ -603,8 +603,8 @@ def test_a_map_is_covered_by_cells_of_the_nearest_words(which, request):
         for i, x in enumerate(grid["speed"].to_numpy())
         for j, y in enumerate(grid["gap"].to_numpy())
     }
-    for box, word in found:  # a corner of each is its case
-        ends = {(round(float(x), 6), round(1e9 * float(y), 6)) for x, y in box}
+    for box, word in found:  # a corner of each is its case; the axis is in mm
+        ends = {(round(float(x), 6), round(1e6 * float(y), 6)) for x, y in box}
         assert word in {regime.get(end) for end in ends}
 
 
