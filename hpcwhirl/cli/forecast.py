@@ -66,10 +66,11 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     request : of the job
     """
     usual, span = cost.wall(ranks)
-    text = (
-        f"predicted {cost.seconds / 3600:.3g} core-hours, {_duration(usual)} "
-        f"({_between(span)}) on {_on(ranks)}; --time {request.time}"
-    )
+    hours = f"{cost.seconds / 3600:.3g} core-hours, {_duration(usual)}"
+    text = f"predicted {hours} ({_between(span)}) on {_on(ranks)}"
+    if span is None:
+        text = f"nominally {hours} on {_on(ranks)}, campaign --pilot 20 measures it"
+    text += f"; --time {request.time}"
     enough = request.seconds - request.warning
     if (span[1] if span else usual) <= enough:
         return text

@@ -429,8 +429,10 @@ def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
     (cost,) = asked
     hours = f"{cost.seconds / 3600:.3g}"
     assert cost.seconds > 0.0
-    assert err.startswith(f"hpcwhirl: predicted {hours} core-hours, ")
-    assert err.endswith(" on 32 ranks; --time 24:00:00\n")
+    assert err.startswith(f"hpcwhirl: nominally {hours} core-hours, ")
+    assert err.endswith(
+        " on 32 ranks, campaign --pilot 20 measures it; --time 24:00:00\n"
+    )
     for day, told in ((1.5, "may not be enough"), (4.0, "is not enough")):
         low, *rest = (32 * 86400 * day * part for part in (0.5, 0.6, 1.0))
         more = replace(cost, range=(low, rest[1]), seconds=rest[0])
