@@ -129,9 +129,10 @@ def table(told: list[Facts]) -> list[str]:
     return [f"| {' | '.join(row)} |" for row in rows]
 
 
-def page(told: list[Facts]) -> str:
+def page(told: list[Facts], share: float) -> str:
     """Return the page: the table, what was tried, what was not, what failed."""
-    by = "Written by `python scripts/evidence/attack.py --write`; do not edit."
+    by = f"Written by `python scripts/evidence/attack.py --share {share:g} --write`; "
+    by += "do not edit."
     out = ["# Attacks", "", by, "", *table(told), "", "Of these:", ""]
     for facts in told:
         kinds = ", ".join(f"{n} {kind}" for kind, n in facts["kinds"].items())
@@ -177,7 +178,7 @@ def main() -> int:
         told = list(pool.map(lambda name: apart(name, args), args.names))
     print(json.dumps(told, indent=1) if args.json else "\n".join(table(told)))
     if args.write:
-        PAGE.write_text(page(told))
+        PAGE.write_text(page(told, args.share))
     return 1 if any(facts["failed"] for facts in told) else 0
 
 
