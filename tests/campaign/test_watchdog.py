@@ -75,9 +75,8 @@ def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
     (tmp_path / "sitecustomize.py").write_text(HANG.replace("PLACE", str(tmp_path)))
     (tmp_path / "hang").touch()
     path = f"{tmp_path}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
-    words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    text = (tmp_path / "long.toml").read_text()
-    (tmp_path / "long.toml").write_text(text + "campaign = {patience = 0.5}\n")
+    file = inputs(tmp_path, SIX + "campaign = {patience = 0.5}\n")
+    words = ["campaign", file, "--out", out]
     process = start(words, ranks, env=ENVIRONMENT | {"PYTHONPATH": path})
     wait_for((tmp_path / "hangs").exists, process)
     process.send_signal(signal.SIGUSR1)
