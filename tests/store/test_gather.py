@@ -452,3 +452,13 @@ def test_a_disk_too_small_for_the_file_is_told_and_room_continues(writer, disk):
         assert [path.name for path in (place / "out").glob("results*")] == []
     resize("8M")
     assert write(writer, place / "out") == (0, "")
+
+
+def test_a_journal_whose_name_is_no_utf_8_is_read_like_any_other(tmp_path):
+    begin(tmp_path, one_interval=True)
+    write("serial", tmp_path)
+    plain = root_variables(tmp_path)
+    journal = next((tmp_path / "journal").iterdir())
+    shutil.copy(journal, os.fsdecode(os.fsencode(journal.parent) + b"/\xe9\xff.log"))
+    assert write("serial", tmp_path) == (0, "")
+    assert root_variables(tmp_path) == plain

@@ -10,6 +10,7 @@ A copy of a directory may have other times, which costs a gathering.
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -38,7 +39,7 @@ def source_of(folder: Path) -> str:
             told += filter(None, map(_told, listed(folder / part, ending)))
     except (OSError, WhirlError):  # whoever reads it tells why
         return ""
-    return hashlib.sha256("\n".join(told).encode()).hexdigest()
+    return hashlib.sha256(os.fsencode("\n".join(told))).hexdigest()
 
 
 def _told(path: Path) -> str:
