@@ -42,7 +42,7 @@ from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
 LITTLE = 0.1  # share of a run, of which less tells nothing of the rest
-APART = 0.1  # relative, between one run and the next
+APART = 0.25  # relative, between one run and the next on a shared machine
 SIDES = 2.0  # standard errors of a range
 GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
 # s on the machine where `LOADED` s passed until the program had begun: of all, a row, a
