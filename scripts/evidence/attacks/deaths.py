@@ -171,9 +171,9 @@ def _died(code: int, number: int, ranks: int) -> bool:
     these four for 75 once they have passed a signal on.
     """
     interrupted = number == signal.SIGINT
-    if ranks:  # MPICH's own is the signal's number
-        return code not in (0, 1, 70, *(() if interrupted else (2,)))
-    # 1: KeyboardInterrupt in site.py
+    # 1: KeyboardInterrupt in site.py, which MPICH passes on; 2: SIGINT's own number
+    if ranks:
+        return code not in (0, 70, *(() if interrupted else (1, 2)))
     return code in (-number, 128 + number, *((1,) if interrupted else ()))
 
 
