@@ -268,6 +268,6 @@ class Evaluator:
 
 
 def told(computed: Computation, case: str) -> str:
-    """Return what a computation is called in messages, by the name of its case."""
+    """Return the name of a computation for messages: its case, and its twin."""
     twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

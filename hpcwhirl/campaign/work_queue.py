@@ -192,7 +192,7 @@ class WorkQueue:
         self.stale, self.learned = False, 0
 
     def seconds_left(self) -> float:
-        """Return the seconds of one core that unfinished units are expected to take."""
+        """Return the time predicted for all unfinished units, s of one core."""
         missed = self.took / self.told if self.told > 0.0 and self.stale else 1.0
         still = np.frombuffer(self.unfinished, bool)
         return float(np.frombuffer(self.predicted)[still].sum()) * missed

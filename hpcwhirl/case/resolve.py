@@ -83,8 +83,7 @@ class Case:
     def cost(self) -> float:
         """Predicted time on one core, s, if the run goes to its end."""
         scheme = SCHEMES[self.given.solver.scheme]
-        turns = self.given.engine.rotation == "full"
-        return self.steps * (scheme.turns if turns else scheme.nominal)
+        return self.steps * scheme.step_seconds(self.given.engine.rotation)
 
     def check(self) -> None:
         """Raise InputError, naming the limit, where the time step exceeds one."""

@@ -41,6 +41,10 @@ class Scheme:
     matrices: bool = False
     turns: float = 0.0
 
+    def step_seconds(self, rotation: str) -> float:
+        """Return the assumed computing time of a step with engine.rotation, s."""
+        return self.turns if rotation == "full" else self.nominal
+
 
 _TABLE = (
     Scheme(

@@ -34,6 +34,7 @@ from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.store.directory.blades import DETAIL
 from hpcwhirl.store.directory.case_index import CaseIndex
+from hpcwhirl.store.directory.columns import planned_cases
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
 from hpcwhirl.store.directory.reader import rows_of
@@ -216,9 +217,8 @@ def _to_their_end(folder: Path, design: Design, costs: Costs) -> Costs:
     known, steps = CaseIndex(design.digests), np.asarray(costs.steps)
     seconds = np.full(len(steps), np.nan)
     for rows in rows_of(folder):
-        case = known.cases_of(rows)
-        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-        own = np.flatnonzero((case >= 0) & planned & (rows.words("status") == "ok"))
+        case = planned_cases(rows, known)
+        own = np.flatnonzero((case >= 0) & (rows.words("status") == "ok"))
         made, proved, end, took = (
             rows.numbers(name, np.nan)[own]
             for name in ("row.steps", "row.certificate", "row.duration",

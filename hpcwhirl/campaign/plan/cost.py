@@ -228,8 +228,7 @@ def _nominal(schemes: Any, rotations: Any) -> Any:
     Either is a word, or one for each case.
     """
     if isinstance(schemes, str) and isinstance(rotations, str):
-        scheme = SCHEMES[schemes]
-        return scheme.turns if rotations == "full" else scheme.nominal
+        return SCHEMES[schemes].step_seconds(rotations)
     each = (words.tolist() for words in np.broadcast_arrays(schemes, rotations))
     return np.array([_nominal(*words) for words in zip(*each, strict=True)])
 

@@ -188,7 +188,9 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return the function `again` for schedulers that requeue a job by its exit code.
+    """Return a function that writes the lines of a job script which requeue the job.
+
+    For schedulers that requeue a job by its exit code.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def title_of(quantity: str) -> str:
 def draw_sensitivity(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw sensitivity.png and .svg and return their paths.
+    """Draw Sobol' indices as bars into sensitivity.png and .svg; return their paths.
 
     Quantities that do not vary, or whose indices too few draws tell, are left out; if
     none is left, there is no figure.

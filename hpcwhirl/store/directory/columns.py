@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.words import OPEN
 from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.reader import rows_of
+from hpcwhirl.store.directory.reader import Rows, rows_of
 
 Words = NDArray[np.object_]
 
@@ -37,6 +37,15 @@ class Told(NamedTuple):
     seconds: NDArray[np.float64]
 
 
+def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
+    """Return the case of each record, (records,); -1: of a twin, or a later stage.
+
+    Records of cases that the plan does not have give -1, too.
+    """
+    planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
+    return np.where(planned, known.cases_of(rows), -1)
+
+
 def told_by(folder: Path, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
     """Yield (journal, what some of its records tell), the oldest first.
 
@@ -51,11 +60,10 @@ def told_by(folder: Path, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
             rows.words, ("status", "row.outcome", "row.regime", "row.stop")
         )
         still = np.logical_or.reduce([regime == word for word in OPEN])
-        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
         yield (
             rows.journal.stem,
             Told(
-                np.where(planned, known.cases_of(rows), -1),
+                planned_cases(rows, known),
                 status,
                 outcome,
                 regime,

@@ -103,7 +103,7 @@ def cells_of(plan: Manifest) -> Cells | None:
 def _unsplit(
     tree: Tree, lattice: Lattice, panel: int, row: Mapping[Address, int]
 ) -> list[tuple[Cell, Node]]:
-    """Return the cells that have no parts, or some whose corners are not wanted."""
+    """Return the cells to be stored: the finest ones all of whose corners are cases."""
 
     def is_wanted(cell: Cell) -> bool:
         points = tree.cells[cell].corners
