@@ -2,13 +2,14 @@
 """A wheel of finite elements, made by scikit-fem, to be brought to hpcwhirl.
 
     pip install scikit-fem
-    python jobs/wheel.py wheel    # M, K, wheel.toml, sector.toml, whirl.toml
+    python jobs/wheel.py wheel    # matrices, wheel.toml, sector.toml, whirl.toml
     hpcwhirl import-model wheel/sector.toml --out wheel/rotor.h5
     mpirun -n 2 hpcwhirl campaign wheel/whirl.toml --out wheel/whirl
 
 22 tapered blades on a disk with a rigid hub that does not rotate, in plane stress with
 biquadratic quadrilaterals: 34,000 unknowns, or 1,600 of one sector. `sector.toml` and
-`wheel.toml` give the same rotor; show your own code's matrices in the same way.
+`wheel.toml` give the same rotor; show your own code's matrices in the same way. Terms
+of rotation are there, too: `rotation = "full"` in `[engine]` includes them.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 import tomli_w
 from scipy import sparse
 from scipy.io import mmwrite
+from scipy.sparse.linalg import spsolve
 
 BLADES = 22
 HUB, RIM, TIP = 0.05, 0.11, 0.5  # m, radii
@@ -86,17 +88,77 @@ def turned(points: np.ndarray, angle: float) -> np.ndarray:
     return np.array([[c, -s], [s, c]]) @ points
 
 
+def response(
+    place: np.ndarray, axis: np.ndarray, hub: np.ndarray, elastic: Any, load: Any
+) -> np.ndarray:
+    """Return the displacements by a load that is the same in all sectors, hub held.
+
+    On the cuts of a sector, the mirror lines of the wheel, nothing moves across them.
+
+    place : (2, n), m, and axis : (n,), 0 or 1, of the unknowns
+    """
+    angle = np.arctan2(place[1], place[0])
+    wide = np.abs(angle).max() > STEP  # a whole wheel has no cuts
+    cut = (np.abs(np.abs(angle) - STEP / 2) < 1e-6) & ~hub & (not wide)
+    cut &= np.hypot(*place) < RIM * 1.001
+    free = np.flatnonzero(~hub & ~cut)
+    pairs = np.flatnonzero(cut & (axis == 0))
+    _, over = np.unique(
+        place.round(9)[:, cut & (axis == 1)], axis=1, return_inverse=True
+    )
+    _, own = np.unique(place.round(9)[:, pairs], axis=1, return_inverse=True)
+    twins = np.flatnonzero(cut & (axis == 1))[np.argsort(over)][own]
+    rows = np.concatenate([free, pairs, twins])
+    radial = len(free) + np.arange(len(pairs))
+    columns = np.concatenate([np.arange(len(free)), radial, radial])
+    values = np.concatenate(
+        [np.ones(len(free)), np.cos(angle[pairs]), np.sin(angle[pairs])]
+    )
+    lift = sparse.csr_array(
+        (values, (rows, columns)), (place.shape[1], len(free) + len(pairs))
+    )
+    held = sparse.csc_array(lift.T @ elastic @ lift)
+    return lift @ spsolve(held, lift.T @ load)
+
+
+def plane_stress(slope: np.ndarray) -> dict[str, np.ndarray]:
+    """Return {s00, s01, s10, s11} at the points of du_i/dx_j, (2, 2, c, q), Pa."""
+    shear = YOUNG / (2 * (1 + POISSON))
+    plane = YOUNG * POISSON / (1 - POISSON**2)
+    sides = plane * (slope[0, 0] + slope[1, 1])
+    across = shear * (slope[0, 1] + slope[1, 0])
+    own = {f"s{i}{i}": sides + 2 * shear * slope[i, i] for i in (0, 1)}
+    return own | {"s01": across, "s10": across}
+
+
+def taut(u: Any, v: Any, w: Any) -> Any:
+    """Return the form of K_g: stress w at slopes of u and v."""
+    from skfem.helpers import grad
+
+    return sum(
+        w[f"s{i}{j}"] * grad(u)[k, i] * grad(v)[k, j] for i, j, k in np.ndindex(2, 2, 2)
+    )
+
+
+def ahead(u: Any, v: Any, _: Any) -> Any:
+    """Return the form of C: v times u, turned by 90 degrees against the clock."""
+    return v[1] * u[0] - v[0] * u[1]
+
+
 class Body:
-    """M and K of a mesh whose hub follows the centre; places of its unknowns.
+    """Matrices of a mesh whose hub follows the centre; places of its unknowns.
 
     mass, stiffness : (n, n), kg and N/m; the centre's x and y come last
+    coriolis, stress_stiffness : (n, n), kg, per unit Omega and Omega^2; all mass is in
+        the plane, so that `mass` is the softening
+    load : (n,), kg m, per unit Omega^2
     place : (n - 2, 2), m, and axis : (n - 2,), 0 for x and 1 for y, of the others
     """
 
     def __init__(self, points: np.ndarray, corners: np.ndarray, springs: float) -> None:
         try:
             import skfem
-            from skfem.helpers import dot
+            from skfem.helpers import dot, grad
             from skfem.models.elasticity import linear_elasticity
         except ImportError:
             raise SystemExit("jobs/wheel.py needs: pip install scikit-fem") from None
@@ -123,6 +185,19 @@ class Body:
         self.stiffness = tie.T @ (WIDTH * elastic) @ tie + sparse.diags_array(
             springs_too
         )
+        load = DENSITY * inertia @ basis.doflocs[axis, np.arange(basis.N)]
+        moved = response(basis.doflocs, axis, hub, elastic, load)
+        stress = plane_stress(grad(basis.interpolate(moved)))
+
+        self.coriolis = (
+            tie.T
+            @ (DENSITY * WIDTH * skfem.asm(skfem.BilinearForm(ahead), basis))
+            @ tie
+        )
+        self.stress_stiffness = (
+            tie.T @ (WIDTH * skfem.asm(skfem.BilinearForm(taut), basis, **stress)) @ tie
+        )
+        self.load = tie.T @ (WIDTH * load)
         self.place, self.axis = basis.doflocs[:, free].T, axis[free]
         self.centre = {"x": len(free), "y": len(free) + 1}
 
@@ -135,12 +210,17 @@ class Body:
 
 
 def written(folder: Path, name: str, body: Body) -> dict[str, Any]:
-    """Write M and K; return what a TOML says of them."""
-    for kind in ("mass", "stiffness"):
-        matrix = getattr(body, kind)
-        path = folder / f"{name}_{kind}.mtx"
-        mmwrite(path, (matrix + matrix.T) / 2, symmetry="symmetric", precision=17)
-    files = {kind: f"{name}_{kind}.mtx" for kind in ("mass", "stiffness")}
+    """Write the matrices; return what a TOML says of them."""
+    files = {}
+    for kind in ("mass", "stiffness", "coriolis", "stress_stiffness"):
+        matrix, files[kind] = getattr(body, kind), f"{name}_{kind}.mtx"
+        sign, symmetry = (
+            (-1, "skew-symmetric") if kind == "coriolis" else (1, "symmetric")
+        )
+        whole = (matrix + sign * matrix.T) / 2
+        mmwrite(folder / files[kind], whole, symmetry=symmetry, precision=17)
+    files |= {"softening": files["mass"], "centrifugal_load": f"{name}_load.mtx"}
+    mmwrite(folder / files["centrifugal_load"], body.load[:, None], precision=17)
     return {**files, "blades": BLADES, "modes": 5 * BLADES}
 
 

@@ -1,4 +1,4 @@
-"""What several scripts do: programs under mpirun, tables in Markdown."""
+"""What several scripts do: programs under mpirun, tables in Markdown, inputs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -48,3 +49,17 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
     """Return the lines of a table in Markdown."""
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]
+
+
+def on_engine(name: str, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a campaign's tables with the inputs of a named engine added to them."""
+    from hpcwhirl.scene import engine_inputs
+
+    out = deepcopy(dict(document))
+    for full, value in engine_inputs(name).items():
+        *tables, last = ("scene." * ("." not in full) + full).split(".")
+        place = out
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[last] = value
+    return out

@@ -52,10 +52,13 @@ _env_install() {
   fi
   _env_say "installing hpcwhirl${extras:+ with $extras} (the first time takes a minute or two)"
   rm -f "$stamp"
-  _env_pip install -e "$HPCWHIRL_ROOT${extras:+[$extras]}" || {
+  # pip would compile every file of every package; of most nothing is ever imported.
+  _env_pip install --no-compile -e "$HPCWHIRL_ROOT${extras:+[$extras]}" || {
     _env_say "pip could not install hpcwhirl"
     return 1
   }
+  PYTHONDONTWRITEBYTECODE='' "$HPCWHIRL_VENV/bin/python" -c '
+import h5py, matplotlib.figure, numba, scipy.sparse.linalg, xarray' || return 1
   echo "$key" >"$stamp"
 }
 

@@ -15,7 +15,7 @@ from hpcwhirl.reduction.families import (
     moving_families,
     moving_ranks,
 )
-from hpcwhirl.reduction.modes import Block, ModalModel
+from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.waves import wave_roots
 
 Floats = NDArray[np.float64]
@@ -81,7 +81,7 @@ def critical_of_waves(
             top = REACH * (piece.omega[rank] + levels[-1]) / k
             at = len(piece.omega) + rank  # backward, by Im s
 
-            def line(speed: float, at: int = at, piece: Block = piece) -> float:
+            def line(speed: float, at: int = at, piece: SpinBlock = piece) -> float:
                 root = wave_roots(model, piece, float(speed))[at]
                 return float(piece.k * speed - root.imag)
 

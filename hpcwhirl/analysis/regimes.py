@@ -224,7 +224,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     with np.errstate(all="ignore"):  # a run that blew up is named by `History.stop`
         energy, rotor, casing = _energies(scene, judged)
         energies = energy[first:], rotor[first:], casing[first:]
-        orbit = _squared(centre, history.circle)
+        orbit = _squared(centre, history.circle[first:])
         rates = _rates(np.stack([time, *energies, orbit]))
         rates["summit"] = summit(judged.time, rotor, start)
         whirl = whirl_numbers(time, turned, scene.speed)
@@ -274,17 +274,17 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
     return energy, rotor, casing
 
 
-def _squared(centre: Floats, circle: tuple[float, float]) -> Floats:
+def _squared(centre: Floats, circle: Floats) -> Floats:
     """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
 
-    centre : (n, 2), m, rotating frame
-    circle : m; below `HARDLY` of it, which is its round-off, the distance is 0
+    centre, circle : (n, 2), m, rotating frame; below `HARDLY` of the circle, which is
+        its round-off, the distance is 0
     """
-    if circle == (0.0, 0.0):
+    if not circle.any():
         return np.asarray(centre[:, 0] ** 2 + centre[:, 1] ** 2)
     away = centre - circle
     squared = away[:, 0] ** 2 + away[:, 1] ** 2
-    least = HARDLY**2 * (circle[0] ** 2 + circle[1] ** 2)
+    least = HARDLY**2 * (circle[:, 0] ** 2 + circle[:, 1] ** 2)
     return np.where(squared > least, squared, 0.0)
 
 

@@ -5,20 +5,35 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from hpcwhirl.analysis.critical import critical_of_families, critical_of_waves
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.critical import (
+    campbell,
+    critical_of_families,
+    critical_of_waves,
+)
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.families import (
+    first_family,
+    modal_table,
+    moving_families,
+    moving_ranks,
+)
 from hpcwhirl.reduction.waves import (
     largest_growth,
-    tip_growth,
     unbalance_speeds,
     unstable_from,
     wave_lines,
+    wave_roots,
 )
 from hpcwhirl.scene import apply_settings
+from hpcwhirl.scene.rules import STANDING, WHOLE
 
+Floats = NDArray[np.float64]
+Waves = dict[str, tuple[Floats, Floats]]
 BESIDE = {"none": "full", "full": "none"}
 
 
@@ -51,20 +66,21 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
     unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
-    tip_growth : m, largest radial growth of a tip where rotation is full, else None;
-        `gap` is the clearance that it leaves
+    tip_growth : m, largest radial growth of a tip where rotation is full, else None
+    clearance : m, at speed; `gap` less the growth where `gap_at` is rest, else `gap`
     unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
     """
     model, speed = case.model, case.given.speed
     turns = model.rotor.spin is not None
-    growth = float(tip_growth(model.rotor, model.blades, speed).max())
+    running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
     return {
         "kind": case.given.engine.rotation,
         "growth": largest_growth(model.rotor, model.blades, speed),
         "unstable_from": unstable_from(model.rotor, model.blades) if turns else None,
         "unbalance_speeds": unbalance_speeds(model.rotor),
-        "tip_growth": growth if turns else None,
-        "unbalance": facts_of_unbalance(model, case.given),
+        "tip_growth": case.growth if turns else None,
+        "clearance": case.clearance,
+        "unbalance": facts_of_unbalance(model, running),
     }
 
 
@@ -73,18 +89,90 @@ def beside(case: Case) -> Case | None:
     other = BESIDE[case.given.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
     if other == "none":
-        settings |= {"engine.rotor.cross_coupling": 0.0, "unbalance": 0.0}
+        usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
+        settings |= {f"engine.rotor.{name}": value for name, value in usual.items()}
+        settings["unbalance"] = 0.0
+        settings["gap_at"] = "speed"
     try:
-        return resolve(apply_settings(case.given, settings))
+        found = resolve(apply_settings(case.given, settings))
+        found.model  # noqa: B018 - a file that lacks the terms is refused here
     except InputError:
         return None
+    return found
+
+
+def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
+    """Return the waves of a nodal diameter over the speed, static frame.
+
+    Parameters
+    ----------
+    case : gives the rotor
+    k : nodal diameter
+    speeds : (n,), rad/s
+
+    Returns
+    -------
+    {family: ((n,), (n,))}, rad/s, of the wave with and of that against the rotation in
+    the rotating frame, of the families that move; > 0: turns with the rotation
+
+    Raises
+    ------
+    InputError
+        with full rotation and unequal sectors, whose waves have no single diameter
+    """
+    model = case.model.rotor
+    if model.spin is None:
+        table = modal_table(case.model)
+        own = {name: w[k] for name, w in moving_families(table).items() if k in w}
+        return campbell(own, k, speeds)
+    if not model.spin.waves:
+        msg = "waves of one nodal diameter need equal blades where rotation is full"
+        raise InputError(msg)
+    if k >= len(model.spin.waves):
+        return {}
+    piece = model.spin.waves[k]
+    turned = np.array([wave_roots(model, piece, s).imag for s in speeds.tolist()])
+    static, count = k * speeds[:, None] - turned, len(piece.omega)
+    return {
+        name: (static[:, count - 1 - rank], static[:, count + rank])
+        for rank, name in moving_ranks(model, k).items()
+    }
+
+
+def bands_over(case: Case, speeds: Floats) -> Waves:
+    """Return the least and the largest |omega| of each family over the speed, rad/s.
+
+    In the rotating frame, {family: ((n,), (n,))}: of all nodal diameters, with full
+    rotation of all but k = 1, whose two waves lie apart.
+
+    speeds : (n,), rad/s
+    """
+    model, same = case.model, np.ones(len(speeds))
+    if model.rotor.spin is None:
+        found: dict[str, list[float]] = {}
+        for line in modal_table(model):
+            if line.body == "rotor":
+                omega = 2 * np.pi * line.frequency_hz
+                found.setdefault(line.family, []).append(omega)
+        return {name: (min(w) * same, max(w) * same) for name, w in found.items()}
+    sizes: dict[str, list[list[float]]] = {}
+    for place, speed in enumerate(speeds.tolist()):
+        lines = wave_lines(model.rotor, model.blades, speed)
+        for wave in (line for line in lines if line.nodal_diameter != 1):
+            own = sizes.setdefault(wave.family, [[] for _ in speeds])
+            own[place].append(abs(wave.rotating))
+    return {
+        name: (np.array([min(w) for w in own]), np.array([max(w) for w in own]))
+        for name, own in sizes.items()
+        if all(own)
+    }
 
 
 def side_by_side(case: Case, orders: int) -> dict[str, Any]:
     """Return {"none": facts, "full": facts}, without and with the effects of rotation.
 
     Facts are those of `rotation_of_case`, `lines` and `critical_speeds`. An engine from
-    file has only one of the two.
+    file without terms of rotation has only the first.
     """
     cases = [case, beside(case)]
     return {

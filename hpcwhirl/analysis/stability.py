@@ -10,8 +10,9 @@ as nodal diameter k. With q of the rotor and P_h of the ring, mass-orthonormal,
     sum_h W_h P_h - r q = 0,
 
 n = 2, or 1 for a simple harmonic; lambda_k the cyclic coordinate of the multipliers,
-mu with the sign of Omega. The motions that keep the constraint are those of a quadratic
-eigenvalue problem.
+mu with the sign of Omega. With rotation the rotor's C and K are those of
+`reduction.waves`, full matrices. The motions that keep the constraint are those of a
+quadratic eigenvalue problem.
 """  # noqa: E501
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, Spin
+from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -63,17 +65,27 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
     if not model.rotor.cyclic or not isinstance(model.ring, FourierOperator):
         msg = "closed contacts need a rotor of equal sectors and a ring of harmonics"
         raise InputError(msg)
+    spin = model.rotor.spin
+    if spin is not None and not spin.waves:
+        msg = "closed contacts with rotation need a rotor of three equal blades or more"
+        raise InputError(msg)
     mu, blades = friction * float(np.sign(speed)), model.blades
     orders = range(-model.ring.harmonics, model.ring.harmonics + 1)
     harmonics = [h for h in orders if (h - k) % blades == 0]
-    parts = [_rotor_part(model, k, mu)]
+    parts = [_turning_part(model, spin, k, speed, mu) if spin is not None
+             else _rotor_part(model, k, mu)]  # fmt: skip
     parts += [_ring_part(model, model.ring, h, speed, mu) for h in harmonics]
-    damping, stiffness, gap, push = map(np.concatenate, zip(*parts, strict=True))
-    return Coupled(np.diag(damping), np.diag(stiffness), gap, push)
+    damping, stiffness, gap, push = zip(*parts, strict=True)
+    return Coupled(
+        block_diag(*damping),
+        block_diag(*stiffness),
+        np.concatenate(gap),
+        np.concatenate(push),
+    )
 
 
 def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
-    """Return (C, K, gap, push), each (m,), of the rotor's modes of diameter k."""
+    """Return (C, K (m, m), gap, push (m,)) of the rotor's modes of diameter k."""
     body, blades = model.rotor, model.blades
     modes = (body.diameter == k) & (body.phase == 0)
     wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
@@ -81,13 +93,25 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
     count = (1 if 2 * k % blades == 0 else 2) * blades
     omega, ratios = body.omega[modes], body.ratios[modes]
     push = -count * (radial + mu * tangential).conj()
-    return 2 * ratios * omega + 0j, omega**2 + 0j, -radial, push
+    return np.diag(2 * ratios * omega + 0j), np.diag(omega**2 + 0j), -radial, push
+
+
+def _turning_part(
+    model: Model, spin: Spin, k: int, speed: float, mu: float
+) -> tuple[Complexes, ...]:
+    """Return what `_rotor_part` does of a rotor with the terms of rotation."""
+    piece, blades = spin.waves[k], model.blades
+    gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
+    scale = np.sqrt(piece.multiplicity / blades)
+    radial, tangential = scale * piece.tips
+    push = -blades * (radial + mu * tangential).conj()
+    return gyro + rate, stiffness + support, -radial / piece.multiplicity, push
 
 
 def _ring_part(
     model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return (C, K, gap, push), each (2,), of harmonic h of the ring, -H .. H."""
+    """Return (C, K (2, 2), gap, push (2,)) of harmonic h of the ring, -H .. H."""
     body = model.casing
     if body is None:
         msg = "closed contacts need an elastic casing"
@@ -101,8 +125,8 @@ def _ring_part(
     turn = -1j * h * speed
     damping = 2 * ratios * omega
     return (
-        damping + 2 * turn,
-        omega**2 + damping * turn + turn**2,
+        np.diag(damping + 2 * turn),
+        np.diag(omega**2 + damping * turn + turn**2),
         share * outward,
         push,
     )

@@ -17,13 +17,13 @@ from hpcwhirl.store.directory.owner import CAMPAIGN, Claim, claim, claimed
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
 
 
-class Manner(NamedTuple):
-    """How a call begins.
+class StartOptions(NamedTuple):
+    """Options for the start of a campaign.
 
     Attributes
     ----------
-    fresh : put an old directory aside
-    extend : s, to what cases that are undecided go on; None: as before
+    fresh : whether an existing directory is renamed and the campaign starts over
+    extend : s, end time to which undecided cases are extended; None: no extension
     """
 
     fresh: bool = False
@@ -31,14 +31,19 @@ class Manner(NamedTuple):
 
 
 def begin(
-    design: Design, folder: Path, policy: Policy, stopping: Stopping, manner: Manner
+    design: Design,
+    folder: Path,
+    policy: Policy,
+    stopping: Stopping,
+    start: StartOptions,
 ) -> Claim:
-    """Return the claim on a campaign's directory, prepared; rank 0 calls.
+    """Claim and prepare a campaign's directory; return the claim. Rank 0 alone calls.
 
     Parameters
     ----------
     design, folder, policy : the campaign
-    stopping, manner : until when others are waited for; how it begins
+    stopping : ends the wait for other processes
+    start : options for the start
 
     Raises
     ------
@@ -46,7 +51,7 @@ def begin(
         where the directory is another campaign's, or another run computes there
     """
     asking = asking_of(stopping, take_over=policy.take_over)
-    if manner.fresh and folder.exists():
+    if start.fresh and folder.exists():
         with claimed(folder, CAMPAIGN, asking) as old:  # no shard may be at it
             old.check()
             aside = put_aside(folder)
@@ -56,8 +61,8 @@ def begin(
     own = claim(folder, claim_of(policy.shard), asking)
     try:
         mends = "failed" in policy.retry
-        prepare(design, folder, manner.extend, mends=mends, check=own.check)
-        if manner.extend is not None:
+        prepare(design, folder, start.extend, mends=mends, check=own.check)
+        if start.extend is not None:
             _tell_stopped(folder, design)
     except BaseException:
         own.release()
@@ -66,7 +71,7 @@ def begin(
 
 
 def _tell_stopped(folder: Path, design: Design) -> None:
-    """Tell of how many cases an extension can tell no more than is known."""
+    """Print how many cases ended at the amplitude limit: no extension helps them."""
     cases = {
         int(case)
         for _, told in told_by(folder, design.digests)

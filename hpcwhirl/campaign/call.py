@@ -1,4 +1,4 @@
-"""A campaign called from Python: prepared by rank 0, run by all, opened by all."""
+"""`hpcwhirl.campaign` from Python: rank 0 prepares, all ranks run and open results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import hpcwhirl
-from hpcwhirl.campaign.begin import Manner
+from hpcwhirl.campaign.begin import StartOptions
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.log import say
@@ -70,16 +70,16 @@ class Call:
         return data
 
     def _run(self, session: Session) -> Path | WhirlError:
-        """Return the directory, or why there are no results: the same on every rank."""
+        """Return the directory, or the error; the same on every rank."""
         measure, failure = self._agreed(session.comm)
         if failure is not None:
             return failure
         return session.run(self._prepared, _concluded, measure)
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return this rank's measure, or what is wrong with that of any rank.
+        """Return this rank's measure, or the error if that of any rank is wrong.
 
-        Nothing is made before: ranks of different functions would mix their numbers.
+        Called before a directory is made: other functions would mix their numbers.
         """
         measure, wrong = None, None
         try:
@@ -95,19 +95,19 @@ class Call:
         return measure, failure
 
     def _prepared(self) -> Prepared:
-        """Return what all ranks are to run; of rank 0 alone."""
+        """Return the campaign that all ranks will run; called on rank 0 alone."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
         folder = Path(given).absolute()  # wherever a measure may go
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
         check_folder(folder)
-        manner = Manner(fresh=bool(self.options.get("fresh")))
-        design = design if manner.fresh else as_begun(design, folder)
-        return Prepared(design, folder, policy, manner)
+        start = StartOptions(fresh=bool(self.options.get("fresh")))
+        design = design if start.fresh else as_begun(design, folder)
+        return Prepared(design, folder, policy, start)
 
     def _options(self) -> Campaign:
-        """Return the options that may stand in [campaign], too."""
+        """Return the keyword options as a table [campaign], checked."""
         for name, value in self.options.items():
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
@@ -119,7 +119,7 @@ class Call:
 
 
 def _tell_unmeasured(data: xarray.Dataset) -> None:
-    """Say how many cases the user's function gave no numbers of."""
+    """Print for how many cases the user's function returned no numbers."""
     reasons = data[WHY_NOT].to_numpy()
     missing = reasons != ""
     if missing.any():
@@ -131,7 +131,7 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return what differs between the measures of rank 0 and of another rank."""
+    """Return the error text for different measures on rank 0 and on another rank."""
     what = "whether there is one differs"
     if first and other:
         what = "their variables differ"

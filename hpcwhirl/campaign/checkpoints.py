@@ -1,4 +1,4 @@
-"""Cases on their way: their states kept at a stop and now and then, and taken up."""
+"""Checkpoints of unfinished cases: saved at intervals and at a stop, and restored."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is tol
 
 
 class Checkpoints:
-    """The states of the cases of a campaign's directory.
+    """The saved states of unfinished cases in a campaign's directory.
 
     Parameters
     ----------
     folder : the campaign's directory
-    every : s of a case's computing between states kept of it
-    say : told in one line what could not be used or written
+    every : computing time of a case between two checkpoints, s
+    say : function that prints one line about a state that is unusable or not written
     """
 
     def __init__(self, folder: Path, every: float, say: Callable[[str], None]) -> None:

@@ -1,4 +1,4 @@
-"""One case of a campaign, from where it was left to its end or to a stop."""
+"""Integrate one case of a campaign, from its last checkpoint to its end or a stop."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hpcwhirl.scene.words import is_open
 
 
 class LateError(CaseError):
-    """A case has computed longer than it may."""
+    """A case has reached its limit of computing time."""
 
 
 class DiedError(CaseError):
@@ -22,11 +22,11 @@ class DiedError(CaseError):
 
 
 class FailedError(CaseError):
-    """A case failed in a process of its own, which has printed the reason."""
+    """A case failed in a process of its own, which has already printed the reason."""
 
 
 def late(march: March, limit: float) -> LateError:
-    """Return the error of a case that has been computed longer than `limit`, s."""
+    """Return the error of a case whose computing time has passed `limit`, s."""
     share = march.steps / march.total
     return LateError(
         f"more than {limit:g} s of computing, {share:.1%} of the case: a greater "
@@ -35,7 +35,7 @@ def late(march: March, limit: float) -> LateError:
 
 
 def message_of(failed: Exception) -> str:
-    """Return the one line that tells why a case failed."""
+    """Return the reason that a case failed, as one line."""
     told = isinstance(failed, CaseError)
     text = str(failed) if told else text_of(failed)
     return one_line(text.splitlines()[0])
@@ -50,15 +50,15 @@ def compute(
     *,
     keep: bool = False,
 ) -> Result:
-    """Integrate a case, its state kept now and then, at a stop and at its limit.
+    """Integrate a case; save its state at intervals, at a stop and at its time limit.
 
     Parameters
     ----------
-    case, digest : the case, and the name of its state
-    checkpoints : where its state is kept and may be found; not dropped here
-    limit : s of computing that the case may take, all runs together
+    case, digest : the case, and the digest by which its state is stored
+    checkpoints : storage of its state; the caller removes it after the case
+    limit : most computing time of the case in all runs together, s
     between : called between slices; may raise `Stop`
-    keep : whether the last state of a case that a longer run may decide is kept
+    keep : whether the last state is saved if the regime may change in a longer run
 
     Raises
     ------

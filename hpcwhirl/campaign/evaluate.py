@@ -1,4 +1,4 @@
-"""Compute jobs and keep what they give; a case that fails is a row."""
+"""Compute jobs on one rank and journal the records; a failed case is a record, too."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the s
 
 
 @dataclass
-class Desk:
-    """What one rank of one run works with.
+class RankContext:
+    """Files, limits and helpers of one rank during a run.
 
     Attributes
     ----------
-    journal, running : its own files of the campaign's directory
-    checkpoints : states of cases on their way
-    child : of its own interpreter, for isolated cases
-    suspects : cases to be isolated: in flight when two processes died
+    journal, running : this rank's journal and its note of the cases in flight
+    checkpoints : saved states of unfinished cases
+    child : interpreter that computes isolated cases
+    suspects : cases to isolate, since they were in flight when two processes died
     """
 
     rank: int
@@ -63,35 +63,35 @@ class Desk:
 
 
 class Evaluator:
-    """Computes jobs on this rank and keeps them in this rank's journal.
+    """Computes jobs on this rank and appends their records to this rank's journal.
 
     Parameters
     ----------
     design : of the campaign
-    desk : what this rank works with
+    context : files and limits of this rank
     extended : s, to what undecided cases go on
     """
 
     def __init__(
-        self, design: Design, desk: Desk, extended: Sequence[float] = ()
+        self, design: Design, context: RankContext, extended: Sequence[float] = ()
     ) -> None:
-        self.design, self.desk, self.extended = design, desk, extended
+        self.design, self.context, self.extended = design, context, extended
         self.code = design.code
-        self.limit = desk.policy.limit
-        self.where = {"rank": desk.rank, "host": socket.gethostname()}
+        self.limit = context.policy.limit
+        self.where = {"rank": context.rank, "host": socket.gethostname()}
         self.told = 0
         self.lost = False  # whether what was computed could not be kept
         self.beside = array("d")  # s, of each result beside its kernel
 
     def warm(self, cases: Sequence[int]) -> None:
-        """Take a step of a case of each kernel that some cases need."""
+        """Compile the kernels that some cases need, by one step of one case each."""
         cases = self._kinds(cases)
-        self.desk.running.begin(self.design.digest(case) for case in cases)
-        if self.desk.policy.isolate:
+        self.context.running.begin(self.design.digest(case) for case in cases)
+        if self.context.policy.isolate:
             scenes = [self.design.scene(case) for case in cases]
-            self.desk.child.warm(scenes, self.desk.stopping.check)
+            self.context.child.warm(scenes, self.context.stopping.check)
             return
-        with breakable(self.desk.stopping.check):
+        with breakable(self.context.stopping.check):
             for case in cases:
                 try:
                     March(self.design.resolved(case)).warm()
@@ -101,7 +101,7 @@ class Evaluator:
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return a case of each kernel that some cases need, the first of its kind."""
+        """Return the first of some cases for each kernel that they need."""
         kinds: dict[tuple[str, int], int] = {}
         for case in cases:
             scene = self.design.scene(case)
@@ -112,24 +112,24 @@ class Evaluator:
         return list(kinds.values())
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
-        """Compute the job of a number and return how it ended."""
+        """Compute a job by its number; return its completion."""
 
         def between() -> None:
-            self._writing(self.desk.journal.keep_due)
+            self._writing(self.context.journal.keep_due)
             between_slices()
 
         start = time.perf_counter()
         computed = computation(self.design, self.code.decode(task), self.extended)
-        self.desk.running.begin([computed.digest])
+        self.context.running.begin([computed.digest])
         end, seconds = self._compute(computed, between)
         if end.is_ok:
             self.beside.append(time.perf_counter() - start - seconds)
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the s of a result beside its kernel, the median, and of the first.
+        """Return the overhead of a result beyond its kernel, s: median, first extra.
 
-        The latter beyond the median: models and tables that later ones share.
+        The first result takes longer: it builds models and tables that others share.
         """
         if not self.beside:
             return 0.0, 0.0
@@ -137,26 +137,29 @@ class Evaluator:
         return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
-        """Keep what has been computed, while this rank waits."""
+        """Write records that are due while this rank waits for work."""
         with suppress(Stop):  # which everyone sees
-            self._writing(self.desk.journal.keep_due)
+            self._writing(self.context.journal.keep_due)
 
     def keep(self) -> bool:
-        """Keep what has been computed; return whether all of it could be."""
+        """Write all records of this rank; return whether that succeeded."""
         with suppress(Stop):
-            self._writing(self.desk.journal.keep)
+            self._writing(self.context.journal.keep)
         return not self.lost
 
     def _compute(
         self, computed: Computation, between: Callable[[], None]
     ) -> tuple[Completion, float]:
-        """Compute a job, keep its record; return how it ended, and kernel seconds."""
-        start, checkpoints = time.perf_counter(), self.desk.checkpoints
+        """Compute a job and journal it; return completion and kernel time, s."""
+        start, checkpoints = time.perf_counter(), self.context.checkpoints
         try:
             self.design.check_engine(computed.job.case)
             checkpoints.hand_over(computed.before, computed.digest)
-            keep = computed.lasts or self.desk.policy.keep_states
-            if self.desk.policy.isolate or computed.job.case in self.desk.suspects:
+            keep = computed.lasts or self.context.policy.keep_states
+            if (
+                self.context.policy.isolate
+                or computed.job.case in self.context.suspects
+            ):
                 result = self._isolated(computed, between, keep=keep)
             else:
                 case = resolved(self.design, computed)
@@ -174,7 +177,7 @@ class Evaluator:
         return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
-        """Return why a case's engine is not known to be the plan's, None if it is."""
+        """Return the error if the engine file of a case has changed, else None."""
         try:
             self.design.check_engine(case)
         except WhirlError as changed:
@@ -184,15 +187,15 @@ class Evaluator:
     def _isolated(
         self, computed: Computation, between: Callable[[], None], *, keep: bool
     ) -> Result:
-        self.desk.checkpoints.kept.add(computed.digest)  # which the child may keep
-        return self.desk.child.compute(
+        self.context.checkpoints.kept.add(computed.digest)  # which the child may keep
+        return self.context.child.compute(
             computed.scene, computed.digest, self.limit, between, keep=keep
         )
 
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float
     ) -> Completion:
-        """Keep a row that tells why a case gave no result, and say the first few."""
+        """Journal why a case failed; print the first `MOST_TOLD` of them."""
         status = "failed"
         if isinstance(failed, LateError):
             status = "timeout"
@@ -214,7 +217,7 @@ class Evaluator:
         return head | {"ended": time.time()} | computed.facts
 
     def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
-        """Keep a result, unless its engine is no longer known to be the plan's."""
+        """Journal a result, unless the engine file has changed meanwhile."""
         if changed := self._changed(computed.job.case):
             return self._fail(computed, changed, float(result.performance["seconds"]))
         told = TOLD.get(str(result.row["outcome"]), "")
@@ -229,14 +232,14 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Forget states of what has ended: not before that is kept."""
-        if self.desk.checkpoints.kept.intersection(names):
-            self._writing(self.desk.journal.keep)
+        """Remove the states of cases that have ended and whose records are on disk."""
+        if self.context.checkpoints.kept.intersection(names):
+            self._writing(self.context.journal.keep)
         for name in names:
-            self.desk.checkpoints.drop(name)
+            self.context.checkpoints.drop(name)
 
     def _measured(self, computed: Computation, result: Result) -> Record:
-        """Return what the user's own function makes of a case, or why it does not."""
+        """Return the numbers of the user's function, or the reason for none."""
         if self.design.measure is None or "twin" in computed.facts:
             return {}
         found = self.design.measure(computed.scene, result)
@@ -246,7 +249,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Say the first of what went wrong on this rank."""
+        """Print one of the first `MOST_TOLD` problems of this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)
@@ -254,20 +257,20 @@ class Evaluator:
             say("further cases of this rank without a result are counted only")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        self._writing(lambda: self.desk.journal.append(record, traces))
+        self._writing(lambda: self.context.journal.append(record, traces))
 
     def _writing(self, write: Callable[[], None]) -> None:
-        """Write; a disk that takes no more ends the campaign, cleanly."""
+        """Write; on a full disk, ask the campaign to stop."""
         try:
             write()
         except MissingFileError as failed:
             say(f"{failed} ({self.where['host']}, rank {self.where['rank']})")
-            self.desk.stopping.ask(str(failed))
+            self.context.stopping.ask(str(failed))
             self.lost = True
             raise Stop from None
 
 
 def told(computed: Computation, case: str) -> str:
-    """Return the name of a computation for messages: its case, and its twin."""
+    """Return the name of a computation in messages: its case and its twin."""
     twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

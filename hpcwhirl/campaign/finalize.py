@@ -1,4 +1,4 @@
-"""How a campaign ends: cases without a result are counted, results are gathered."""
+"""The end of a campaign: count cases without a result and gather the results."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 @dataclass(frozen=True)
 class Ending:
-    """How a campaign ended on this call.
+    """Outcome of one call of a campaign.
 
     Attributes
     ----------
     complete : whether all cases have ended and results were written
     cases : of the campaign
-    failed : those without a result once it is complete, for whatever reason; where
-        other shards are not complete, of this shard
-    missing : those of them that have no row at all
-    results : the file
-    reason : why it stopped early
-    gave_up : whether it was for too many failures
-    piloted : whether it was a pilot that had its time
-    left : cases of other shards that have no result yet
-    lasting : whether the same command would end for the same reason
-    gathered : whether the results are new: those of before held all there was
+    failed : cases without a result, for any reason, once the campaign is complete; of
+        this shard alone while other shards are not complete
+    missing : failed cases that have no record at all
+    results : path of results.h5
+    reason : reason for an early stop
+    gave_up : whether it stopped after `max_fails` failures
+    piloted : whether it was a pilot whose time was up
+    left : cases of other shards without a result so far
+    lasting : whether the same command would fail again for the same reason
+    gathered : False if results.h5 already held everything
     """
 
     complete: bool
@@ -72,10 +72,10 @@ class Ending:
 def conclude(
     design: Design, folder: Path, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather a campaign that has been computed; a full disk stops it here.
+    """Gather the results of a complete campaign; a full disk stops it.
 
-    A shard that is not the last leaves that to others: it has failed where one of its
-    own cases has no result, not where others are still to come.
+    A shard gathers only if it is the last one. Otherwise it counts as failed if one of
+    its own cases has no result; cases of other shards do not matter.
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -112,7 +112,7 @@ def conclude(
 def _gathered(
     design: Design, folder: Path, comm: Communicator, work: Work, asking: Asking
 ) -> tuple[Path, bool]:
-    """Return the results, gathered anew where they do not hold all there is."""
+    """Return the results file, gathered again if it is out of date."""
     results, fresh = folder / RESULTS, work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(results, threshold_facts())
@@ -123,7 +123,7 @@ def _gathered(
 
 
 def _tell_budget(design: Design, folder: Path) -> None:
-    """Say that a budget has ended a refinement, if one has."""
+    """Print that the budget has ended the refinement, if it has."""
     dropped = dropped_of(full_plan(folder)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases that words "
@@ -131,7 +131,7 @@ def _tell_budget(design: Design, folder: Path) -> None:
 
 
 def _forget_the_dead(folder: Path) -> None:
-    """Remove what processes that died have noted of cases that gave a result since."""
+    """Remove notes of dead processes whose cases have a result by now."""
     if notes(folder):
         ended = scan(folder, lambda record: record["status"])
         forget_crashes(folder, {name for name in ended if ended[name] == "ok"})
@@ -142,7 +142,7 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return how a shard ended: its cases without a result, and what others leave."""
+    """Return the outcome of a shard: its failures, and the cases left to others."""
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
     failed = int((planner.open | planner.failed)[own].sum())
@@ -153,7 +153,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return what may hold bytes of a path that are no UTF-8, as a file keeps it."""
+    """Return a text as UTF-8 allows it; other bytes of a path are escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 
@@ -170,7 +170,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return the preset whose inputs all cases have, and what it loses, if any."""
+    """Return {preset, its loss} if all cases have the inputs of one preset, else {}."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}
@@ -178,7 +178,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 
 
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
-    """Return the root attributes that tell where results came from."""
+    """Return the root attributes on the origin of results."""
     hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {

@@ -1,4 +1,4 @@
-"""The fingerprint of a user's function: another file, code or value gives another one.
+"""The fingerprint of a user's function, which changes with its file, code and values.
 
 Two parts: the SHA-256 of the source files that the function and what it names are
 written in, and that of the bytecode and of all values in reach: defaults, closures,
@@ -53,11 +53,11 @@ REMEDY = (
 
 
 class _UnknownError(Exception):
-    """What is in reach of a function and cannot be told from another such thing."""
+    """A value that a function uses and that has no fingerprint."""
 
 
 def fingerprint(function: Any, version: object = None) -> str:
-    """Return what tells a user's function from another one.
+    """Return the fingerprint of a user's function.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ def fingerprint(function: Any, version: object = None) -> str:
 
 
 def difference(was: str, now: str) -> str:
-    """Return in words what two fingerprints differ in, "" where in nothing known.
+    """Return a text on how two fingerprints differ, "" if not as far as is known.
 
-    Code and values are compared where one interpreter has told both.
+    Code and values are compared only if both are from the same version of Python.
     """
     if was == now or not was:
         return ""
@@ -137,7 +137,7 @@ def _source_of(function: Any) -> None:
 
 
 def _within(called: Any) -> Any:
-    """Return what something that is called calls in turn, None where unknown."""
+    """Return the function inside a wrapper or callable object, None if unknown."""
     if isinstance(called, functools.partial):
         return called.func
     if isinstance(called, MethodType):
@@ -163,14 +163,14 @@ def _attribute(given: Any, name: str) -> Any:
 
 
 def _wrapped(given: Any) -> Any:
-    """Return what a wrapper of an installed package was made of, None for none."""
+    """Return the function that a wrapper of an installed package wraps, else None."""
     if isinstance(given, MethodType):
         return None
     return next(filter(callable, (_attribute(given, n) for n in INNER)), None)
 
 
 def _name(given: Any) -> str:
-    """Return what to call something: its name, or else its type's."""
+    """Return the name of an object for messages, or that of its type."""
     own = _attribute(given, "__qualname__")
     return own if isinstance(own, str) else f"a {type(given).__qualname__}"
 
@@ -183,7 +183,7 @@ def _text_of(code: CodeType) -> str:
 
 @functools.cache
 def _installed() -> tuple[Path, ...]:
-    """Return the folders of what is no user's own: this program, what is installed."""
+    """Return the folders of this program and of installed packages."""
     known = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib")]
     known += [sysconfig.get_path(name) for name in ("purelib", "platlib")]
     return (OWN, *map(Path, [*known, site.getusersitepackages()]))
@@ -201,7 +201,7 @@ def _is_own(module: str) -> bool:
 
 
 class _Walk:
-    """A walk over all that a function has in reach; each thing is looked at once."""
+    """Traversal of all objects that a function can reach, each visited once."""
 
     def __init__(self) -> None:
         self.sources: set[str] = set()  # SHA-256 of each file
@@ -227,7 +227,7 @@ class _Walk:
         return self._known[number]
 
     def _parts(self, given: Any) -> Iterator[str]:
-        """Yield what a value is, as texts."""
+        """Yield the texts that a value is hashed as."""
         kind = type(given)
         yield f"{kind.__module__}.{kind.__qualname__}"
         if kind in PLAIN:
@@ -310,7 +310,7 @@ class _Walk:
                 yield self.digest(value)
 
     def _of_module(self, given: ModuleType) -> Iterator[str]:
-        """Yield a module's name; its file is looked at, not what it imports."""
+        """Yield a module's name and note its file; its imports are not followed."""
         yield given.__name__
         file = getattr(given, "__file__", None)
         if file is not None and _is_own(given.__name__):
@@ -343,7 +343,7 @@ WAYS: tuple[tuple[Any, Callable[[_Walk, Any], Iterator[str]]], ...] = (
 
 
 def _reduced(given: Any) -> Iterator[Any]:
-    """Yield what an object is made of: as it would be copied, never called or loaded.
+    """Yield the parts of which pickle would rebuild an object; nothing is rebuilt.
 
     Raises
     ------
@@ -369,7 +369,7 @@ def _reduced(given: Any) -> Iterator[Any]:
 
 
 def _globals(code: CodeType) -> list[str]:
-    """Return the names that a code looks up in its module, those of inner ones, too."""
+    """Return the global names in a code object and in the code inside it."""
     seen = ("LOAD_GLOBAL", "LOAD_NAME")
     own = [i.argval for i in dis.get_instructions(code) if i.opname in seen]
     inner = [c for c in code.co_consts if isinstance(c, CodeType)]

@@ -1,4 +1,4 @@
-"""Jobs that ranks are handed, and those that follow from how they end."""
+"""The queue of jobs that are handed out to ranks, and of those that follow."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ FOLLOWING = 2  # refined cases go out before coarse ones: more may follow from t
 
 
 class JobQueue(WorkQueue):
-    """A queue whose units are jobs; those that follow are the next to go out.
+    """A work queue of jobs; jobs that follow from a completion go out next.
 
     Parameters
     ----------
-    planner : that is told how jobs end, and returns what follows
-    jobs : those that are left
-    code : how they are sent
-    costs : of the planner's rows
-    ranks : that share the work
-    order : in which they go out; `last` are the numbers of cases
+    planner : takes completions and returns the jobs that follow
+    jobs : jobs that are left
+    code : numbers by which jobs are sent to ranks
+    costs : predicted costs of the planner's rows
+    ranks : number of ranks that share the work
+    order : order of handing out; its `last` holds case numbers
     """
 
     def __init__(
@@ -54,11 +54,11 @@ class JobQueue(WorkQueue):
         return Job(case, self.twin[unit], self.stage[unit])
 
     def task(self, unit: int) -> int:
-        """Return what a rank is sent of a unit."""
+        """Return the number of the job of a unit, as sent to a rank."""
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:
-        """Be told how a job ended."""
+        """Take in the completion of a job."""
         following = self.planner.complete(self.job(unit), end)
         if not following:
             return

@@ -1,4 +1,4 @@
-"""Plain lines for who watches a campaign, on stderr: stdout is for what was asked."""
+"""Progress lines of a campaign, on stderr; stdout is for the results of commands."""
 
 import sys
 

@@ -45,14 +45,14 @@ class _EndError(Exception):
 
 @dataclass(frozen=True)
 class Measure:
-    """A function of one case and the variables that it gives.
+    """A user's function of one case and the variables that it returns.
 
     Attributes
     ----------
     function : takes a case and returns {name: number}; see
         `store.results.measured.one_case`
-    variables : {name: (unit, meaning)} of all that it gives, of each case
-    fingerprint : by which the function is told from another one, see `fingerprint`
+    variables : {name: (unit, meaning)} of its numbers
+    fingerprint : of the function, see `fingerprint`
     """
 
     function: Callable[[xarray.Dataset], Any] = field(compare=False)
@@ -60,11 +60,11 @@ class Measure:
     fingerprint: str = ""
 
     def plan(self) -> dict[str, list[str]]:
-        """Return what a campaign's directory keeps of it; the function is not kept."""
+        """Return {variable: [unit, meaning]}, which the directory keeps."""
         return {name: list(told) for name, told in self.variables.items()}
 
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
-        """Return what a record keeps: the numbers, or why there are none.
+        """Return the entries of a record: the numbers, or the reason for none.
 
         What the function raises, `sys.exit` and `os._exit` included, is no failure of
         the case, whose words do not depend on it: its variables are NaN, and
@@ -80,7 +80,7 @@ class Measure:
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
-        """Return the numbers; raise where they are not those that were declared."""
+        """Return the numbers; raise if they are not the declared variables."""
         if not isinstance(given, Mapping):
             msg = f"measure must return {{name: number}}, got {shown(given)}"
             raise InputError(msg)
@@ -93,10 +93,10 @@ class Measure:
 
 @contextmanager
 def _guarded() -> Iterator[None]:
-    """Keep process and working directory the campaign's while a function runs.
+    """Protect the process and its working directory while a user's function runs.
 
-    `os._exit` raises, in this process and thread; a child that the function forks and
-    that comes back ends here; the working directory is again what it was.
+    `os._exit` raises in this process and thread, a forked child that returns is ended,
+    and the working directory is restored.
     """
     process, thread, leave = os.getpid(), threading.get_ident(), os._exit
     place = os.open(".", os.O_PATH)
@@ -120,7 +120,7 @@ def _guarded() -> Iterator[None]:
 
 
 def _end_child(leave: Callable[[int], Any]) -> None:
-    """End a forked process, which must not go on as a second campaign."""
+    """End a forked process, which must not continue as a second campaign."""
     left = sys.exception()
     code = 1
     if isinstance(left, SystemExit):
@@ -132,13 +132,13 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Return the measure of a call in Python, None for none.
+    """Return the checked measure of a call in Python, or None if none was given.
 
     Raises
     ------
     InputError
-        where it is no function, cannot be told from another one, its variables are not
-        told, or one has a taken name
+        if it is no function, has no fingerprint, its variables are not declared, or one
+        has a name that results use already
     """
     if function is None and variables is None:
         if version is not None:

@@ -1,4 +1,4 @@
-"""The claim of a run on its campaign's directory: how it is asked for, and heeded."""
+"""The claim of a run on its campaign's directory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PICTURES = ("map.", "report.")  # what their names begin with
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return how a directory is asked for, until this process is asked to end."""
+    """Return how a claim waits for others: until this process is asked to stop."""
 
     def check() -> None:
         if stopping():
@@ -39,7 +39,7 @@ def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
 
 
 def claim_of(shard: Shard | None) -> str:
-    """Return what a run claims of its directory: all, or the share of its shard."""
+    """Return the kind of claim of a run: the whole directory, or its shard."""
     return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
 
 
@@ -78,7 +78,7 @@ def owned(
 
 
 def _tidy(own: Claim, *, shared: bool) -> None:
-    """Remove what runs before have left half written as they died."""
+    """Remove incomplete files that earlier runs left when they died."""
     # Other shards may be writing now; nobody takes so long for a small file.
     own.check()
     begun = own.path.stat().st_mtime

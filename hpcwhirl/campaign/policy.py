@@ -1,4 +1,4 @@
-"""How a campaign is run, which no result depends on: limits, retries, isolation."""
+"""Options of running a campaign that change no result: limits, retries, isolation."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
 
 
 class Policy(Campaign):
-    """The rules of one call of a campaign: [campaign], and what a call alone has.
+    """Options of one call: those of [campaign], and those of the call alone.
 
     Attributes
     ----------
-    seconds : until this call is to end, s; None: no limit
-    shard : compute this share alone; the last shard to end gathers
-    take_over : whether claims of other machines, to compute and to gather, count as
-        dead
-    pilot : s of computing after which this call ends; cases go out evenly over all
+    seconds : wall time until this call stops, s; None: no limit
+    shard : part of the cases to compute; the last shard to end gathers
+    take_over : whether claims of processes on other machines count as dead
+    pilot : computing time after which a pilot stops, s; its cases lie evenly over all
     """
 
     seconds: float | None = None
@@ -36,7 +35,7 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the rules of a call that begins now."""
+        """Return the options of a call that begins now."""
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
         own["pilot"] = pilot
@@ -44,5 +43,5 @@ class Policy(Campaign):
 
     @property
     def limit(self) -> float:
-        """The computing time of a case, s, without end where none is set."""
+        """Most computing time of a case, s; infinite by default."""
         return math.inf if self.case_limit is None else self.case_limit

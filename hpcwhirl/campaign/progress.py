@@ -1,4 +1,4 @@
-"""How far a campaign is: told by its manifest, its journals and its ranks' notes."""
+"""Progress of a campaign, from its manifest, its journals and its ranks' notes."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class Computing:
     Attributes
     ----------
     rank, host : of the process
-    cases : one, or several while kernels are compiled
-    since, seconds : when it began, s since 1970, and for how long; None if unknown
-    died : whether it is known to be there no more
+    cases : one case, or several while kernels are compiled
+    since, seconds : start, s since 1970, and time since then, s; None if unknown
+    died : whether the process is known to have ended
     """
 
     rank: int
@@ -61,19 +61,20 @@ class Progress:
     Attributes
     ----------
     cases, done, failed, left : numbers of cases
-    ranks : that finished a case lately; each is computing one now
+    ranks : number of ranks that finished a case lately
     rate : cases/h of these ranks; None before the first of them
-    eta : s until nothing is left at that rate, by predicted cost; None if unknown
-    kernel_share : of the time of these ranks, up to their last case; the busy fraction
-        of results counts keeping cases, too
-    stopped : `STOP` where that file is, else why the last run stopped early, if known
-    core_hours, core_hours_left : in the kernel; spent includes cases computed twice
-    idle_for : s since a case was last finished; None before the first
-    regimes : {word: cases} of those that have one
-    statuses : {status: cases} of those that have ended, those without a regime apart
-    running : what each rank computes now, the longest at it first
-    grows : whether words may still ask for more cases
-    dropped : cases that a budget has left out
+    eta : time left at that rate, by predicted cost, s; None if unknown
+    kernel_share : share of these ranks' time spent in the kernel, up to their last
+        case; the busy fraction in results also counts writing records
+    stopped : `STOP` if that file exists, else why the last run stopped early, if known
+    core_hours, core_hours_left : kernel time spent, cases computed twice included; left
+    idle_for : time since the last case finished, s; None before the first
+    regimes : {regime: cases}
+    statuses : {status: cases} of those that have ended; outcomes without a regime
+        count separately
+    running : what each rank computes now, the longest running first
+    grows : whether refined cases may still be added
+    dropped : cases left out because of a budget
     """
 
     cases: int
@@ -97,7 +98,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Worker:
-    """One rank of one run, as its journal shows it."""
+    """Work of one rank in one run, from its journal."""
 
     begun: float
     ended: float
@@ -112,7 +113,7 @@ class Worker:
 
 
 def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
-    """Return the work and the times of a journal's rank; None where it has no times.
+    """Return the work and times of the rank of a journal; None if it has no times.
 
     A rank computes one case at a time: when a case ends, it has run for at least the
     computing seconds of all its cases so far. Of the starting times that this gives,
@@ -120,7 +121,7 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
     Parameters
     ----------
-    ended, seconds, work : (lines,), s since 1970, NaN where it is not told; s; steps
+    ended, seconds, work : (records,), s since 1970, NaN if unknown; s; steps
     """
     timed = np.flatnonzero(np.isfinite(ended))
     if not len(timed):
@@ -142,14 +143,14 @@ def seconds_of(record: Record) -> float:
 
 
 def status_of(end: Completion) -> str:
-    """Return the status of an ended case; its outcome where that leaves no regime."""
+    """Return the status of an ended case, or its outcome if that has no regime."""
     return end.outcome if end.outcome in NO_REGIME else end.status
 
 
 def computing(
     folder: Path, digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
-    """Return what each rank computes; a case that has ended since is left out.
+    """Return what each rank computes, without cases that have ended since.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def computing(
 
 
 def predicted_work(manifest: Manifest) -> Floats:
-    """Return the steps of each case; one each where the step is not an input."""
+    """Return the steps of each case; 1 for all if the step is not an input."""
     table, base = manifest.table, manifest.base
     cases = np.arange(len(table))
 
@@ -187,14 +188,14 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks that finished a case about as lately as the last one did."""
+    """Return the ranks whose last case ended about as late as that of any rank."""
     last = max((w.ended for w in workers), default=0.0)
     patience = max(LEAST_PATIENCE, PATIENCE * longest)
     return [w for w in workers if last - w.ended <= patience]
 
 
 class Seen:
-    """What journals tell of the cases of a plan.
+    """State of a plan's cases, read from journals.
 
     Parameters
     ----------
@@ -202,14 +203,14 @@ class Seen:
 
     Attributes
     ----------
-    manifest : with all cases that are wanted so far
+    manifest : plan with all cases that are wanted so far
     work : (cases,), steps
-    workers : of each journal that tells times
-    open : (cases,), whether something of a case is still to be computed
-    without : cases that gave no result, or failed where they were to go on
-    regimes, statuses : {word: cases} of those that have ended
-    ends : {digest: s since 1970} of what notes name, or more
-    spent, longest : s of all computations, and of the longest
+    workers : one of each journal that has times
+    open : (cases,), whether a job of a case or of its twins is left
+    without : cases without a result, or that failed in an extension
+    regimes, statuses : {word: cases}, see `Progress`
+    ends : {digest: s since 1970} of ended cases, at least of those in notes
+    spent, longest : time of all computations, and of the longest, s
     """
 
     def __init__(self, folder: Path, manifest: Manifest) -> None:
@@ -222,7 +223,7 @@ class Seen:
             self._from_records(folder)
 
     def _from_columns(self, folder: Path) -> None:
-        """Where a case is one computation: lines as columns."""
+        """Read a plan in which each case is one job, by columns."""
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
@@ -245,7 +246,7 @@ class Seen:
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
     def _journals(self, folder: Path) -> Iterator[Told]:
-        """Yield what each journal tells, and take in what it tells of its rank."""
+        """Yield the columns of each journal, and count the work of its rank."""
         each = told_by(folder, self.manifest.digests)
         for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
             told = Told(*map(np.concatenate, zip(*(p for _, p in parts), strict=True)))
@@ -253,7 +254,7 @@ class Seen:
             yield told
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
-        """Take in what a journal tells of its rank."""
+        """Count the work of a journal's rank."""
         work = np.zeros(len(case))
         work[case >= 0] = self.work[case[case >= 0]]
         worker = worker_of(ended, seconds, work)
@@ -263,7 +264,7 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self, folder: Path) -> None:
-        """Where cases go on, have twins or lead to others: by their records."""
+        """Read a plan with extensions, twins or refined cases, record by record."""
         journals = read_journals(folder)
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
@@ -332,15 +333,15 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
 
 
 def _kernel_share(workers: Sequence[Worker]) -> float | None:
-    """Return the share of ranks' time that they computed; None of no ranks."""
+    """Return the share of ranks' time spent in the kernel; None without ranks."""
     span = sum(w.span for w in workers)
     return sum(w.seconds for w in workers) / span if workers else None
 
 
 def stopped(folder: Path, left: int, running: Sequence[Computing]) -> str:
-    """Return `STOP` where that file is, else why the last run stopped early.
+    """Return `STOP` if that file exists, else why the last run stopped early.
 
-    A run that was killed tells nothing, nor does one that is at it.
+    It is "" after a kill and while a run is active.
     """
     if (folder / FILE).exists():
         return FILE

@@ -1,6 +1,7 @@
-"""`hpcwhirl.campaign(...)`: what the command does, from a notebook or a script.
+"""`hpcwhirl.campaign(...)`: the command `campaign` from a notebook or a script.
 
-Nothing is imported before it is called: a command listens to signals before that.
+It imports nothing before it is called, so that a command handles signals from its
+start.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ def campaign(
 ) -> xarray.Dataset:
     """Integrate or continue a campaign and return its results.
 
-    What `hpcwhirl campaign` does, but for maps and page: cases that are there are kept,
-    finished ones are never integrated twice, and the results are the same bits for any
-    number of ranks. Under `mpirun -n 8 python my.py` every rank calls and gets them.
+    It does what `hpcwhirl campaign` does, without maps and page: finished cases are
+    kept and never integrated twice, and the results are the same bits for any number of
+    ranks. Under `mpirun -n 8 python my.py` every rank calls it and gets the results.
 
     Parameters
     ----------

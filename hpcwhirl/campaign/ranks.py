@@ -1,8 +1,8 @@
-"""Hand cases out over ranks; rank 0 computes too, and alone goes the same way.
+"""Distribute jobs over ranks; rank 0 hands out and computes, alone or with others.
 
 The first units go out together. From then on messages are point to point: a worker
-asks for its next units when it begins those it has, and tells with the question what it
-has finished, so that it does not wait; rank 0 answers between the slices of its own
+asks for its next units when it begins those it has, and reports in that message what
+it has finished, so that it does not wait; rank 0 answers between the slices of its own
 case. With many ranks or short cases an answer is several units, see `WorkQueue.bundle`.
 
 Every message is received: each question has one answer, and each worker gets one HALT,
@@ -32,10 +32,10 @@ IDLE = 1e-3  # s between looks while there is nothing to do
 
 
 class Evaluate(Protocol):
-    """Computes and keeps one unit of work; returns how it ended."""
+    """Function that computes and journals one unit of work; returns its completion."""
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Any:
-        """Return how the unit of a task ended; let `Stop` through."""
+        """Return the completion of a task; `Stop` passes through."""
 
 
 Notice = Callable[[int, Any], None]
@@ -45,16 +45,16 @@ Done = tuple[int, Any, float]  # the number of a unit, how it ended, its seconds
 
 @dataclass
 class Tally:
-    """What this rank did with its time.
+    """Use of this rank's time.
 
     Attributes
     ----------
-    busy : s, computing and keeping cases; on rank 0 without serving the others
-    span : s, from the first hand-out until all ranks had ended
-    cases : computations finished here, those of twins and of later stages, too
-    beside, first : s that a computation took beside its kernel, the median, and the
-        first one beyond that
-    waits : called again and again while this rank waits for others
+    busy : time of computing and writing cases, s; on rank 0 without serving others
+    span : time from the first hand-out until all ranks have ended, s
+    cases : computations finished here, of twins and later stages, too
+    beside, first : overhead of a computation beyond its kernel, s: the median, and the
+        extra of the first one
+    waits : function called repeatedly while this rank waits for others
     """
 
     busy: float = 0.0
@@ -68,7 +68,7 @@ class Tally:
     def compute(
         self, unit: Unit, evaluate: Evaluate, between: Callable[[], None]
     ) -> Done:
-        """Return what a unit gave, counting its seconds even where it is stopped."""
+        """Compute a unit; count its time even if it is stopped."""
         start = time.perf_counter()
         try:
             end = evaluate(unit[1], between)
@@ -79,7 +79,7 @@ class Tally:
         return unit[0], end, seconds
 
     def wait(self) -> None:
-        """Leave the core alone for a moment."""
+        """Sleep for a moment."""
         self.waits()
         time.sleep(IDLE)
 
@@ -96,16 +96,16 @@ def map_ranks(
     comm: Communicator,
     tally: Tally,
 ) -> bool:
-    """Evaluate the units on all ranks of `comm`; every rank must call.
+    """Compute the units on all ranks of `comm`; every rank must call.
 
     Parameters
     ----------
-    queue : units to hand out; rank 0's counts
-    evaluate : computes and keeps a unit on the rank that calls it
-    notice : told on rank 0 of every finished unit
+    queue : units to hand out; used on rank 0 alone
+    evaluate : computes and journals a unit on the rank that calls it
+    notice : called on rank 0 for every finished unit
     stopping : whether this process has been asked to end
     comm : of all ranks
-    tally : of this rank, filled
+    tally : of this rank, filled here
 
     Returns
     -------
@@ -124,7 +124,7 @@ def map_ranks(
 
 
 class _Root:
-    """Rank 0: hands out, computes, counts."""
+    """Rank 0: hands out units, computes, and counts completions."""
 
     def __init__(
         self,
@@ -156,7 +156,7 @@ class _Root:
         return self.queue.left == 0
 
     def next(self, evaluate: Evaluate) -> None:
-        """Compute a unit, or wait for those at work, which may lead to others."""
+        """Compute a unit, or wait for units in progress, which may add others."""
         self.between()
         if self.queue:
             (unit,) = self.units([self.queue.take()])
@@ -170,7 +170,7 @@ class _Root:
         self.notice(unit, end)
 
     def while_busy(self) -> None:
-        """Serve between slices; the time it takes is not computing."""
+        """Serve messages between slices; that time does not count as busy."""
         start = time.perf_counter()
         try:
             self.between()
@@ -178,7 +178,7 @@ class _Root:
             self.tally.busy -= time.perf_counter() - start
 
     def between(self) -> None:
-        """Serve messages; pass a wish to stop on to every worker, then obey it."""
+        """Serve messages; on a stop request, send it to every worker and raise Stop."""
         self.serve()
         if self.stopping() and not self.halted:
             self.halt()
@@ -191,12 +191,12 @@ class _Root:
         self.dismiss()
 
     def dismiss(self) -> None:
-        """Send each worker its HALT, those that have said BYE included."""
+        """Tell every worker to end, also one that has said it is done."""
         for rank in range(1, self.comm.size):
             self.comm.send(None, dest=rank, tag=HALT)
 
     def serve(self) -> bool:
-        """Answer every message that has come in; return whether there was one."""
+        """Answer every message that has arrived; return whether there was one."""
         any_came = False
         while self.comm.Iprobe():
             any_came = True
@@ -219,12 +219,12 @@ class _Root:
             self.comm.send(self.units(units), dest=rank, tag=WORK)
 
     def units(self, numbers: list[int]) -> list[Unit]:
-        """Return what is sent of units."""
+        """Return (number, task) of units, as they are sent."""
         return [(number, self.queue.task(number)) for number in numbers]
 
 
 class _Worker:
-    """Any other rank: asks ahead, computes, reports."""
+    """Any other rank: asks for units in advance, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally
@@ -248,13 +248,13 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Say what has been finished since the last message, and whether to stop."""
+        """Report the units finished since the last message, and whether to stop."""
         told = self.comm.rank, word, self.finished, self.stopping()
         self.comm.send(told, dest=0)
         self.finished = []
 
     def wait(self) -> list[Unit]:
-        """Return the answer to a question, leaving the core alone meanwhile."""
+        """Return the answer to a question; sleep while waiting for it."""
         asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
             if not asked:
@@ -279,7 +279,7 @@ class _Worker:
 def keep_shares(
     folder: Path, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
 ) -> None:
-    """Write the shares of all ranks; rank 0 says them. Every rank must call.
+    """Write the use of time of all ranks; rank 0 prints it. Every rank must call.
 
     Parameters
     ----------
@@ -287,7 +287,7 @@ def keep_shares(
     run : its number
     tally : of this rank
     comm : of all ranks
-    stopped : why this rank is to stop early; empty: it is not
+    stopped : reason for an early stop of this rank; "": none
     """
     own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
     own |= {"busy": tally.busy, "span": tally.span}
@@ -305,7 +305,7 @@ def keep_shares(
 
 
 def told(shares: list[Share]) -> str:
-    """Return cases, seconds, throughput and busy fractions of the ranks in a line."""
+    """Return one line: cases, time, throughput and busy fractions of the ranks."""
     span = max(share["span"] for share in shares)
     busy = [share["busy"] / max(share["span"], 1e-9) for share in shares]
     cases = sum(share["cases"] for share in shares)

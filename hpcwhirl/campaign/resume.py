@@ -1,4 +1,4 @@
-"""A campaign directory: begun, continued, or put aside to start over."""
+"""Begin or continue a campaign directory, or rename it to start over."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def prepare(
     ----------
     design : the campaign
     folder : its directory
-    extend : s, to what cases that are undecided go on from now on; None: as before
-    mends : whether another measure may go on, for cases that have no numbers yet
-    check : raises where the directory has become another's; see
+    extend : end time to which undecided cases are extended, s; None: as before
+    mends : whether another measure is allowed, for cases that have no numbers yet
+    check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 
     Raises
@@ -80,7 +80,7 @@ def prepare(
 
 
 def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
-    """Refuse another function than the one whose numbers a directory has."""
+    """Refuse a function other than the one whose numbers the directory has."""
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:
@@ -95,7 +95,7 @@ def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
 def extended(
     design: Design, times: list[float], time: float, folder: Path
 ) -> list[float]:
-    """Return the times, s, that undecided cases go on to, with one more.
+    """Return the end times of the extensions, s, with one more.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def extended(
 
 
 def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
-    """Return the times, s, that undecided cases of a directory go on to."""
+    """Return the end times, s, to which undecided cases of a directory are extended."""
     if extend is not None and design.grows:
         raise InputError(FIXED)
     times = read_manifest(folder).extended if (folder / NAME).exists() else []
@@ -176,11 +176,11 @@ def planned(folder: Path) -> Design:
 
 
 def check_steps(design: Design) -> None:
-    """Refuse a campaign that could not integrate any of its cases.
+    """Refuse a campaign in which the time step is too large for every case.
 
     The limit of the time step depends on the structures, eta and the gap alone, so
-    one case is tried for each of those, smallest step first, until one is accepted;
-    after `MOST_TRIED` models a campaign is let through, and its cases fail as rows.
+    one case of each is tried, smallest step first, until one is accepted. After
+    `MOST_TRIED` models the campaign is accepted; cases that are wrong fail later.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def check_steps(design: Design) -> None:
 
 
 def _models(design: Design) -> list[int]:
-    """Return the case of the smallest step of each structure, eta and gap, by step."""
+    """Return the case with the smallest step of each structure, eta and gap."""
     many, names = design.columns, design.settings.names
     own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
     if "solver.time_step" not in names:
@@ -215,7 +215,7 @@ def _models(design: Design) -> list[int]:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise InputError where a campaign directory cannot be made or written."""
+    """Raise InputError if a campaign directory cannot be made or written."""
     place = Path(os.path.realpath(folder))  # Path.resolve raises where links go around
     if place.exists() and not place.is_dir():
         msg = f"--out must be a directory, got the file {folder}"
@@ -228,7 +228,7 @@ def check_folder(folder: Path) -> None:
 
 
 def put_aside(folder: Path) -> Path | None:
-    """Rename a campaign directory to a numbered sibling; return that, if there is one.
+    """Rename a campaign directory, with a number added; return the new path or None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A campaign from design to results: continue, distribute, keep, gather."""
+"""Run a campaign: plan what is left, distribute it, journal it, gather it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.evaluate import Desk, Evaluator
+from hpcwhirl.campaign.evaluate import Evaluator, RankContext
 from hpcwhirl.campaign.finalize import Ending, conclude
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of, owned
@@ -49,7 +49,7 @@ def run_campaign(
     folder : its directory
     comm : of all ranks
     policy : limits, retries, isolation; the same on every rank
-    stopping : that has taken over the signals already; None: while this runs
+    stopping : handler of stop requests; None: one is made while this runs
     own : rank 0's claim on the directory; None: one is made while this runs
 
     Raises
@@ -89,11 +89,11 @@ def _computed(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Do what is left; return it, if it is done, if that was given up."""
+    """Compute what is left; return (work, whether complete, whether it gave up)."""
     work, queue = work_of(design, folder, policy, comm)
     names = design.measure.variables if design.measure else ()
-    with desk_of(folder, work, comm, policy, stopping, names) as desk:
-        evaluate = Evaluator(design, desk, work.extended)
+    with context_of(folder, work, comm, policy, stopping, names) as context:
+        evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
         if policy.pilot is not None:  # counted from where nothing compiles any more
@@ -105,15 +105,15 @@ def _computed(
 
 
 @contextmanager
-def desk_of(
+def context_of(
     folder: Path,
     work: Work,
     comm: Communicator,
     policy: Policy,
     stopping: Stopping,
     measured: Iterable[str] = (),
-) -> Iterator[Desk]:
-    """Open what this rank works with; `measured`: names of the user's variables."""
+) -> Iterator[RankContext]:
+    """Open files and helpers of this rank; `measured`: names of user variables."""
     rank = comm.rank
     checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
@@ -122,7 +122,7 @@ def desk_of(
         Running(folder, work.run, rank) as running,
         closing(child),
     ):
-        yield Desk(
+        yield RankContext(
             rank, journal, running, checkpoints, child, policy, stopping, work.suspects
         )
 
@@ -130,20 +130,20 @@ def desk_of(
 def _compute(
     evaluate: Evaluator, work: Work, queue: WorkQueue, comm: Communicator
 ) -> tuple[bool, bool]:
-    """Do the work on all ranks; return whether all is done and whether it gave up."""
-    desk, report = evaluate.desk, _Report(queue, evaluate.desk)
+    """Compute on all ranks; return (whether complete, whether too many failed)."""
+    context, report = evaluate.context, _Report(queue, evaluate.context)
     tally = Tally(waits=evaluate.keep_due)
-    complete = map_ranks(queue, evaluate, report, desk.stopping, comm, tally)
+    complete = map_ranks(queue, evaluate, report, context.stopping, comm, tally)
     complete &= all(comm.allgather(evaluate.keep()))
     tally.beside, tally.first = evaluate.costs_beside()
     if work.jobs:
-        why = "" if complete else desk.stopping.reason
-        keep_shares(desk.journal.folder, work.run, tally, comm, why)
+        why = "" if complete else context.stopping.reason
+        keep_shares(context.journal.folder, work.run, tally, comm, why)
     return complete, report.gave_up
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
-    """Fill numba's cache on one rank a node, then let the others read it."""
+    """Compile on one rank of each node; the others read its cache."""
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see it, too
             evaluate.warm(work.kinds)
@@ -151,7 +151,7 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return how many cases there are, and what of them is not to be computed."""
+    """Return one line on the number of cases, and on those not to be computed."""
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
         so_far = " so far, and those that their words ask for"
@@ -164,17 +164,17 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 
 
 class _Report:
-    """Plain progress lines on rank 0's stderr, which alone is told of units."""
+    """Progress lines on stderr of rank 0."""
 
-    def __init__(self, queue: WorkQueue, desk: Desk) -> None:
-        self.desk, self.queue = desk, queue
+    def __init__(self, queue: WorkQueue, context: RankContext) -> None:
+        self.context, self.queue = context, queue
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
     @property
     def gave_up(self) -> bool:
-        """Whether there were more failures on this call than allowed."""
-        most = self.desk.policy.max_fails
+        """Whether as many cases have failed on this call as `max_fails`."""
+        most = self.context.policy.max_fails
         return most is not None and self.failed >= most
 
     def __call__(self, unit: int, end: Completion) -> None:
@@ -182,7 +182,7 @@ class _Report:
         self.finished += 1
         self.failed += not end.is_ok
         if self.gave_up:
-            self.desk.stopping.ask(f"{self.failed} cases without a result")
+            self.context.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)

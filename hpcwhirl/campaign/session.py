@@ -1,8 +1,8 @@
-"""A call of a campaign, by the command or from Python: its steps in their order.
+"""The steps of a campaign call in their order, for the command and for Python.
 
 Rank 0 prepares the design, claims the directory and makes or continues it; all ranks
-learn what they are to run, or why nothing is run; all run; rank 0 concludes while it
-still holds the claim. If one rank breaks, all are ended: they would wait for it.
+learn what to run, or the error; all run; rank 0 finishes while it still holds the
+claim. If one rank fails unexpectedly, all are ended, since they would wait for it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from hpcwhirl.campaign.begin import Manner, begin
+from hpcwhirl.campaign.begin import StartOptions, begin
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
@@ -30,22 +30,22 @@ T = TypeVar("T")
 
 
 def nothing(_design: Design) -> None:
-    """Do nothing with a campaign that was begun."""
+    """Do nothing: default for `begun`."""
 
 
 class Prepared(NamedTuple):
-    """What rank 0 has prepared for all ranks.
+    """The campaign that rank 0 has prepared for all ranks.
 
     Attributes
     ----------
     design, folder, policy : the campaign
-    manner : how the call begins
+    start : options for the start
     """
 
     design: Design
     folder: Path
     policy: Policy
-    manner: Manner
+    start: StartOptions
 
 
 @dataclass
@@ -55,9 +55,9 @@ class Session:
     Attributes
     ----------
     comm : of all ranks
-    stopping : the wish to stop, which has taken over the signals
-    watchdog : ends ranks that hang after a wish to stop; None: nothing does
-    folder : the campaign's directory, once this rank knows it
+    stopping : handler of stop requests and signals
+    watchdog : ends ranks that hang after a stop request; None: no watchdog
+    folder : the campaign's directory, None before this rank knows it
     claim : on the directory, which rank 0 holds while the campaign runs
     """
 
@@ -90,7 +90,7 @@ class Session:
         Parameters
         ----------
         prepare : called on rank 0
-        conclude : called on rank 0 with how the campaign ended, and what was prepared
+        conclude : called on rank 0 with the outcome and the prepared campaign
         measure : this rank's function of the user
         begun : called on rank 0 once the directory is claimed and prepared
 
@@ -102,9 +102,9 @@ class Session:
         with ExitStack() as stack:
 
             def opened() -> Prepared:
-                design, folder, policy, manner = prepared = prepare()
+                design, folder, policy, start = prepared = prepare()
                 own = replace(design, measure=measure)
-                self.claim = begin(own, folder, policy, self.stopping, manner)
+                self.claim = begin(own, folder, policy, self.stopping, start)
                 stack.callback(self.claim.release)
                 begun(design)
                 return prepared
@@ -134,14 +134,13 @@ def together(
     call: Callable[[Session], T],
     tell: Callable[[Session, BaseException], int],
 ) -> T | int:
-    """Return what `call` returns; if it breaks on one rank, end all ranks.
+    """Return the value of `call`; if it raises on one rank, end all ranks.
 
     Parameters
     ----------
     comm, stopping : see `Session`
-    call : every rank calls it
-    tell : prints what broke; returns the exit code of all ranks, which a process alone
-        returns
+    call : called on every rank
+    tell : prints the exception; returns the exit code of all ranks
     """
     with Watchdog(stopping, Policy().patience, comm) as watchdog:
         session = Session(comm, stopping, watchdog)

@@ -30,16 +30,16 @@ SCENE_ROW = (
 
 @dataclass(frozen=True)
 class Result:
-    """What a case gives back.
+    """Result of a case.
 
     Attributes
     ----------
-    row : physics alone, the same bits wherever and however often it is computed
+    row : numbers of the motion, the same bits on every computation
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; in full also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
         (n, H + 1, 2), m, STATIC frame; empty for `summary`
-    performance : what depends on the machine and the day
+    performance : numbers that depend on the machine and the day
     """
 
     row: dict[str, Value]
@@ -51,7 +51,7 @@ class Result:
 
         Parameters
         ----------
-        transient : draw what is before the window of the words, too
+        transient : also draw the time before the window
 
         Raises
         ------
@@ -74,7 +74,7 @@ class Result:
 
 
 def told_value(value: Value) -> str:
-    """Return a number by six digits, a word as it is."""
+    """Return a number as text with six digits; a word unchanged."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -85,14 +85,14 @@ def unit_of(name: str) -> str:
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:
-    """Integrate one scene and name what it does.
+    """Integrate one scene and determine its regime.
 
     Parameters
     ----------
     scene
         the case
     between_slices
-        called every 10 ms or so; may raise to end the case
+        function called about every 10 ms; may raise to end the case
 
     Raises
     ------
@@ -103,7 +103,7 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
 
 
 class Course:
-    """A case on its way to its word: a march, and longer ones until it is decided.
+    """A case in progress: one march, then longer ones while it is undecided.
 
     A case that lasts longer has, bit for bit, the row and the traces of one that was
     asked for that long: a longer march goes on from the last row of evidence, or where
@@ -111,14 +111,14 @@ class Course:
 
     Parameters
     ----------
-    case : its `until` says how far it goes
-    keep : whether `last` is wanted of the longest of its marches, too
+    case : its input `until` decides how long it is marched
+    keep : whether `last` is kept of the longest march, too
 
     Attributes
     ----------
     march : the present one
-    last : the state at the last row of evidence of the march that gave the result,
-        None where no longer one may go on from there
+    last : state at the last row of evidence of the march that gave the result; None if
+        no longer march can continue from it
     """
 
     def __init__(self, case: Case, *, keep: bool = True) -> None:
@@ -128,7 +128,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return the march to one of the ends, at its beginning."""
+        """Return the march to one of the end times, at its start."""
         if number == 0:
             return March(self.case)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
@@ -137,7 +137,7 @@ class Course:
         return March(Case(given, self.case.own))
 
     def set_out(self, steps: int, total: int) -> None:
-        """Take the march that a state of so many steps, of so many in all, is of."""
+        """Select the march to which a saved state belongs, by its steps and total."""
         marches = [self._march(number) for number in range(len(self.ends))]
         same = [n for n, march in enumerate(marches) if march.total == total]
         longer = [n for n, march in enumerate(marches) if march.last_row >= steps]
@@ -145,7 +145,7 @@ class Course:
         self.march = marches[self.number]
 
     def run(self, between_slices: Callable[[], None] | None = None) -> Result:
-        """March on until the case is decided, or has lasted as long as it may."""
+        """March until the regime is decided or the longest end time is reached."""
         results = self.results(between_slices)
         result = next(results)
         while self.number + 1 < len(self.ends) and is_open(result.row):
@@ -155,14 +155,14 @@ class Course:
     def results(
         self, between_slices: Callable[[], None] | None = None
     ) -> Iterator[Result]:
-        """Yield the result of a run to each of the ends, whatever its word."""
+        """Yield the result at each end time, whatever its regime."""
         yield self._to_the_end(between_slices)
         while self.number + 1 < len(self.ends):
             self._go_on()
             yield self._to_the_end(between_slices)
 
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
-        """March to the present end; return the result that a run so long has."""
+        """March to the present end time; return the result of a run that long."""
         march, self.last = self.march, None
         if self.keep or self.number + 1 < len(self.ends):
             march.reach(march.last_row, between_slices)
@@ -171,7 +171,7 @@ class Course:
         return result_of(march.case, march.run(between_slices))
 
     def _go_on(self) -> None:
-        """Begin the next longer march, where the last one was if that is on its way."""
+        """Begin the next longer march, from the last one's state if that lies on it."""
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:
@@ -187,13 +187,14 @@ def result_of(case: Case, history: History) -> Result:
     found = evidence(scene, history) | {"stop": history.stop}
     outcome, regime, whirl = name_regime(found, USUAL)
     row: dict[str, Value] = {"outcome": outcome, "regime": regime, "whirl": whirl}
-    row |= {name: getattr(scene, name) for name in SCENE_ROW}
+    row |= {name: getattr(case.given, name) for name in SCENE_ROW}
     row |= {
         "duration": scene.end_time,
         "time_step": scene.solver.time_step,
         "modes": scene.solver.modes,
         "scheme": scene.solver.scheme,
         "folds": history.folds,
+        "tip_growth": case.growth,
         "steps": history.steps,
         "contacts": history.contacts,
         "contact_impulse": history.contact_impulse,

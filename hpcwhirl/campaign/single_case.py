@@ -1,4 +1,4 @@
-"""One case as a file of the format of `results.h5`: a campaign of one, gathered."""
+"""Results of a single case, written as those of a campaign of one case."""
 
 from __future__ import annotations
 
@@ -10,28 +10,22 @@ from pathlib import Path
 from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.scene import Scene
 from hpcwhirl.store.atomic import make_folders, publish, telling
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.results.gather import gather
 
 
-def design_of_one(scene: Scene) -> Design:
-    """Return the design of one case, with its engine's file as it is now."""
-    return Design.one(scene)
-
-
 def write_case(path: Path, design: Design, result: Result) -> None:
     """Write the results of a campaign of one case, whole or not at all.
 
-    It is gathered beside `path`, by what gathers campaigns, and renamed.
+    The file is gathered beside `path`, as for a campaign, and renamed.
 
     Parameters
     ----------
     path : file to replace
-    design : of `design_of_one`
-    result : of its case
+    design : of one case
+    result : of the case
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Why and when a campaign ends early: signals, clocks, a file, a rank's own wish."""
+"""Early stop of a campaign: by signals, time limits, the file STOP, or a rank."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 
 
 class Stop(Exception):  # noqa: N818
-    """Raised between slices when this process has been asked to end."""
+    """Raised between slices after a stop request."""
 
 
 class Stopping:
-    """Whether this process is to end; asked between slices.
+    """Stop requests to this process; polled between slices.
 
-    As a context it takes over TERM, USR1 and INT, those that came while the program
-    was being imported included, and gives them back.
+    As a context it handles TERM, USR1 and INT, also those that arrived during the
+    imports, and restores the earlier handlers.
 
     Attributes
     ----------
-    reason : why it is to end; empty: it is not
-    settled : whether all is computed: what is left to do is not ended by force
-    began : s, of the monotonic clock, from which on a limit of time counts
+    reason : reason for the stop; "": no stop was requested
+    settled : whether all cases are computed; the rest is then not ended by force
+    began : start of time limits, monotonic clock, s
     """
 
     def __init__(self) -> None:
@@ -54,27 +54,27 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, folder: Path | None, seconds: float | None) -> None:
-        """Watch a file and the clock, too.
+        """Also stop at the file STOP, and after some time.
 
         Parameters
         ----------
-        folder : looked into for `STOP`; None: by another rank of this node
-        seconds : from `began` until this process is to end; None: no limit
+        folder : directory of `STOP`; None: another rank of this node looks for it
+        seconds : time from `began` until the stop, s; None: no limit
         """
         self._looked = time.monotonic()
         self._file = folder / FILE if folder else None
         self._deadline = self.began + seconds if seconds is not None else None
 
     def pilot(self, seconds: float) -> None:
-        """End this process some seconds from now, as a pilot does."""
+        """Stop this process after some seconds, as for a pilot."""
         self._pilot_ends = time.monotonic() + seconds
 
     def ask(self, reason: str) -> None:
-        """Ask this process, and with it the campaign, to end."""
+        """Request a stop of this process, and so of the campaign."""
         self.reason = self.reason or reason
 
     def __call__(self) -> bool:
-        """Return whether this process has been asked to end."""
+        """Return whether a stop has been requested."""
         now = time.monotonic()
         if self._deadline is not None and now >= self._deadline:
             self.ask("the wall-time is nearly over")
@@ -88,7 +88,7 @@ class Stopping:
         return bool(self.reason)
 
     def check(self) -> None:
-        """Raise Stop where this process has been asked to end."""
+        """Raise Stop if a stop has been requested."""
         if self():
             raise Stop
 
@@ -97,17 +97,17 @@ class Stopping:
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
 
     def ignore(self) -> None:
-        """Let nothing but KILL change how this process ends; no signal is given back.
+        """Ignore all signals from now on, until the process ends.
 
-        What is left is the end of the interpreter, which gives up Python's handlers,
-        and then MPI's, which may wait for other ranks.
+        What is left is the end of the interpreter, which drops Python's handlers, and
+        of MPI, which may wait for other ranks.
         """
         for name in self._before:
             signal.signal(name, signal.SIG_IGN)
         self._before.clear()
 
     def __enter__(self) -> Self:
-        """Take the signals over; only a main thread can."""
+        """Install the signal handlers; only a main thread can."""
         if threading.current_thread() is threading.main_thread():
             for name in SIGNALS:
                 self._before[name] = signal.signal(name, self._hear)
@@ -117,14 +117,14 @@ class Stopping:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Give the signals back as they were."""
+        """Restore the earlier signal handlers."""
         for name, handler in self._before.items():
             signal.signal(name, handler or signal.SIG_DFL)
         self._before.clear()
 
 
 class _Alarm:
-    """Calls `check` at every tick of a timer and remembers what it raised."""
+    """Calls `check` at every tick of a timer and stores the exception."""
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False
@@ -146,11 +146,10 @@ class _Alarm:
 
 @contextmanager
 def breakable(check: Callable[[], None]) -> Iterator[None]:
-    """Break what is inside off at any line where `check` raises Stop.
+    """Context in which a timer calls `check`, so that Stop interrupts any line.
 
     Compiling a kernel takes up to a minute and building a model may take seconds,
-    without slices: a timer calls `check` meanwhile. Nothing is written to the
-    campaign's files inside.
+    both without slices. Nothing inside may write to the campaign's files.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -175,17 +174,17 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 
 
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
-    """Let `hook` tell of an exception that nobody could raise, unless it is Stop.
+    """Pass an unraisable exception on to `hook`, unless it is Stop.
 
-    A tick that falls into a callback of the compiler cannot raise there; the next one,
-    a moment later, does.
+    A tick during a callback of the compiler cannot raise; the next tick, a moment
+    later, can.
     """
     if not isinstance(lost.exc_value, Stop):
         hook(lost)
 
 
 def refuse_stop_file(folder: Path) -> None:
-    """Raise InputError where a campaign has been stopped by its file until further."""
+    """Raise InputError if the file STOP keeps the campaign stopped."""
     if (folder / FILE).exists():
         msg = f"{folder / FILE} keeps this campaign stopped: remove it to go on"
         raise InputError(msg)
@@ -194,11 +193,11 @@ def refuse_stop_file(folder: Path) -> None:
 def time_left(
     walltime: float | None, env: Mapping[str, str] = os.environ
 ) -> float | None:
-    """Return the seconds until a stop, None for no limit.
+    """Return the time until a stop, s; None for no limit.
 
     The nearer of a wall-time that begins now and the end of the Slurm job counts,
-    less a margin in which states are saved. PBS, LSF, SGE and Flux tell a job no end
-    that could be relied on: there, `--walltime` says it.
+    less a margin in which states are saved. PBS, LSF, SGE and Flux give a job no
+    reliable end time: there, use `--walltime`.
 
     Parameters
     ----------

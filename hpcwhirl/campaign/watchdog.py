@@ -1,8 +1,8 @@
-"""A job that was asked to end ends, even where one of its ranks hangs.
+"""Watchdog: a job ends after a stop request even if one of its ranks hangs.
 
 A rank that is stuck in a case, or stopped, answers nobody, and all others would wait
-for it. A thread looks at the clock instead: it runs also while this process waits in
-MPI, where no handler of a signal does.
+for it. So a thread watches the clock; it runs even while this process waits in MPI,
+where no signal handler does.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ AFTER_ROOT = 2.0  # s that other ranks wait longer: rank 0 tells, if it can
 
 
 class Watchdog:
-    """Ends this process, and with it all ranks, some time after a wish to stop.
+    """Ends this process, and with it all ranks, some time after a stop request.
 
     Parameters
     ----------
-    stopping : the wish; once it is settled, nothing is ended
-    seconds : from the wish until the end
+    stopping : the stop request; once it is settled, nothing is ended
+    seconds : time from the request until the end, s
     comm : of all ranks
     """
 
@@ -57,13 +57,13 @@ class Watchdog:
                 self._end()
 
     def _heard(self) -> bool:
-        """Return whether a signal that asks for the end has come since."""
+        """Return whether a stop signal has arrived since the last call."""
         with suppress(OSError):
             return any(number in SIGNALS for number in os.read(self._read, 65536))
         return False
 
     def _end(self) -> None:
-        """End all ranks; what they have finished or saved by now is kept."""
+        """End all ranks; finished cases and saved states are kept."""
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after they were asked to: "
@@ -75,7 +75,7 @@ class Watchdog:
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Begin to look; only a main thread can have signals told at once."""
+        """Start the thread; only a main thread can be woken by signals."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():
@@ -85,7 +85,7 @@ class Watchdog:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """End looking."""
+        """End the thread."""
         if self._before is not None:
             signal.set_wakeup_fd(self._before)
         self._over.set()

@@ -1,4 +1,4 @@
-"""What is left of a campaign, and who is to do it: asked of the planner by rank 0."""
+"""The jobs left in a campaign, and the share of this run: planned by rank 0."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ CRASHES = 2  # of processes that a case was in flight at, from when on it is iso
 
 @dataclass(frozen=True)
 class Work:
-    """What one run of a campaign is to do; the same on every rank.
+    """Work of one run of a campaign; the same on every rank.
 
     Attributes
     ----------
-    jobs, cases : how many are left, so far; of how many cases something is
-    kinds : a case of each kind that may need a kernel of its own
-    suspects : cases to be isolated: in flight when two processes died
-    mine : all cases that this run is asked for, those of its shard
-    run : its number
-    extended : s, to what undecided cases go on
-    plan : identity of the cases, by which their numbers are known
+    jobs, cases : number of jobs left so far, and of cases with jobs left
+    kinds : one case of each kind that may need a kernel of its own
+    suspects : cases to isolate, since they were in flight when two processes died
+    mine : all cases of this run, that is of its shard
+    run : number of the run
+    extended : end times to which undecided cases are extended, s
+    plan : identity of the plan to which case numbers refer
     """
 
     jobs: int
@@ -61,7 +61,7 @@ class Work:
 def work_of(
     design: Design, folder: Path, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks and what this one hands out: all, or nothing."""
+    """Return the work of all ranks, and the queue, which is empty but on rank 0."""
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, folder, policy, comm.size)
@@ -71,7 +71,7 @@ def work_of(
 def _planned(
     design: Design, folder: Path, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
-    """Return the work that is left in a directory, the longest first."""
+    """Return the work left in a directory, and its queue."""
     extended, costs = read_manifest(folder).extended, costs_of(design)
     plan = replace(design.manifest(), extended=extended)
     mine = share(costs.steps, policy.shard)
@@ -98,7 +98,7 @@ def _planned(
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
-    """Return the costs of a planner's rows, with what finished cases tell."""
+    """Return the costs of a planner's rows, learned from finished cases."""
     costs.learn_all(ended.seconds)
     if not design.grows:
         return costs
@@ -112,10 +112,10 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 
 
 def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
-    """Return whether what a record is of is computed again.
+    """Return whether the case of a record is to be computed again.
 
-    retry : statuses to be computed again; damaged traces are, too, and what a measure
-        gave no numbers of
+    retry : statuses to compute again; so are cases with damaged traces, and those for
+        which the measure returned no numbers
     """
     status = str(record["status"])
     damaged = status == "ok" and not is_whole(folder, record)
@@ -123,7 +123,7 @@ def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return one case of each kind that may need its own kernel, of the jobs left."""
+    """Return one case of each kind that needs its own kernel, among the jobs left."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}
@@ -134,9 +134,9 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
 
 
 def _tidy(folder: Path, ended: Mapping[str, Completion]) -> None:
-    """Forget states and crashes of cases that have ended since.
+    """Remove states and crash notes of cases that have ended since.
 
-    From those of cases that are open a longer run may go on.
+    States of cases with an open regime stay, for longer runs.
     """
     for name in stored_states(folder) & ended.keys():  # killed before tidying
         if ended[name].status != "timeout" and not ended[name].is_open:
@@ -151,10 +151,10 @@ def _suspects(
     jobs: Jobs,
     extended: Sequence[float],
 ) -> frozenset[int]:
-    """Return the cases that were in flight when processes died, twice.
+    """Return the cases that were in flight when two processes died.
 
     One of them may have killed its process. They are computed last, each in a process
-    of its own: those that do it again are rows, the others were only bystanders.
+    of its own: a case that kills it again is `crashed`, others get their result.
 
     Parameters
     ----------
@@ -185,9 +185,9 @@ def share(
 ) -> Sequence[int]:
     """Return the cases of a shard; without one, all.
 
-    The dearest case first, each to the shard that has least so far: loads differ by at
-    most one case. It depends on the costs of all cases alone, never on what has been
-    computed, so that every shard finds its own share without asking.
+    The most expensive case goes first, each to the shard with the least load so far, so
+    that loads differ by at most one case. It depends on the costs of all cases alone,
+    not on what has been computed: every shard finds its own share by itself.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is still to be handed out, the longest first, and whom rank 0 answers when."""
+"""The queue of units of work, the longest first, and the open questions of workers."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def scattered(count: int) -> NDArray[np.int64]:
 
 
 class Order(NamedTuple):
-    """The order in which units go out.
+    """Order in which units are handed out.
 
     Attributes
     ----------
-    last : those that go out after all others
-    even : whether the first to go out lie evenly over all, whatever they take; else the
-        longest goes out first
+    last : units that are handed out after all others
+    even : whether the first units lie evenly over all cases; else the longest goes
+        first
     """
 
     last: Collection[int] = ()
@@ -55,16 +55,16 @@ LONGEST_FIRST = Order()
 
 
 class WorkQueue:
-    """The units of a campaign, handed out by predicted seconds, the longest first.
+    """The units of a campaign, handed out by predicted time, the longest first.
 
-    Units of equal prediction go out scattered, so that early ones tell about all.
+    Units with equal prediction are scattered, so that early ones represent all.
 
     Parameters
     ----------
-    rows : (units,), of the case of each unit among the costs
-    costs : of the cases; learns with every finished unit
-    ranks : that share the work
-    order : in which they go out
+    rows : (units,), row of the case of each unit in `costs`
+    costs : of the cases; updated with every finished unit
+    ranks : number of ranks that share the work
+    order : of handing out
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class WorkQueue:
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return what further units of cases take, s: what these took, or all did."""
+        """Return the expected time of further units of cases, from finished ones, s."""
         grown = self.took / self.told if self.told > 0.0 else 1.0
         factor = self.costs.factor[rows]
         factor[np.isnan(factor)] = grown
@@ -100,7 +100,7 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add units, `predicted` in s: the next to go out, or the last where even."""
+        """Add units, `predicted` in s: next to go out, or last if the order is even."""
         first, count = len(self.rows), len(rows)
         if not count:
             return
@@ -122,14 +122,14 @@ class WorkQueue:
         return len(self.queue)
 
     def take(self) -> int:
-        """Return the next unit, for the rank that holds the queue."""
+        """Return the next unit, for rank 0 itself."""
         return self.queue.pop()
 
     def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next units for one answer to a worker; empty at the end.
 
-        One unit, or as many short ones as keep the worker busy for a while: a little
-        with few ranks, with many as long as rank 0 needs to answer them all.
+        One unit, or as many short ones as keep the worker busy while rank 0 answers all
+        other workers.
 
         Parameters
         ----------
@@ -148,32 +148,32 @@ class WorkQueue:
         return out
 
     def first(self) -> list[list[int]]:
-        """Return what each rank begins with, rank 0 with nothing: it takes its own.
+        """Return the first units of each rank; none for rank 0, which takes its own.
 
-        No more than an even share, however short: nobody has asked, rank 0 is free.
+        At most an even share, however short the units are.
         """
         even = min(MOST, max(len(self.queue) // self.ranks, 1))
         return [[], *(self.bundle(even) for _ in range(self.ranks - 1))]
 
     @property
     def may_grow(self) -> bool:
-        """Whether units that are at work may lead to others."""
+        """Whether units in progress may add others."""
         return False
 
     def task(self, unit: int) -> int:
-        """Return what a rank is sent of a unit."""
+        """Return the number by which a rank is sent a unit."""
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Be told how a finished unit ended."""
+        """Take in the completion of a unit."""
 
     def drop(self) -> None:
-        """Hand out nothing more, of what is still to come neither."""
+        """Hand out nothing more, not even units that follow later."""
         self.dropped = True
         del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
-        """Learn that a unit has taken some seconds; sort anew where that pays."""
+        """Learn the time of a finished unit, s; sort again if that pays."""
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds
@@ -192,13 +192,13 @@ class WorkQueue:
         self.stale, self.learned = False, 0
 
     def seconds_left(self) -> float:
-        """Return the time predicted for all unfinished units, s of one core."""
+        """Return the predicted time of all unfinished units on one core, s."""
         missed = self.took / self.told if self.told > 0.0 and self.stale else 1.0
         still = np.frombuffer(self.unfinished, bool)
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return units by predicted seconds, the longest last, as 8 bytes each."""
+        """Return units by predicted time, the longest last, as 8 bytes each."""
         order = scattered(len(chosen))
         turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
         keys = (turn,) if self.even else (seconds, turn)
@@ -209,16 +209,16 @@ class WorkQueue:
 
 
 class Questions:
-    """Open questions of the workers; no messages, no clock.
+    """Open questions of the workers; without messages and clock.
 
-    A worker asks ahead and is answered at once, but for the last units, one a rank:
-    those wait for whoever has nothing left to do, else a rank would keep one behind
-    the long case that it is at, while others idle.
+    A worker asks in advance and is answered at once. Only the last units, one a rank,
+    are kept for workers that have nothing to do; else one could wait behind the long
+    case of a busy rank while others idle.
 
     Parameters
     ----------
     queue : units to hand out
-    ranks : that share the work, rank 0 included
+    ranks : number of ranks, rank 0 included
     """
 
     def __init__(self, queue: WorkQueue, ranks: int) -> None:
@@ -227,21 +227,21 @@ class Questions:
         self.idle: dict[int, None] = {}  # those of them that have nothing left to do
 
     def ask(self, rank: int) -> Answers:
-        """Return the answers due now that a rank has asked ahead."""
+        """Return the answers that are due after a rank has asked in advance."""
         self.open[rank] = None
         return self._answer(rank) if len(self.queue) > self.ranks else self.rest()
 
     def hungry(self, rank: int) -> Answers:
-        """Return the answers due now that a rank has nothing left to do.
+        """Return the answers that are due after a rank has run out of work.
 
-        It may have been answered meanwhile: then nothing is due to it.
+        If it has been answered meanwhile, nothing is due to it.
         """
         if rank in self.open:
             self.idle[rank] = None
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return the answers due to idle ranks, or to all once nothing is left."""
+        """Return the answers to idle ranks, or to all once nothing is left."""
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))

@@ -1,4 +1,4 @@
-"""What runs in the interpreter of isolated cases; see `isolate`."""
+"""Main program of the interpreter for isolated cases; see `worker_process`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hpcwhirl.store.directory.record import Record
 
 
 class Server:
-    """Answers requests until their source ends."""
+    """Answers requests until its input ends."""
 
     def __init__(self, source: int, sink: BinaryIO) -> None:
         self._source, self._sink, self._come = source, sink, b""
@@ -48,7 +48,7 @@ class Server:
                 self._answer(asked)
 
     def _next(self) -> Record | None:
-        """Return the next request, None at the end; a late word to stop is no more."""
+        """Return the next request, None at the end; a late stop request is skipped."""
         while True:
             line, found, rest = self._come.partition(b"\n")
             if found:
@@ -63,7 +63,7 @@ class Server:
             self._come += part
 
     def _between(self) -> None:
-        """Raise Stop where the parent says so; end with the parent."""
+        """Raise Stop if the parent requests it; end if the parent has ended."""
         if not select.select([self._source], [], [], 0.0)[0]:
             return
         part = os.read(self._source, 65536)
@@ -110,7 +110,7 @@ class Server:
 
 
 def main() -> None:
-    """Serve stdin and stdout; whatever else prints goes to stderr."""
+    """Serve requests on stdin and stdout; other output goes to stderr."""
     for name in SIGNALS:  # the parent says when to stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()

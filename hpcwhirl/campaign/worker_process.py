@@ -1,8 +1,8 @@
-"""A case in an interpreter of its own: what kills that one kills the case alone.
+"""Isolated cases: each in another interpreter, so that a crash ends the case alone.
 
 The child is a fresh process, never a fork of a process that has begun MPI. It serves
-one case after the other: a sealed line asks, a sealed line and the traces' bytes
-answer. It ends when its input ends, and so with the process that began it.
+one case after the other: a request is a line with CRC, an answer such a line and the
+bytes of the traces. It ends when its input ends, and so with its parent.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ MODULE = "hpcwhirl.campaign.worker_main"
 
 
 class Child:
-    """The interpreter for the isolated cases of a rank; begun when first needed.
+    """The subprocess in which a rank runs isolated cases; started when needed.
 
     Parameters
     ----------
     folder : the campaign's directory
-    save_every : s of a case's computing between states kept of it
+    save_every : computing time of a case between two checkpoints, s
     """
 
     def __init__(self, folder: Path, save_every: float) -> None:
@@ -48,7 +48,7 @@ class Child:
         self._head: Record | None = None
 
     def warm(self, scenes: list[Scene], between: Callable[[], None]) -> None:
-        """Let the child compile the kernels of some scenes; a failure shows later."""
+        """Let the child compile the kernels of some scenes; errors appear later."""
         for scene in scenes:
             with contextlib.suppress(DiedError):
                 self._ask({"warm": flatten(scene)}, math.inf, between)
@@ -84,7 +84,7 @@ class Child:
         return Result(answer["row"], traces, answer["performance"])
 
     def close(self) -> None:
-        """Let the child end."""
+        """End the child."""
         if self._process is None or self._process.stdin is None:
             return
         with contextlib.suppress(OSError):
@@ -106,7 +106,7 @@ class Child:
         return self._process
 
     def _reap(self) -> int:
-        """Return how the child ended, and forget it."""
+        """Close the pipes, wait for the child's end, and return its exit code."""
         process, self._process = self._process, None
         if process is None:
             return 0
@@ -117,7 +117,7 @@ class Child:
         return process.wait()
 
     def _send(self, line: bytes) -> None:
-        """Write to the child; that it has died shows when its answer is read."""
+        """Write to the child; if it has died, reading its answer fails."""
         process = self._process
         if process is not None and process.stdin is not None:
             with contextlib.suppress(OSError):
@@ -126,7 +126,7 @@ class Child:
     def _ask(
         self, asked: Record, limit: float, between: Callable[[], None]
     ) -> tuple[Record, bytes]:
-        """Return the child's answer; look between as often as between slices."""
+        """Return the child's answer; call `between` while waiting."""
         process = self._process or self._begin()
         self._send(sealed(asked))
         end = time.monotonic() + limit + GRACE
@@ -150,7 +150,7 @@ class Child:
     def _look(
         self, process: subprocess.Popen[bytes], between: Callable[[], None]
     ) -> tuple[Record, bytes] | None:
-        """Return an answer that has come whole, or wait a little for it."""
+        """Return a complete answer, or None after a short wait."""
         if process.stdout is None:
             return None
         pipe = process.stdout.fileno()
@@ -171,7 +171,7 @@ class Child:
         return answer
 
     def _death(self, between: Callable[[], None]) -> DiedError:
-        """Return what the child died of, unless it was sent a stop as this process."""
+        """Return the error of a dead child; `between` may raise Stop before."""
         code = self._reap()
         between()
         return DiedError(f"the case's process {fate(code)}")

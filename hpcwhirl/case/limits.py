@@ -12,12 +12,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from hpcwhirl.case.unbalance import check_unbalance
+from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.reduction.supports import Bearing
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 MOST_KEPT = 32  # cached models, as in `reduction.model`
@@ -36,6 +39,7 @@ MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3
 def check_limits(model: Model, scene: Scene) -> None:
     """Raise InputError where a scene's time step or speed exceeds one of its limits."""
     check_rotation(model, scene)
+    check_supports(model, scene)
     check_unbalance(model, scene)
     check_step(model, scene)
     check_loading(scene)
@@ -52,11 +56,68 @@ def check_rotation(model: Model, scene: Scene) -> None:
     """
     if model.rotor.spin is None:
         return
-    most = stiff_up_to(model.rotor, model.blades)
+    with representable("the rotor's stiffness at speed"):
+        most = stiff_up_to(model.rotor, model.blades)
     if not abs(scene.speed) < most:
         msg = (
             f"speed must be < {most:.6g} rad/s with rotation full: a wave of the blades"
             f" has no stiffness left beyond it, got {scene.speed:.6g}"
+        )
+        raise InputError(msg)
+
+
+def _check_range(bearing: Bearing, speed: float) -> None:
+    """Raise InputError for a speed that the table of a bearing does not have."""
+    least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
+    if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
+        msg = (
+            f"speed must be {least:.6g} to {most:.6g} rad/s, either way, as in the "
+            f"table of bearing, got {speed:.6g}"
+        )
+        raise InputError(msg)
+
+
+def check_supports(model: Model, scene: Scene) -> None:
+    """Raise InputError for supports that push away, feed, or that no scheme marches.
+
+    In all directions the centre must be held, |k_d| < 1 / a with its compliance a at
+    rest on the mean supports, and a damper take energy: |c_d| <= c.
+    """
+    spin, scheme = model.rotor.spin, scene.solver.scheme
+    if spin is None:
+        return
+    if isinstance(spin.support, Bearing):
+        _check_range(spin.support, scene.speed)
+    if spin.support.is_round:
+        return
+    own = spin.support.at(scene.speed)
+    apart, mean = "damping_difference", "N s/m, the mean"
+    if abs(own.damping_apart) > own.damping.real * (1 + 1e-9):
+        msg = (
+            f"{apart} must be within +-{own.damping.real:.6g} {mean} that "
+            f"suspension_damping gives, got {own.damping_apart.real:.6g}"
+        )
+        raise InputError(msg)
+    hub = centre_rows(model.rotor, model.blades)[0]
+    held = 1.0 / float((hub**2 / model.rotor.omega**2).sum()) + own.stiffness.real
+    if not abs(own.stiffness_apart) < held * (1 - 1e-9):
+        msg = (
+            f"stiffness_difference must be within +-{held:.6g} N/m, the mean, got "
+            f"{own.stiffness_apart.real:.6g}"
+        )
+        raise InputError(msg)
+    if not SCHEMES[scheme].stands:
+        able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.stands)
+        msg = (
+            "scheme must be " + able + " where supports differ by direction "
+            f"(stiffness_difference, damping_difference), got '{scheme}'"
+        )
+        raise InputError(msg)
+    if is_unbalanced(scene) and (scheme == "paper" or not model.rotor.cyclic):
+        told = "with scheme paper" if scheme == "paper" else "of unequal sectors"
+        msg = (
+            f"unbalance must be 0 {told} where supports differ by direction, got "
+            f"{scene.unbalance}, and lost_blade {scene.engine.rotor.lost_blade}"
         )
         raise InputError(msg)
 

@@ -21,9 +21,11 @@ FOLDING = (
     "nodal_diameter",
     "engine.rotor.blades",
     "engine.rotor.mistuning",
+    "engine.rotor.lost_blade",
     "engine.casing.kind",
     "engine.casing.discretization",
     "engine.file",
+    "unbalance",
     "engine.rotation",
 )  # inputs that `folds_of` and kernels depend on; of mistuning, whether there is any
 MOST_KEPT = 256  # cached settling times
@@ -59,7 +61,7 @@ def folds_of(scene: Scene) -> int:
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
-    if scene.engine.rotation == "full" or not has_families(scene):
+    if scene.unbalance != 0.0 or not has_families(scene):
         return 1
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
 
@@ -107,7 +109,8 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     """Return the plan of a scene and its whole model."""
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
-    lean = lean and scene.engine.rotation == "none"
+    spin = model.rotor.spin
+    lean = lean and (spin is None or (bool(spin.waves) and spin.support.is_round))
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 

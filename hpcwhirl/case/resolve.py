@@ -8,8 +8,11 @@ from functools import cached_property
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.truncation import with_truncation
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.files import Value
 from hpcwhirl.scene.schemes import SCHEMES
 
 
@@ -53,11 +56,42 @@ class Case:
         return step_asked(self.model, self.reduced)
 
     @cached_property
+    def growth(self) -> float:
+        """Radial growth at speed, m, of the tip that grows most; 0 without rotation."""
+        if self.model.rotor.spin is None:
+            return 0.0
+        return float(
+            tip_growth(self.model.rotor, self.model.blades, self.given.speed).max()
+        )
+
+    @property
+    def clearance(self) -> float:
+        """Clearance at speed, m, that the growth leaves; it may be negative."""
+        at_rest = self.given.gap_at == "rest"
+        return self.given.gap - (self.growth if at_rest else 0.0)
+
+    @cached_property
     def scene(self) -> Scene:
-        """The scene with the modes, harmonics and time step that are integrated."""
-        if self.given.solver.accuracy == 0.0:
-            return self.reduced
-        return apply_settings(self.reduced, {"time_step": self.step})
+        """The scene with the modes, harmonics, step and clearance that are integrated.
+
+        Raises
+        ------
+        InputError
+            where the tips have grown into the casing
+        """
+        settings: dict[str, Value] = {}
+        if self.given.solver.accuracy > 0.0:
+            settings["time_step"] = self.step
+        if self.given.gap_at == "rest":
+            if not self.clearance > 0.0:
+                msg = (
+                    f"gap must be > {self.growth:.6g} m (growth of the tips at "
+                    f"{self.given.speed:.6g} rad/s, where gap_at is rest), "
+                    f"got {self.given.gap:.6g}"
+                )
+                raise InputError(msg)
+            settings["gap"] = self.clearance
+        return apply_settings(self.reduced, settings) if settings else self.reduced
 
     @cached_property
     def plan(self) -> Plan:

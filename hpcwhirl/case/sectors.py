@@ -6,7 +6,8 @@ diameters and harmonics h = g h' ever move. In the angle g theta they are h' = h
 N / g blades that turn with g Omega below a load on k / g lobes, each of which carries
 1 / g of the energy: amplitudes of mass-orthonormal modes are y / sqrt(g), their shapes
 sqrt(g) times those of the whole, and the modal force is F / g. Displacements, gaps and
-multipliers are the same numbers; energies, works and impulses count g times.
+multipliers are the same numbers; energies, works and impulses count g times. What
+rotation adds is that of Omega, not g Omega: C / g, K_1 / g^2 and K_2 / g^4.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
+from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
@@ -59,8 +61,28 @@ def folded_body(
         centre_share=body.centre_share[modes],
         damping=body.ratios[modes],
         kept=0,
+        spin=body.spin and _folded_spin(body.spin, folds),
     )
     return one_of_many, lift
+
+
+def _folded_spin(spin: Spin, folds: int) -> Spin:
+    """Return what rotation adds to one of g sectors, by nodal diameter alone.
+
+    Without supports: the centre rests.
+    """
+    waves = tuple(_folded(own, folds) for own in spin.waves if own.k % folds == 0)
+    return Spin(NONE, NONE, np.zeros(0), waves=waves, support=ROUND)
+
+
+def _folded(own: SpinBlock, folds: int) -> SpinBlock:
+    return replace(
+        own,
+        k=own.k // folds,
+        coriolis=own.coriolis / folds,
+        stiffening=own.stiffening / folds**2,
+        quartic=None if own.quartic is None else own.quartic / folds**4,
+    )
 
 
 def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:

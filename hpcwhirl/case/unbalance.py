@@ -1,12 +1,15 @@
 """The circle of an unbalanced rotor: its steady motion without contact.
 
 In the rotating frame the force of an unbalance, m e Omega^2, is constant, and so is the
-rotor's response x_s to it. The kernels march what is left, y = x - x_s, which is free
-of the force: it decays where there is no contact, its energy is that of the ledger, and
-words judge it. Gaps, tips and the orbit are those of x.
+rotor's response x_s to it. On supports that differ by direction the circle becomes an
+ellipse, in the rotating frame x_s = x_1 + Re(xi e^{2 i Omega t}). The kernels march
+what is left, y = x - x_s, which is free of the force: it decays where there is no
+contact, its energy is that of the ledger, and words judge it. Gaps, tips and the orbit
+are those of x.
 
 A run begins on the circle, where that leaves `CLEAR` of the gap to every blade, else on
-x_s scaled down until it does, at rest in the rotating frame.
+x_s scaled down until it does, at rest in the rotating frame; and where a blade is lost,
+which pulls no more at its root, at rest in place.
 """
 
 from __future__ import annotations
@@ -23,8 +26,10 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 CLEAR = 0.1  # share of the gap that a run leaves to each blade as it begins
 MOST_KEPT = 32  # cached circles, as of models
 
@@ -34,8 +39,26 @@ def force_of(scene: Scene) -> complex:
     return scene.unbalance * scene.speed**2 * cmath.exp(1j * scene.unbalance_phase)
 
 
+def is_unbalanced(scene: Scene) -> bool:
+    """Return whether the rotor has an unbalance, or has lost a blade."""
+    return scene.unbalance > 0.0 or scene.engine.rotor.lost_blade != NO_BLADE
+
+
+def released_moment(model: Model) -> complex:
+    """Return m e, kg m, that the loss of a blade has left, as of a rigid rotor.
+
+    What the blade pulls no more, on the shape that a force at the centre gives at rest.
+    """
+    spin, hub = model.rotor.spin, 2 * model.blades + np.arange(2)
+    if spin is None or spin.released is None:
+        return 0j
+    moved = np.linalg.solve(model.rotor.stiffness, np.eye(len(spin.released))[:, hub])
+    x, y = np.linalg.solve(moved[hub].T, moved.T @ spin.released)
+    return complex(x, y)
+
+
 def circle(model: Model, scene: Scene) -> Floats | None:
-    """Return x_s, the rotor's places on its circle; None without an unbalance.
+    """Return x_1, the rotor's places on its circle; None without an unbalance.
 
     Returns
     -------
@@ -46,41 +69,75 @@ def circle(model: Model, scene: Scene) -> Floats | None:
     InputError
         at a critical speed without damping
     """
-    if scene.unbalance == 0.0:
+    return _steady(model, scene)[0] if is_unbalanced(scene) else None
+
+
+def swing(model: Model, scene: Scene) -> Complexes | None:
+    """Return xi (n,), m, of an unbalanced rotor; None if its supports are alike."""
+    spin = model.rotor.spin
+    if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
-    return _circle(model, force_of(scene), scene.speed)
+    return _steady(model, scene)[1]
+
+
+def steady_at(model: Model, scene: Scene, time: float) -> Floats:
+    """Return x_s (n,), m, at a time, s; 0 without an unbalance."""
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        return np.zeros(len(model.rotor.shapes))
+    if swung is None:
+        return places
+    return np.asarray(places + (swung * cmath.exp(2j * scene.speed * time)).real)
+
+
+def _steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
+    speed, step = scene.speed, scene.solver.time_step
+    return _circle(model, force_of(scene), speed, step)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _circle(model: Model, force: complex, speed: float) -> Floats:
+def _circle(
+    model: Model, force: complex, speed: float, step: float
+) -> tuple[Floats, Complexes]:
     try:
-        places = unbalance_response(model.rotor, model.blades, force, speed)
+        found = unbalance_response(model.rotor, model.blades, force, speed, step)
     except np.linalg.LinAlgError:
-        places = np.array([np.inf])
-    if not np.isfinite(places).all():
+        found = np.array([np.inf]), np.zeros(1, dtype=np.complex128)
+    if not all(np.isfinite(part).all() for part in found):
         msg = (
             f"unbalance must be 0 at speed {speed:.6g}, a critical speed without "
             "damping"
         )
         raise InputError(msg)
-    places.flags.writeable = False
-    return places
+    for part in found:
+        part.flags.writeable = False
+    return found
 
 
-def centre_of(model: Model, places: Floats) -> complex:
+def centre_of(model: Model, places: Any) -> complex:
     """Return x_o + i y_o, m, of a rotor's places."""
     x, y = places[2 * model.blades : 2 * model.blades + 2]
-    return complex(x, y)
+    return complex(x + 1j * y)
 
 
-def reach_of(model: Model, places: Floats) -> float:
-    """Return how far the blade that is farthest out stands outward, m."""
-    return float(places[0 : 2 * model.blades : 2].max())
+def reach_of(model: Model, scene: Scene) -> float:
+    """Return how far the blade that is farthest out comes outward on x_s, m."""
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        return 0.0
+    outward = places if swung is None else places + np.abs(swung)
+    tips = np.arange(model.blades) != scene.engine.rotor.lost_blade
+    return float(outward[0 : 2 * model.blades : 2][tips].max())
 
 
-def share_at_start(model: Model, scene: Scene, places: Floats) -> float:
-    """Return the share of the circle, 0 to 1, at which a run begins."""
-    reach, room = reach_of(model, places), (1.0 - CLEAR) * scene.gap
+def share_at_start(model: Model, scene: Scene) -> float:
+    """Return the share of the circle, 0 to 1, at which a run begins.
+
+    0 where a blade is lost: until then the rotor was balanced.
+    """
+    if scene.engine.rotor.lost_blade != NO_BLADE:
+        return 0.0
+    reach, room = reach_of(model, scene), (1.0 - CLEAR) * scene.gap
     return 1.0 if reach <= room else room / reach
 
 
@@ -89,9 +146,19 @@ def check_unbalance(model: Model, scene: Scene) -> None:
     places = circle(model, scene)
     if places is None:
         return
-    tips = places[: 2 * model.blades].reshape(-1, 2)
+    swung = swing(model, scene)
+    sizes = np.abs(places) if swung is None else np.abs(places) + np.abs(swung)
+    tips = sizes[: 2 * model.blades].reshape(-1, 2)
     far = float(np.hypot(*tips.T).max())
     most = scene.solver.amplitude_limit * scene.engine.rotor.radius
+    if not far < most and scene.engine.rotor.lost_blade != NO_BLADE:
+        share = far / scene.engine.rotor.radius
+        msg = (
+            f"amplitude_limit must be > {share:.6g} (the circle of the rotor without "
+            "its lost blade, if nothing held it), got "
+            f"{scene.solver.amplitude_limit:.6g}"
+        )
+        raise InputError(msg)
     if not far < most:
         msg = (
             f"unbalance must be < {scene.unbalance * most / far:.6g} kg m (its circle "
@@ -107,8 +174,9 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     Returns
     -------
     unbalance : kg m
-    force : N, m e Omega^2
-    radius : m, of the centre's circle
+    force : N, m e Omega^2, with that of a lost blade
+    radius : m, of the centre's circle; of an ellipse, of the part that turns forward
+    backward : m, radius of the part that turns backward, where supports differ
     lag : rad, angle of the centre behind the unbalance, in the sense of rotation
     reach : m, outward displacement of the tip that is farthest out
     over_gap : reach over gap; None where the gap is 0
@@ -119,13 +187,16 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     places = circle(model, scene)
     if places is None:
         return None
-    centre, force = centre_of(model, places), force_of(scene)
+    centre = centre_of(model, places)
+    force = force_of(scene) + scene.speed**2 * released_moment(model)
     lag = cmath.phase(force * centre.conjugate()) * math.copysign(1.0, scene.speed)
-    reach = reach_of(model, places)
+    reach, swung = reach_of(model, scene), swing(model, scene)
+    back = 0j if swung is None else centre_of(model, swung.conj()) / 2
     return {
         "unbalance": scene.unbalance,
         "force": abs(force),
         "radius": abs(centre),
+        "backward": abs(back),
         "lag": lag,
         "reach": reach,
         "over_gap": reach / scene.gap if scene.gap > 0.0 else None,

@@ -112,7 +112,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
-    """Return {name: scene} of variants: mistuned, and both engines read from files.
+    """Return {name: scene} of variants: mistuned, with rotation, and from files.
 
     Empty if the engine comes from a file or is mistuned already.
 
@@ -125,7 +125,7 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     from hpcwhirl.cli.export_model import arrays_of
     from hpcwhirl.store.results.single import write_arrays
 
-    if scene.engine.file or scene.engine.rotor.mistuning:
+    if scene.engine.file or scene.engine.rotor.is_uneven:
         return {}
     blades = scene.engine.rotor.blades
     pattern = [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
@@ -135,6 +135,10 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
         path = folder / f"{name}.h5"
         write_arrays(path, arrays_of(resolve(source).model), {})
         engines[name] = apply_settings(scene, {"file": str(path)})
+    if scene.engine.rotation == "none":
+        full = {"rotation": "full"}
+        engines["rotation full"] = apply_settings(scene, full)
+        engines["rotation full, mistuned"] = apply_settings(mistuned, full)
     return engines
 
 

@@ -103,8 +103,8 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
-    design, out, policy, manner = prepared
-    times = extended_by(design, out, manner.extend)
+    design, out, policy, start = prepared
+    times = extended_by(design, out, start.extend)
     loaded = age() - (time.monotonic() - session.stopping.began)
     cost = forecast(design, out, policy.shard, times, args.started, loaded)
     tell(cost, design, args.ranks, as_json=args.json)
@@ -131,7 +131,7 @@ def _tell_inputs(design: Design) -> None:
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     """Return what all ranks are to run; `ranks`: how many they are."""
-    from hpcwhirl.campaign.begin import Manner
+    from hpcwhirl.campaign.begin import StartOptions
     from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
     from hpcwhirl.campaign.session import Prepared
 
@@ -156,7 +156,7 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
         from hpcwhirl.campaign.foresight.forecast import age
 
         args.started = age()
-    return Prepared(design, args.out, policy, Manner(args.fresh, args.to))
+    return Prepared(design, args.out, policy, StartOptions(args.fresh, args.to))
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:

@@ -7,17 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
 from hpcwhirl.reduction.round_casing import table_of
 from hpcwhirl.scene import NAMED, to_toml
 from hpcwhirl.structure import FourierOperator
 
+Floats = NDArray[np.float64]
+RIGID = 1e-5  # frequency, over the highest, below which a mode may be rigid
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
     "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
@@ -54,6 +57,31 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
     return {f"{name}/{part}": array for part, array in arrays.items()}
 
 
+def turning_arrays(
+    mass: Floats, stiffness: Floats, spin: Spin, omega: Floats
+) -> dict[str, Any]:
+    """Return {array of the group rotor: array} of the terms of rotation.
+
+    Stress stiffness and softening where K(Omega) has no term of Omega^4: the softening
+    is then the whole mass, and what a file took for it is part of their difference.
+    """
+    out = {
+        "coriolis": spin.coriolis,
+        "centrifugal_load": spin.load,
+        "centre_damping": np.array([spin.support.at(0.0).damping.real]),
+    }
+    if spin.quartic is None:
+        parts = {
+            "stress_stiffness": spin.stiffening + mass,
+            "softening": mass,
+        }
+        return out | parts
+    first = float(omega[omega > RIGID * omega.max()].min())
+    speeds = np.array([first, 2.0 * first])
+    at = [stiffness + stiffening_at(spin, float(speed)) for speed in speeds]
+    return out | {"speeds": speeds, "stiffness_a": at[0], "stiffness_b": at[1]}
+
+
 def arrays_of(model: Model) -> dict[str, Any]:
     """Return {path in the file: array} of all that is exported of a model."""
     tips = 2 * np.arange(model.blades)
@@ -67,6 +95,12 @@ def arrays_of(model: Model) -> dict[str, Any]:
         "rotor/modal_tip_tangential": tangential,
         "rotor/modal_centre": centre_rows(model.rotor, model.blades),
     }
+    if model.rotor.spin is not None:
+        body = model.rotor
+        turning = turning_arrays(
+            body.mass, body.stiffness, model.rotor.spin, body.omega
+        )
+        out |= {f"rotor/{name}": array for name, array in turning.items()}
     if model.casing and model.ring:
         angles = 2 * np.pi * np.arange(model.blades) / model.blades
         rows = model.ring.rows(angles)
@@ -83,13 +117,15 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.results.single import write_arrays
 
     scene = scene_of(args.scene, args.settings)
-    if scene.engine.rotation != "none":
+    model = resolve(scene).model
+    spin = model.rotor.spin
+    if spin is not None and (spin.tilt or spin.released is not None):
         msg = (
-            "engine.rotation must be none: the file has no place for what rotation "
-            f"adds, got {scene.engine.rotation}"
+            "export-model writes no disk that tilts and no lost blade: the file has no "
+            "place for what they do with rotation full"
         )
         raise InputError(msg)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
-    write_arrays(args.out, arrays_of(resolve(scene).model), facts)
+    write_arrays(args.out, arrays_of(model), facts)
     print(args.out)
     return 0

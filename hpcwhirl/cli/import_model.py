@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.cli.export_model import turning_arrays
 from hpcwhirl.cli.options import add_json, check_writable, print_json
 from hpcwhirl.errors import InputError
 
@@ -43,7 +44,11 @@ def arrays_of(rotor: Imported) -> dict[str, Any]:
     """Return {path in the engine file: array} of a reduced rotor."""
     tips = 2 * np.arange(rotor.blades)
     hub = 2 * rotor.blades + np.arange(2 if rotor.centre else 0)
-    return {
+    turning: dict[str, Any] = {}
+    if rotor.spin is not None:
+        matrices = rotor.mass, rotor.stiffness
+        turning = turning_arrays(*matrices, rotor.spin, rotor.omega)
+    return {f"rotor/{name}": array for name, array in turning.items()} | {
         "rotor/mass": rotor.mass,
         "rotor/stiffness": rotor.stiffness,
         "rotor/tip_radial": tips,
@@ -72,6 +77,7 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
         "condition": rotor.condition,
         "translation": rotor.strained,
         "mass": rotor.carried,
+        "turns": rotor.spin is not None,
         "time_step_limit": 2.0 / float(rotor.omega[-1]),
     }
 
@@ -123,6 +129,8 @@ def _show(out: Path, facts: dict[str, Any]) -> None:
     if facts["mass"] is not None:
         print(f"mass {facts['mass']:.5g} kg, a translation strains ", end="")
         print(f"{facts['translation']:.1e} of the wheel")
+    if facts["turns"]:
+        print("terms of rotation are in it: engine.rotation may be full")
     if facts["rigid_modes"]:
         print(f"rigid modes {facts['rigid_modes']}: nothing holds the wheel there")
     print(out)

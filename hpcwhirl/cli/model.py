@@ -162,6 +162,7 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     out["free motion decays at least with, 1/s"] = f"{-facts['growth']:.3g}"
     if facts["tip_growth"] is not None:
         out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
+        out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
     return out | _circle_numbers(facts["unbalance"])
 
 
@@ -181,24 +182,67 @@ def told_circle(circle: dict[str, Any]) -> str:
     circle : of `case.unbalance.facts_of_unbalance`
     """
     share = circle["over_gap"]
+    back = circle["backward"]
+    ellipse = f" forward and {1e3 * back:.4g} mm backward" if back else ""
     meets = "the casing holds it" if circle["touches"] else "it touches nothing"
     of_gap = "" if share is None else f", {100 * share:.3g} % of the gap: {meets}"
     return (
         f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
-        f" circles with {1e3 * circle['radius']:.4g} mm, "
-        f"{math.degrees(circle['lag']):.1f} degrees behind it; blades reach "
+        f" circles with {1e3 * circle['radius']:.4g} mm{ellipse}"
+        f", {math.degrees(circle['lag']):.1f} degrees behind it; blades reach "
         f"{1e3 * circle['reach']:.4g} mm{of_gap}"
     )
 
 
 def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
-    """Return lines on the time-step limits and, if any, the unbalance."""
-    unit, circle = DERIVED["time_step_limit"].unit, facts["rotation"]["unbalance"]
+    """Return lines on the time-step limits, the tips' growth and the unbalance."""
+    unit, rotation = DERIVED["time_step_limit"].unit, facts["rotation"]
+    circle, growth = rotation["unbalance"], rotation["tip_growth"]
     lines = [
         f"time-step limit of the {body}: {limit:.4g} {unit}"
         for body, limit in facts["time_step_limits"].items()
     ]
+    if growth is not None:
+        lines.append(
+            f"rotation pulls tips out by {1e3 * growth:.3g} mm: clearance at speed "
+            f"{1e3 * rotation['clearance']:.4g} mm"
+        )
     return [*lines, told_circle(circle)] if circle else lines
+
+
+def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
+    """Return rows of the modal table: one a family for modes that leave the centre.
+
+    Columns: body, family, nodal diameters, frequencies in Hz, share of the centre.
+
+    Parameters
+    ----------
+    modes : `modes` of `facts_of`, by frequency
+    """
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for number, mode in enumerate(modes):
+        alone = mode["body"] != "rotor" or mode["centre_share"] != 0.0
+        key = mode["body"], mode["family"], number if alone else None
+        groups.setdefault(key, []).append(mode)
+    rows: list[tuple[str, ...]] = []
+    for (body, family, _), own in groups.items():
+        share = own[0]["centre_share"]
+        ends = [f"{mode['frequency_hz']:.3f}" for mode in (own[0], own[-1])]
+        around = spans_of(sorted(mode["nodal_diameter"] for mode in own))
+        told = UNKNOWN if share is None else f"{share:.3f}"
+        rows.append((body, family, around, " to ".join(dict.fromkeys(ends)), told))
+    return rows
+
+
+def spans_of(numbers: list[int]) -> str:
+    """Return ascending whole numbers as text, neighbours as a span: "0, 2 to 9"."""
+    spans: list[list[int]] = []
+    for number in numbers:
+        if spans and number - spans[-1][1] <= 1:
+            spans[-1][1] = number
+        else:
+            spans.append([number, number])
+    return ", ".join(" to ".join(map(str, dict.fromkeys(span))) for span in spans)
 
 
 def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
@@ -209,16 +253,9 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
     console = Console()
     hertz, speed = DERIVED["frequency"].unit, DERIVED["critical_speed"].unit
     table = Table("body", "family", "nodal diameter", hertz, "centre share")
-    for mode in facts["modes"]:
-        if mode["frequency_hz"] <= up_to:
-            share = mode["centre_share"]
-            table.add_row(
-                mode["body"],
-                mode["family"],
-                str(mode["nodal_diameter"]),
-                f"{mode['frequency_hz']:.3f}",
-                UNKNOWN if share is None else f"{share:.3f}",
-            )
+    shown = [mode for mode in facts["modes"] if mode["frequency_hz"] <= up_to]
+    for row in folded(shown):
+        table.add_row(*row)
     name = escape(one_line(facts["engine"], SHOWN))
     console.print(f"engine {name}, modes up to {up_to:g} {hertz}", table)
     if facts["rotor_from_file"] is None:

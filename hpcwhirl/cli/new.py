@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 RPM = 30.0 / math.pi  # rpm per rad/s
+GAPS = (0.5, 1.0, 1.5, 2.0)  # in the sweep, of the gap
+NOTES = 30  # column of comments
 SPEEDS = 20  # approximate number of speeds in the sweep
 OPTIONS = {  # name: unit, metavar, help
     "radius": ("m", "LENGTH", "tip radius (default 0.5 m)"),
@@ -173,8 +175,19 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
         "support_frequency": casing.support_frequency,
         "support_damping": casing.support_damping,
         "longest": 4 * scene.duration,
-        "gap": f"{scene.gap * 1e3:.4g}", "wider": f"{scene.gap * 2e3:.4g}",
+        "gaps": ", ".join(f'"{1e3 * part * scene.gap:.4g} mm"' for part in GAPS),
         **_speeds(checked.full_speed),
     }  # fmt: skip
     text = resources.files("hpcwhirl.cli").joinpath("new.template").read_text("utf-8")
-    return Template(text).substitute(values)
+    return aligned(Template(text).substitute(values))
+
+
+def aligned(text: str) -> str:
+    """Return the lines of a file with the comments after values aligned."""
+    lines = []
+    for line in text.splitlines():
+        code, sign, note = line.partition("#")
+        lines.append(
+            f"{code.rstrip() + ' ':<{NOTES}}#{note}" if code and sign else line
+        )
+    return "\n".join([*lines, ""])

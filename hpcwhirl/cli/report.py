@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, check_writable
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,12 +15,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="FILE.html",
         help="file to write (default: report.html in DIR)",
     )  # fmt: skip
+    add_units(parser, "axes, cases and colours; filters stay in SI")
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the page and print its path."""
     from hpcwhirl.report.page.build import write_page
+    from hpcwhirl.scene.units import showing
 
     check_writable(args.out, folder=False)
-    print(write_page(args.folder, args.out))
+    with showing(asked_units(args.units)):
+        print(write_page(args.folder, args.out))
     return 0

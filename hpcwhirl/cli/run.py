@@ -60,8 +60,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write its file and figures if asked to."""
+    from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import Course
-    from hpcwhirl.campaign.single_case import design_of_one
     from hpcwhirl.case.resolve import resolve
 
     scene = scene_of(args.scene, args.settings)
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)
     tell_preset(scene)
-    design = design_of_one(scene)
+    design = Design.one(scene)
     course = Course(resolve(scene))
     tell_load(scene)
     tell_remarks(scene)
@@ -212,6 +212,9 @@ def _show(facts: dict[str, Any]) -> None:
         "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
     ):  # fmt: skip
         table.add_row(ROW[name].labelled(name), f"{facts[name]:.6g}")
+    if facts["tip_growth"] > 0.0:
+        told = ROW["tip_growth"].labelled("tip_growth")
+        table.add_row(told, f"{facts['tip_growth']:.6g}")
     for term, label in BALANCE.items():
         told = ROW[f"{LEDGER}{term}"].labelled(label)
         table.add_row(told, f"{facts['ledger'][term]:.6g}")

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.certificate import LESS, roots_of
+from hpcwhirl.dynamics.certificate import LESS
+from hpcwhirl.dynamics.free_modes import FreeModes, ModesMotion
 from hpcwhirl.dynamics.free_rotor import free_rotor
+from hpcwhirl.dynamics.free_waves import WavesMotion
 from hpcwhirl.dynamics.kernels import contact, passes
-from hpcwhirl.dynamics.kernels.bodies import TINY
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError
@@ -20,55 +19,31 @@ from hpcwhirl.errors import ModelError
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Integers = NDArray[np.int64]
-SIGNS = (-1.0, 1.0)  # signs in alpha and beta = (A -+ i B) / 2
 BLOCK = 256  # samples evaluated at once
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """Free motion of the modes of both bodies: q = alpha z^n + beta conj(z)^n.
+class _Motion(NamedTuple):
+    """Free motion of rotor and ring; of z^n (samples, modes), the rotor's come first.
 
     Attributes
     ----------
-    alpha, beta : (modes,), coefficients of the amplitudes, rotor first
-    gamma, delta : (modes,), those of the increments
-    log : (modes,), log z
-    omega : (modes,), rad/s
-    step : s
+    rotor, ring : motions of the bodies
+    log : (modes,), log z of both
     """
 
-    alpha: Complexes
-    beta: Complexes
-    gamma: Complexes
-    delta: Complexes
+    rotor: ModesMotion | WavesMotion
+    ring: ModesMotion
     log: Complexes
-    omega: Floats
-    step: float
 
-    def at(self, steps: int) -> tuple[Complexes, Complexes]:
-        """Return (q, d) after so many steps, (modes,) each.
+    def parts(self, z: Complexes) -> tuple[Complexes, Complexes]:
+        """Return z^n of rotor and ring."""
+        count = len(self.rotor.most)
+        return z[:, :count], z[:, count:]
 
-        The ring's amplitudes are those of the rotating frame as it is at the start.
-        """
-        z = np.exp(steps * self.log)
-        back = z.conj()
-        return self.alpha * z + self.beta * back, self.gamma * z + self.delta * back
-
-    def energies(self, z: Complexes, own: slice) -> Floats:
-        """Return the energy of some modes, (samples,), J, as `modal_energy` defines it.
-
-        z : (samples, modes), z^n of all modes
-        own : the modes to sum over
-        """
-        z = z[:, own]
-        a, b, c, d = self.alpha[own], self.beta[own], self.gamma[own], self.delta[own]
-        kinetic, strain = 0.5 / self.step**2, 0.5 * self.omega[own] ** 2
-        steady = kinetic * (np.abs(c) ** 2 + np.abs(d) ** 2)
-        steady += strain * (np.abs(a) ** 2 + np.abs(b) ** 2)
-        steady -= strain * (a * c.conj() + b * d.conj()).real
-        beating = 2 * kinetic * c * d.conj() + 2 * strain * a * b.conj()
-        beating -= strain * (a * d.conj() + b.conj() * c)
-        return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
+    def energies(self, z: Complexes) -> tuple[Floats, Floats]:
+        """Return the energies of rotor and ring, (samples,) each, J."""
+        rotor, ring = self.parts(z)
+        return self.rotor.energies(rotor), self.ring.energies(ring)
 
 
 class _Start(NamedTuple):
@@ -99,11 +74,6 @@ class _Start(NamedTuple):
         return np.arange(first, total // stride + 1) * stride - self.step
 
 
-def _joined(parts: Sequence[Sequence[NDArray[Any]]]) -> list[NDArray[Any]]:
-    """Return arrays of rotor and ring concatenated, for each kind of array."""
-    return [np.concatenate(pair) for pair in zip(*parts, strict=True)]
-
-
 class FreeDecay:
     """Certificate and closed form of one march.
 
@@ -119,25 +89,21 @@ class FreeDecay:
             msg = "only steps of kernels in the frame that turns can be ended"
             raise ModelError(msg)
         self.ended = scheme.ended
-        self.free = free_rotor(scheme.arrays, blades)
-        self.step = step
-        self.rotor_items = self.free.items
+        self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
         self.ring_items = passes.unpacked(scheme.arrays.casing.items)
-        self.rotor, self.ring = roots_of(self.rotor_items), roots_of(self.ring_items)
+        self.ring = FreeModes(self.ring_items, 2, self.ring_items.shape[1], step)
 
     @property
     def possible(self) -> bool:
         """Whether all free motion dies out, as a certificate requires."""
         return self.rotor.decays and self.ring.decays
 
-    def _bodies(self, state: CyclicState) -> tuple[Complexes, ...]:
-        """Return (q, d) of the rotor and of the ring, padding included, of a state."""
-        odd = int(state.counter[contact.STEP]) & 1
+    def motion(self, state: CyclicState) -> _Motion:
+        """Return the free motion that starts from a state."""
+        step = int(state.counter[contact.STEP])
         s_b, s_c, _, _ = self.ended(state)
-        rotor = self.free.read(s_b)
-        parts = s_c.reshape(3, 2, -1)
-        ring = parts[:, 0] + 1j * parts[:, 1]
-        return rotor[0], rotor[1 + odd], ring[0], ring[1 + odd]
+        log = np.concatenate([self.rotor.log, self.ring.log])
+        return _Motion(self.rotor.motion(s_b, step), self.ring.motion(s_c, step), log)
 
     def bound(self, state: CyclicState) -> tuple[Floats, Floats]:
         """Return weighted amplitudes, (blades, modes), m, and their decay r per step.
@@ -145,43 +111,15 @@ class FreeDecay:
         The sum of a row bounds every later radial displacement of a blade's tip against
         the ring. There is one row if it is the same for all blades.
         """
-        reach = self.free.reach[:, self.rotor.own]
-        weights = reach, np.tile(self.ring.weight, (len(reach), 1))
-        sizes = [w * most for w, most in zip(weights, self._most(state), strict=True)]
-        decays = np.concatenate([self.rotor.radius, self.ring.radius])
-        return np.hstack(sizes), decays
-
-    def _most(self, state: CyclicState) -> list[Floats]:
-        """Return bounds of all later amplitudes of rotor and ring, (modes,) each."""
-        q_b, d_b, q_c, d_c = self._bodies(state)
-        bodies = ((self.rotor, q_b, d_b), (self.ring, q_c, d_c))
-        waves = (roots.waves(q[roots.own], d[roots.own]) for roots, q, d in bodies)
-        return [np.hypot(np.abs(a), np.abs(b)) for a, b in waves]
+        motion, reach = self.motion(state), self.shapes.reach
+        ring = np.tile(self.ring.roots.weight, (len(reach), 1))
+        sizes = [reach * motion.rotor.most, ring * motion.ring.most]
+        return np.hstack(sizes), np.concatenate([self.rotor.radius, self.ring.radius])
 
     def farthest(self, state: CyclicState) -> float:
         """Return a bound of the magnitude of all later displacements of tips, m."""
-        radial, along = self.free.radial, self.free.tangential
-        shapes = np.hypot(np.abs(radial), np.abs(along))[:, self.rotor.own]
-        return float((shapes @ self._most(state)[0]).max(initial=0.0))
-
-    def motion(self, state: CyclicState) -> _Motion:
-        """Return the free motion that starts from a state."""
-        q_b, d_b, q_c, d_c = self._bodies(state)
-        bodies = ((self.rotor, q_b, d_b), (self.ring, q_c, d_c))
-        owns = [(roots, q[roots.own], d[roots.own]) for roots, q, d in bodies]
-        a, b = _joined([roots.waves(q, d) for roots, q, d in owns])
-        c, d = _joined([roots.increments(q, d) for roots, q, d in owns])
-        omega = _joined([
-            (self.rotor_items[passes.OMEGA][self.rotor.own],),
-            (self.ring_items[passes.OMEGA][self.ring.own],),
-        ])[0]  # fmt: skip
-        log = np.concatenate([self.rotor.log, self.ring.log])
-        halves = [
-            0.5 * (x + sign * 1j * y) for x, y in ((a, b), (c, d)) for sign in SIGNS
-        ]
-        return _Motion(
-            halves[0], halves[1], halves[2], halves[3], log, omega, self.step
-        )
+        shapes = np.hypot(np.abs(self.shapes.radial), np.abs(self.shapes.tangential))
+        return float((shapes @ self.motion(state).rotor.most).max(initial=0.0))
 
     def finish(
         self, state: CyclicState, tracks: Tracks, total: int, strides: Strides
@@ -221,20 +159,8 @@ class FreeDecay:
 
     def _centre(self, motion: _Motion, z: Complexes) -> Floats:
         """Return the centre x_o, y_o, (samples, 2), m, rotating frame."""
-        rotor_modes = len(self.rotor.own)
-        hub = self.free.hub[:, self.rotor.own]
-        swing = (
-            hub.conj() * motion.alpha[:rotor_modes]
-            + hub * motion.beta[:rotor_modes].conj()
-        ).T
-        return np.asarray((z[:, :rotor_modes] @ swing).real)
-
-    def _energies(self, motion: _Motion, z: Complexes) -> tuple[Floats, Floats]:
-        """Return the energies of rotor and ring, (samples,) each, J."""
-        rotor_modes = len(self.rotor.own)
-        return motion.energies(z, slice(rotor_modes)), motion.energies(
-            z, slice(rotor_modes, None)
-        )
+        swing = motion.rotor.swing(self.shapes.hub)
+        return np.asarray((motion.parts(z)[0] @ swing).real)
 
     def _judge(
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
@@ -243,7 +169,7 @@ class FreeDecay:
         """Write rows of evidence to the tracks."""
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
-        rotor, ring = self._energies(motion, z)
+        rotor, ring = motion.energies(z)
         rows[:, contact.OF_ROTOR], rows[:, contact.OF_CASING] = rotor, ring
         rows[:, contact.WAS_FED] = begun[contact.WAS_FED]
         rows[:, contact.WAS_RUBBED] = begun[contact.WAS_RUBBED]
@@ -258,93 +184,42 @@ class FreeDecay:
         steps : (samples,), numbers of steps after the start
         """
         tracks.centre[:] = self._centre(motion, z)
-        rotor, ring = self._energies(motion, z)
-        tracks.energy[:] = rotor + ring
+        tracks.energy[:] = sum(motion.energies(z))
         tracks.lost[:] = start.to_lose - tracks.energy
         tracks.impulse[:] = start.impulse
         tracks.fed[:] = start.row[contact.WAS_FED]
         tracks.rubbed[:] = start.row[contact.WAS_RUBBED]
         if len(tracks.tips) > 0:
-            rotor_modes = len(self.rotor.own)
-            q = (
-                motion.alpha[:rotor_modes] * z[:, :rotor_modes]
-                + motion.beta[:rotor_modes] * z[:, :rotor_modes].conj()
-            )
-            tracks.tips[:] = self._tips(q)
+            places = motion.rotor.places(motion.parts(z)[0])
+            for direction, shape in enumerate(self.shapes[:2]):
+                tracks.tips[:, :, direction] = (places @ shape.T).real
             tracks.blade_impulse[:] = start.blades
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
         """Return the ring's amplitudes as the kernel copies them, (samples, 2 size)."""
-        modes, free = self.ring.own, slice(len(self.rotor.own), None)
-        q = motion.alpha[free] * z[:, free] + motion.beta[free] * z[:, free].conj()
-        spin = self.ring_items[passes.SPIN][modes] * self.step
-        q *= np.exp(1j * np.outer(steps, spin))
-        copies = np.zeros((len(z), 2, self.ring_items.shape[1]))
-        copies[:, 0, modes], copies[:, 1, modes] = q.real, q.imag
+        q = motion.ring.places(motion.parts(z)[1])
+        q = q * np.exp(1j * np.outer(steps, self.ring.spin))
+        copies = np.zeros((len(z), 2, self.ring.size))
+        copies[:, 0, self.ring.own], copies[:, 1, self.ring.own] = q.real, q.imag
         return copies.reshape(len(z), -1)
-
-    def _tips(self, q: Complexes) -> Floats:
-        """Return radial and tangential tip displacements, (samples, N, 2), m.
-
-        q : (samples, modes), amplitudes of the rotor
-        """
-        shapes = (
-            rows[:, self.rotor.own] for rows in (self.free.radial, self.free.tangential)
-        )
-        return np.stack([(q @ shape.T).real for shape in shapes], axis=-1)
 
     def _leave(
         self, motion: _Motion, state: CyclicState, settled: Any, steps: int
     ) -> None:
-        """Set the state to that after `steps` steps, with the last step not yet booked.
-
-        This is how the kernel leaves a state.
-        """
-        counter, rotor_modes = state.counter, self.rotor.own
-        counter[contact.STEP] += steps
-        odd = int(counter[contact.STEP]) & 1
-        (q, d), (_, old) = motion.at(steps), motion.at(steps - 1)
-        rotor, ring = self._energies(motion, np.exp(np.outer([0, steps], motion.log)))
-        rate = np.concatenate([
-            self.rotor_items[passes.RATE][rotor_modes],
-            self.ring_items[passes.RATE][self.ring.own],
-        ])  # fmt: skip
-        waits = float(rate @ np.abs(d + old) ** 2)
+        """Set the state to that after `steps` steps, as the kernel leaves it."""
         _, _, state.sums_b[:], state.sums_c[:] = settled
+        state.counter[contact.STEP] += steps
+        step = int(state.counter[contact.STEP])
+        ends = np.exp(np.outer([0, steps], motion.log))
+        rotor, ring = motion.energies(ends)
+        if isinstance(motion.rotor, WavesMotion):
+            rotor = 0.0 * rotor  # its loss is what it has been given less its energy
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
-        state.sums_b[2 * len(state.sums_b) // 3] += float(lost) - waits
-        spin = self.ring_items[passes.SPIN][self.ring.own] * self.step
-        now, then = np.exp(1j * spin * steps), np.exp(1j * spin * (steps - 1))
-        for place, values, turn in (
-            (0, q, now),
-            (1 + odd, d, now),
-            (2 - odd, old, then),
-        ):
-            self._put(
-                state,
-                place,
-                values[: len(rotor_modes)],
-                values[len(rotor_modes) :] * turn,
-            )
-
-    def _put(
-        self, state: CyclicState, place: int, rotor: Complexes, ring: Complexes
-    ) -> None:
-        """Write amplitudes or increments, (modes,) of each body, to the state."""
-        whole = np.zeros(self.free.items.shape[1], dtype=complex)
-        whole.real[self.rotor.own] = flushed(rotor.real)
-        whole.imag[self.rotor.own] = flushed(rotor.imag)
-        self.free.write(state.rotor, place, whole)
-        for part, values in enumerate((ring.real, ring.imag)):
-            row = state.ring.reshape(3, 2, -1)[place, part]
-            row[:] = 0.0
-            row[self.ring.own] = flushed(values)
-
-
-def flushed(values: Floats) -> Floats:
-    """Return values with those below 1e-150 set to zero, as in the kernels."""
-    return np.where(np.abs(values) < TINY, 0.0, values)
+        bodies = (motion.rotor, state.rotor), (motion.ring, state.ring)
+        last = [body.leave(array, steps, step) for body, array in bodies]
+        rates, squares = map(np.concatenate, zip(*last, strict=True))
+        state.sums_b[2 * len(state.sums_b) // 3] += float(lost) - float(rates @ squares)
 
 
 def next_look(

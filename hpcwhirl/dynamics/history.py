@@ -87,8 +87,9 @@ class History:
     end : s, time of the last step
     judged : evidence for words
     folds : number of sectors that move alike, of which one was marched; 1: all were
-    circle : m, rotating frame: x_o, y_o of an unbalanced rotor without contact, about
-        which energies are those of the motion; (0, 0) without an unbalance
+    circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact
+        at rows of evidence, about which energies are those of the motion; 0 without an
+        unbalance
     """
 
     time: Floats
@@ -118,4 +119,4 @@ class History:
     judged: Evidence
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     folds: int = 1
-    circle: tuple[float, float] = (0.0, 0.0)
+    circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.case.unbalance import centre_of, circle
+from hpcwhirl.case.unbalance import centre_of, circle, swing
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
@@ -22,6 +22,7 @@ from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
 from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
+from hpcwhirl.dynamics.schemes.waves import folds_well
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
@@ -115,7 +116,8 @@ class March:
 
     def fold(self) -> None:
         """Start again with the sectors that the plan integrates."""
-        self._begin(self.case.lean)
+        lean = self.case.lean
+        self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
         """Return the steps of a slice of at most `size`, up to the next check."""
@@ -321,14 +323,17 @@ class March:
             seconds=self.seconds,
             interval=self.interval,
             folds=folds,
-            circle=self._circle(),
+            circle=self._circle(judged.time),
         )
 
-    def _circle(self) -> tuple[float, float]:
-        """Return the place of the centre without contact, m, rotating frame."""
-        places = circle(self.model, self.scene)
-        at = 0j if places is None else centre_of(self.model, places)
-        return at.real, at.imag
+    def _circle(self, time: Floats) -> Floats:
+        """Return the place of the centre without contact, (b, 2), m, rotating frame."""
+        places, swung = circle(self.model, self.scene), swing(self.model, self.scene)
+        z = np.full(len(time), 0j if places is None else centre_of(self.model, places))
+        if swung is not None:
+            back = centre_of(self.model, swung.conj()) / 2
+            z += back * np.exp(-2j * self.scene.speed * time)
+        return np.column_stack([z.real, z.imag])
 
     def _judged(self) -> Evidence:
         """Return the evidence so far, for all sectors."""

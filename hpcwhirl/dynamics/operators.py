@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Wall,
 )
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.turning import coupled_body, turning
+from hpcwhirl.dynamics.turning import ALIKE, coupled_body, standing, turning
 from hpcwhirl.dynamics.unbalance import circling_matrices
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -68,7 +68,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
     places : indices of radial, tangential and centre coordinates
     """
     if body is None:
-        return DenseBody._make([*(EMPTY,) * 7, *places])
+        return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places])
     damping = body.damping_matrix()
     left = body.mass / step**2 + damping / (2 * step)
     right = body.mass / step**2 - damping / (2 * step)
@@ -76,7 +76,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
     dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
     matrices = (*dense, body.mass, body.stiffness, damping)
     stored = (np.ascontiguousarray(m.T) for m in matrices)
-    return DenseBody._make([*stored, EMPTY, *places])
+    return DenseBody._make([*stored, EMPTY, ALIKE, *places])
 
 
 def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
@@ -84,8 +84,10 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 
     places : indices of radial, tangential and centre coordinates
     """
-    stored = (np.ascontiguousarray(m.T) for m in turning(model, scene))
-    body, steady = DenseBody._make([*stored, *places]), circle(model, scene)
+    step, hub = turning(model, scene), np.eye(len(model.rotor.mass))[places[2]]
+    stand = standing(model, scene, step.inverse, hub)
+    stored = (np.ascontiguousarray(m.T) for m in step)
+    body, steady = DenseBody._make([*stored, stand, *places]), circle(model, scene)
     return body if steady is None else circling_matrices(body, steady)
 
 
@@ -108,14 +110,14 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     Phi diag(give) Phi^T. A row of the compliance belongs to the loaded coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
-    w_rotor = rotor_compliance(model, scene)
+    w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
     if model.casing is None or model.ring is None:
-        return Contact(w_rotor, EMPTY, ring_kind(model))
+        return Contact(w_rotor, EMPTY, ring_kind(model), lost)
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     outward = model.casing.shapes[model.ring.radial]
     along = model.casing.shapes[model.ring.tangential]
     compliance = ((outward + mu * along) * give) @ outward.T
-    return Contact(w_rotor, compliance, ring_kind(model))
+    return Contact(w_rotor, compliance, ring_kind(model), lost)
 
 
 def wall_of(scene: Scene) -> Wall:

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.case.unbalance import is_unbalanced
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Stand
 from hpcwhirl.dynamics.unbalance import circling_modes
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -28,6 +28,8 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+NONE = np.zeros((0, 0))
+ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0)  # no support that differs
 
 
 class Turning(NamedTuple):
@@ -74,6 +76,25 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
     )
 
 
+def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
+    """Return what supports do that differ by direction.
+
+    Parameters
+    ----------
+    inverse : (n, n), d' of unit forces on a body's coordinates
+    hub : (2, n), x_o, y_o of its coordinates
+    """
+    spin = model.rotor.spin
+    if spin is None or spin.support.is_round:
+        return ALIKE
+    own, moved = spin.support.at(scene.speed), np.ascontiguousarray((inverse @ hub.T).T)
+    give = hub @ moved.T / (2 * scene.solver.time_step)
+    return Stand(
+        np.ascontiguousarray(hub), moved, np.ascontiguousarray(give),
+        own.stiffness_apart, own.damping_apart, scene.speed, scene.solver.time_step,
+    )  # fmt: skip
+
+
 def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
     """Return the blocks of modes that rotation couples: order (m,), starts (b + 1,).
 
@@ -90,7 +111,7 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
 def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
-    With an unbalance they have one mode more, see `dynamics.unbalance`.
+    With an unbalance they have modes that read x_s, see `dynamics.unbalance`.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])
@@ -111,9 +132,10 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         damping=blocks(step.damping),
         push=blocks(step.push),
         starts=starts,
+        own=len(order),
         read=np.ascontiguousarray(np.vstack([radial, hub]).T),
         radial=np.ascontiguousarray(radial),
         tangential=np.ascontiguousarray(tangential),
+        stand=standing(model, scene, step.inverse, hub),
     )
-    places = circle(model, scene)
-    return body if places is None else circling_modes(body, model, places)
+    return circling_modes(body, model, scene) if is_unbalanced(scene) else body

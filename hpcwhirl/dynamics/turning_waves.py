@@ -42,8 +42,8 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import Block
-from hpcwhirl.reduction.waves import diameter_matrices, hub_of
+from hpcwhirl.reduction.modes import SpinBlock
+from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
@@ -225,7 +225,7 @@ def is_exact(scene: Scene) -> bool:
     return not math.isfinite(SCHEMES[scene.solver.scheme].order)
 
 
-def _diameter(model: Model, scene: Scene, piece: Block, *, exact: bool) -> Diameter:
+def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> Diameter:
     step = scene.solver.time_step
     gyro, rate, stiffness, push = diameter_matrices(model.rotor, piece, scene.speed)
     whole, damping = stiffness + push, rate + gyro
@@ -233,12 +233,12 @@ def _diameter(model: Model, scene: Scene, piece: Block, *, exact: bool) -> Diame
     mass = same if exact else np.asarray(same - step**2 / 4 * whole)
     roots, shapes = _roots(mass, damping, whole)
     scale = np.sqrt((2.0 - piece.simple) / model.blades)
-    radial, along = -scale * piece.modes[0], -scale * piece.modes[1]
+    radial, along = -scale * piece.tips
     turned = radial @ shapes
     size = np.abs(turned)
     shapes = shapes * np.where(size > 0.0, turned.conj() / np.where(size, size, 1.0), 1)
     back = shapes.conj().T
-    hub = hub_of(model.rotor, piece)
+    hub = piece.hub
     if exact:
         rises = shapes * roots
         energy = _hermitian(rises.conj().T @ rises + back @ stiffness @ shapes) / 2
@@ -387,6 +387,11 @@ def packed(items: Floats) -> Floats:
     """Return items (ITEMS, rows, slots) as the kernel reads them, flat."""
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
+
+
+def unpacked(items: Floats, count: int) -> Floats:
+    """Return `packed` items as (count, rows slots), a copy."""
+    return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:

@@ -5,7 +5,8 @@ brings it into matrices that know no force, see `case.unbalance` for x_s:
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
 damping reads x_s at the tips and the centre; of scheme `modal` it is a wave, see
-`turning_waves.Circle`.
+`turning_waves.Circle`. Where supports differ by direction, two more that go as cos 2
+Omega t and sin 2 Omega t read Re xi and -Im xi.
 
 matrices: the coordinates are x, and y = [I, -x_s] (x, s): the column of s in A^-1 K is
 -A^-1 F. K becomes [I, -x_s]^T K [I, -x_s], so that the energy, which then includes the
@@ -14,34 +15,60 @@ potential of the force, is again that of y.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.unbalance import circle, swing
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 
 
-def circling_modes(body: CoupledBody, model: Model, places: Floats) -> CoupledBody:
-    """Return a rotor's modes with one more, which reads x_s.
-
-    places : x_s (n,), m, in the coordinates of the rotor's matrices
-    """
-    count = 2 * model.blades
-    tips, hub = places[:count].reshape(-1, 2), places[count : count + 2]
-    none = np.zeros(1)
-    blocks = {
-        name: np.append(getattr(body, name), none)
-        for name in ("keep", "pull", "give", "stiffness", "damping", "push")
-    }
+def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
+    """Return an unbalanced rotor's modes with those that read x_s."""
+    rows, count = read_by(model, scene), 2 * model.blades
+    tips, hub = rows[:, :count].reshape(len(rows), -1, 2), rows[:, count : count + 2]
+    none = np.zeros(len(rows))
+    pulls = np.array([0.0, *(len(rows) - 1) * [swings(scene)[0]]])
     return body._replace(
-        **blocks,
-        starts=np.append(body.starts, body.starts[-1] + 1),
-        read=np.vstack([body.read, np.concatenate([tips[:, 0], hub])]),
-        radial=np.ascontiguousarray(np.column_stack([body.radial, tips[:, 0]])),
-        tangential=np.ascontiguousarray(np.column_stack([body.tangential, tips[:, 1]])),
+        keep=np.append(body.keep, pulls > 0.0),
+        pull=np.append(body.pull, pulls),
+        give=np.append(body.give, none),
+        stiffness=np.append(body.stiffness, none),
+        damping=np.append(body.damping, none),
+        push=np.append(body.push, none),
+        starts=np.append(body.starts, body.starts[-1] + 1 + np.arange(len(rows))),
+        read=np.vstack([body.read, np.hstack([tips[:, :, 0], hub])]),
+        radial=np.ascontiguousarray(np.hstack([body.radial, tips[:, :, 0].T])),
+        tangential=np.ascontiguousarray(np.hstack([body.tangential, tips[:, :, 1].T])),
     )
+
+
+def read_by(model: Model, scene: Scene) -> Floats:
+    """Return what the modes beyond the rotor's own read, (1 or 3, n), m."""
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        return np.zeros((0, len(model.rotor.shapes)))
+    if swung is None:
+        return places[None, :]
+    return np.stack([places, swung.real, -swung.imag])
+
+
+def swings(scene: Scene) -> tuple[float, float]:
+    """Return (2 - 2 cos, sin) of the angle by which x_s swings in a step."""
+    half = scene.speed * scene.solver.time_step
+    return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
+
+
+def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
+    """Return amplitudes and last increments of the `count` modes that read x_s."""
+    pull, sine = swings(scene)
+    q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
+    return q[:count], d[:count]
 
 
 def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
@@ -55,5 +82,5 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     for name in ("stiffness", "push"):
         plain[name] = relative.T @ getattr(body, name) @ relative
     plain["pull"][size, :size] = -places @ body.pull
-    placed = body.radial, body.tangential, body.centre
+    placed = body.stand, body.radial, body.tangential, body.centre
     return DenseBody._make([*(plain[name] for name in names), *placed])

@@ -17,7 +17,7 @@ class Job(NamedTuple):
     ----------
     case : its number, which encodes its fidelity: see `refinement.rule.Family.number`
     twin : 1 .. count, 0 for the case itself
-    stage : 0: as planned; n: for the n-th time that the campaign was extended to
+    stage : 0: as planned; n: for the n-th end time of the extensions
     """
 
     case: int
@@ -26,13 +26,13 @@ class Job(NamedTuple):
 
 
 class Completion(NamedTuple):
-    """How a job ended.
+    """Completion of a job: how it ended.
 
     Attributes
     ----------
     status : of its record
     outcome, regime, whirl : of its row, if it has one
-    is_open : whether a longer run may tell what it does not
+    is_open : whether the regime may change in a longer run
     """
 
     status: str
@@ -48,13 +48,13 @@ class Completion(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The regime by which neighbours are compared, "" for none."""
+        """The regime that is compared with neighbours, "" for none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return how the job of a record ended."""
+    """Return the completion of the job of a record."""
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -64,12 +64,12 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Jobs as single numbers, as ranks are sent them.
+    """Numbering of jobs, by which they are sent to ranks.
 
     Attributes
     ----------
-    cases : all numbers of cases are below it
-    twins : of a case
+    cases : upper bound of case numbers
+    twins : number of twins of a case
     """
 
     cases: int

@@ -1,4 +1,4 @@
-"""Kinds of designs: which cases there are, and which have twins, by how cases end."""
+"""Kinds of designs: the cases and those with twins, as they follow from completions."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ LATE = ("boundary", "even")  # of a grid: who has twins follows from the words o
 
 
 class Followers(NamedTuple):
-    """What follows when a case has ended.
+    """Cases and twins that follow after a case has ended.
 
     Attributes
     ----------
-    cases : numbers of those that are wanted beside
-    twinned : numbers of those that have ended and have twins
+    cases : numbers of further cases
+    twinned : numbers of ended cases that have twins
     """
 
     cases: Sequence[int] = ()
@@ -34,9 +34,9 @@ class Kind(Protocol):
 
     Attributes
     ----------
-    first : how many cases are known before any has ended: 0 .. first - 1
-    waiting : those of them that are not computed before `after` names them
-    grows : whether cases may follow from others
+    first : number of cases that are known beforehand: 0 .. first - 1
+    waiting : those of them that are computed only once `after` returns them
+    grows : whether cases may follow from others; True also of a kind that waits
     """
 
     first: int
@@ -44,24 +44,24 @@ class Kind(Protocol):
     grows: bool
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return what follows from how a case ended, after its last stage.
+        """Return the cases and twins that follow from the completion of a case.
 
         Parameters
         ----------
-        case : that was wanted and has not been told before
-        end : of its last stage that gave a result; how it failed, where none did
+        case : a wanted case, at most once
+        end : completion of its last stage with a result, or of its failure
         """
 
 
 class Grid:
-    """Cases that are all known beforehand: grids, zips, lists, samples.
+    """Design whose cases are all known beforehand: grid, zip, list, sample.
 
     Parameters
     ----------
     settings : the swept inputs' values of each case
     swept : names of the swept inputs
     digests : of each case
-    twins : what a plan keeps of them, empty for none
+    twins : table [twins] of the plan, empty for none
     """
 
     waiting: Sequence[int] = ()
@@ -82,7 +82,7 @@ class Grid:
         self._given = np.zeros(len(self._words), dtype=bool)  # cases with a result
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return what follows from how a case ended."""
+        """Return the cases and twins that follow from the completion of a case."""
         if not len(self._words):
             return Followers(twinned=[case] if self.twins and end.is_ok else ())
         self._words[case], self._given[case] = end.word, end.is_ok
@@ -94,9 +94,9 @@ class Grid:
         )
 
     def twinned(self, words: Sequence[str] | NDArray[Any]) -> NDArray[np.bool_]:
-        """Return which cases have twins by the words of all, (cases,).
+        """Return which cases have twins, (cases,).
 
-        words : of each case, "" for none
+        words : regime of each case, "" for none
         """
         if self.twins.get("of") not in LATE:
             return np.full(self.first, bool(self.twins))
@@ -111,13 +111,13 @@ class Grid:
 
 
 class Refined:
-    """Coarse cases, and those that follow from words.
+    """Design of coarse cases, and refined cases that follow from regimes.
 
     Parameters
     ----------
-    family : of all cases that there may be
-    twins : what a plan keeps of them, empty for none
-    digest : of a case by its number
+    family : all possible cases
+    twins : table [twins] of the plan, empty for none
+    digest : function from a case number to its digest
     """
 
     waiting: Sequence[int] = ()
@@ -132,7 +132,7 @@ class Refined:
         self._twinned = 0  # of those of the growth, that have been returned
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return what follows from how a case ended."""
+        """Return the cases and twins that follow from the completion of a case."""
         word = self.family.rule.word_of(end._asdict()) if end.is_ok else None
         fresh = self.growth.learn(self.family.address(case), word)
         twinned = self.growth.twinned[self._twinned :]
@@ -152,15 +152,15 @@ class Refined:
 
 
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
-    """Return a random sample, each case as likely as any other, ascending.
+    """Return a uniform random sample of cases, ascending.
 
-    Which it is follows from digests and seed alone: of more cases, those of a sample
-    before stay in it unless new ones take their places.
+    It depends on digests and seed alone. If cases are added, the sample keeps its
+    earlier cases unless new ones replace them.
 
     Parameters
     ----------
     named : (case, its digest)
-    count : how many, or all there are
+    count : size of the sample, at most
     seed : of the sample
     """
     drawn = (

@@ -1,4 +1,4 @@
-"""Which cases of a grid have a neighbour of another word."""
+"""Cases of a grid that have a neighbour with another regime."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Settings = Sequence[Mapping[str, Any]]
 
 
 def along(settings: Settings, swept: Sequence[str]) -> list[str]:
-    """Return the swept inputs that are numbers in every case: the sides of a grid."""
+    """Return the swept inputs that are numbers in every case: the axes of the grid."""
     table = Table.of(settings)
     columns = {name: listed(table.column(name, None).values) for name in swept}
     return [
@@ -28,17 +28,16 @@ def along(settings: Settings, swept: Sequence[str]) -> list[str]:
 def at_boundary(
     settings: Settings, swept: Sequence[str], words: Sequence[str] | NDArray[Any]
 ) -> NDArray[np.bool_]:
-    """Return which cases have a neighbour of another word, (cases,).
+    """Return which cases have a neighbour with another regime, (cases,).
 
-    A neighbour differs in one number alone, which stands next among the values that
-    this input has in cases that are alike in all others. A case without a word tells
-    nothing of its neighbours.
+    Neighbours differ in one numeric input alone, and their values of it are adjacent
+    among the cases that agree in all other inputs. Cases without a regime are skipped.
 
     Parameters
     ----------
     settings : the swept inputs' values of each case
     swept : names of the swept inputs
-    words : of each case, "" for none
+    words : regime of each case, "" for none
     """
     table = Table.of(settings)
     found = np.zeros(len(table), dtype=bool)

@@ -1,4 +1,4 @@
-"""The planner: the jobs that are left, from how jobs have ended."""
+"""The planner: the jobs left, from the completions so far."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ Cases = NDArray[np.int64]
 
 
 def nothing(_job: Job) -> None:
-    """Find no job that has ended."""
+    """Return None: no job has ended."""
 
 
 class Stages(NamedTuple):
-    """The stages of a campaign's cases beyond what is planned.
+    """The stages of an extended campaign.
 
     Attributes
     ----------
-    last : number of the last one, of as many times that it was extended to
-    passed : (cases,), how many of them, the shortest, each case lasts anyway
+    last : number of the last stage, one for each end time
+    passed : (cases,), number of end times within the planned duration of each case
     """
 
     last: int = 0
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the stage that follows one of a case while it is open, if any."""
+        """Return the stage after one of a case whose regime is open, if any."""
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
         return following if following <= self.last else None
@@ -55,20 +55,20 @@ class Jobs(NamedTuple):
 
 
 class Planner:
-    """What is left to do of a campaign.
+    """The jobs left in a campaign.
 
     Parameters
     ----------
-    kind : which cases there are
-    twins : how many a case has that has any
+    kind : kind of the design
+    twins : number of twins of a case that has any
     stages : of an extension
-    find : how jobs ended before: what follows from them is asked for only where it has
-        not ended either
+    find : returns the completion of a job that has ended already; such jobs are not
+        returned again, only those that follow from them
 
     Attributes
     ----------
-    ends : {row: how its case ended, by the last stage that gave a result}; of a plain
-        campaign none is kept
+    ends : {row: completion of its case, of the last stage with a result}; empty for a
+        plain campaign
     """
 
     def __init__(
@@ -95,20 +95,20 @@ class Planner:
 
     @property
     def cases(self) -> Sequence[int]:
-        """The number of the case of each row, in the order they came to be wanted."""
+        """The case number of each row, in the order in which cases were added."""
         first = range(self.kind.first)
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of rows, one a case that is wanted so far."""
+        """Return the number of rows, one for each case so far."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row of a wanted case."""
+        """Return the row of a case."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
-        """Return the number of the case of a row."""
+        """Return the case number of a row."""
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
@@ -119,18 +119,18 @@ class Planner:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether anything is left of each case and its twins, (rows,)."""
+        """Whether a job of each case or of its twins is left, (rows,)."""
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether the last job of each case, or of a twin, failed, (rows,)."""
+        """Whether the last job of each case, or of a twin of it, failed, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether the last job of each case failed, whatever its twins did, (rows,)."""
+        """Whether the last job of each case itself failed, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
@@ -139,7 +139,7 @@ class Planner:
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
-        """Take in how a job that was left has ended; return those that follow."""
+        """Take in the completion of a job; return the jobs that follow from it."""
         left, todo = list[Job](), [(job, end)]
         while todo:
             for follower in self._followers(*todo.pop()):
@@ -151,9 +151,9 @@ class Planner:
         return left
 
     def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Take in at once which cases have ended, of a plain campaign, (cases,) each.
+        """Take in all completions of a plain campaign at once.
 
-        ok : whether with a result
+        ended, ok : (cases,), whether a case has ended, and with a result
         """
         if not self.is_plain:
             raise TypeError
@@ -161,9 +161,9 @@ class Planner:
 
     @property
     def _states(self) -> NDArray[np.int8]:
-        """What is left of each case and its twins; (rows, 1 + twins), to be changed.
+        """State of each case and its twins, (rows, 1 + twins), writable.
 
-        Nothing may be added while it is held.
+        No row may be added while this view exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 
@@ -178,7 +178,7 @@ class Planner:
                 self.complete(job, end)
 
     def _followers(self, job: Job, end: Completion) -> list[Job]:
-        """Return what follows from how a job ended, whether that has ended or not."""
+        """Record a completion; return the jobs that follow, even if they have ended."""
         row = self.row(job.case)
         at = row * (1 + self.twins) + job.twin
         if self.is_plain:

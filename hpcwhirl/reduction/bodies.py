@@ -19,7 +19,11 @@ from hpcwhirl.reduction.modes import (
     with_ratio,
 )
 from hpcwhirl.reduction.round_casing import round_casing
+from hpcwhirl.reduction.spin import standing_damping, with_blocks
+from hpcwhirl.reduction.supports import Support, bearing_of
 from hpcwhirl.scene import Casing, Rotor
+from hpcwhirl.scene.bearing import rows_of
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import (
     FourierOperator,
     RingOperator,
@@ -31,6 +35,13 @@ from hpcwhirl.structure import (
 __all__ = ["casing_model", "centre_rows", "file_model", "rotor_model", "tip_rows"]
 
 Floats = NDArray[np.float64]
+OF_SUPPORTS = (
+    "damping",
+    "suspension_damping",
+    "cross_coupling",
+    "stiffness_difference",
+    "damping_difference",
+)  # inputs of a rotor that do not change its matrices
 SUPPORT_SHARE = 0.5  # strain energy in the foundation from which a mode is a support's
 
 
@@ -41,28 +52,30 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
     With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
     and additional damping of the suspension acts in the static frame.
     """
-    update = {"damping": 0.0, "suspension_damping": 0.0, "cross_coupling": 0.0}
-    bare = rotor.model_copy(update=update)
+    usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
+    bare = rotor.model_copy(update=usual)
     model = replace(_undivided(bare, eta, rotation), damping=rotor.damping)
     suspended = model.centre_share > SUSPENSION_SHARE
     if model.spin is None:
         return with_ratio(model, suspended, rotor.suspension_damping)
-    spin = replace(
-        model.spin,
-        damping=_standing(model, rotor),
-        cross=rotor.cross_coupling,
+    if rotor.bearing:
+        own = bearing_of(rows_of(rotor.bearing), rotor.centre_stiffness)
+        return replace(model, spin=replace(model.spin, support=own))
+    ratios = rotor.damping, rotor.suspension_damping
+    return _supported(model, rotor, standing_damping(model, rotor.blades, *ratios))
+
+
+def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
+    """Return a rotor with its supports; damping : c, N s/m, the mean."""
+    if model.spin is None:
+        return model
+    support = Support(
+        stiffness=-1j * rotor.cross_coupling,
+        damping=damping + 0j,
+        stiffness_apart=rotor.stiffness_difference + 0j,
+        damping_apart=rotor.damping_difference + 0j,
     )
-    return replace(model, spin=spin)
-
-
-def _standing(model: ModalModel, rotor: Rotor) -> float:
-    """Return c_s, N s/m: static damping that gives the suspension its ratio at rest."""
-    more = rotor.suspension_damping - rotor.damping
-    top = int(np.argmax(model.centre_share))
-    if more <= 0.0 or not model.centre_share[top] > SUSPENSION_SHARE:
-        return 0.0
-    moved = float((centre_rows(model, rotor.blades)[:, top] ** 2).sum())
-    return 2 * more * float(model.omega[top]) / moved
+    return replace(model, spin=replace(model.spin, support=support))
 
 
 @lru_cache(maxsize=16)
@@ -70,11 +83,11 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     """Return the reduced bladed disk, cached for all values of damping."""
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
-    if not rotor.mistuning:
-        return modal_model(disk, rotor.damping, eta, added)
+    if not rotor.is_uneven:
+        return with_blocks(modal_model(disk, rotor.damping, eta, added), rotor.blades)
     model = whole_model(disk, rotor.damping, eta, added)
     most = len(disk.mass) - len(boundary_of(disk))
-    tuned = rotor.model_copy(update={"mistuning": ()})
+    tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})
     # one mode more: eta may split a pair of the tuned rotor, whose labels are needed
     return named_after(
         model, _tuned_model(tuned, min(eta + 1, most), model), rotor.blades
@@ -92,7 +105,11 @@ def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:
 
 @lru_cache(maxsize=16)
 def file_model(
-    file: str, content: str, rotor: Rotor, eta: int | None = None
+    file: str,
+    content: str,
+    rotor: Rotor,
+    eta: int | None = None,
+    rotation: str = "none",
 ) -> ModalModel:
     """Return the rotor of a file; its content is part of the cache's key.
 
@@ -101,10 +118,15 @@ def file_model(
     file, content : path of the HDF5 file, and the digest of its content
     rotor : gives N, and the damping if the file has none
     eta : fixed-interface modes kept of matrices; None keeps all
+    rotation : "full" includes the terms of rotation, which the file must have
     """
     del content  # with it in the cache's key, a changed file is read again
     ratios = rotor.damping, rotor.suspension_damping
-    return rotor_from(file, rotor.blades, *ratios, eta)
+    turns = rotation == "full"
+    model = rotor_from(file, rotor.blades, *ratios, eta, turns=turns)
+    return _supported(
+        model, rotor, model.spin.support.at(0.0).damping.real if model.spin else 0.0
+    )
 
 
 @lru_cache(maxsize=32)

@@ -76,15 +76,36 @@ def enriched(
     """
     inner, kept = np.setdiff1d(np.arange(len(mass)), boundary), len(boundary)
     m_ii = mass[np.ix_(inner, inner)]
-    static, modes = basis[inner, :kept], basis[inner, kept:]
-    size = np.sqrt(np.einsum("ia,ij,ja->a", static.conj(), m_ii, static).real)
-    change = (other[inner, :kept] - static) / np.where(size > 0.0, size, 1.0)
-    more = np.hstack([change, other[inner, kept:]])
+    whole = mass_norms(mass, basis[:, :kept])
+    more = lacking(m_ii, basis[inner], other[inner], whole)
+    out = np.zeros((len(mass), more.shape[1]), dtype=basis.dtype)
+    out[inner] = more
+    return np.hstack([basis, out])
+
+
+def mass_norms(mass: Any, shapes: Matrix) -> Matrix:
+    """Return the square roots of the mass of each shape (n, c); mass may be sparse."""
+    return np.asarray(np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real))
+
+
+def lacking(m_ii: Any, basis: Matrix, other: Matrix, whole: Matrix) -> Matrix:
+    """Return the part of another basis that a basis lacks, (i, c), see `enriched`.
+
+    Parameters
+    ----------
+    m_ii : (i, i), mass of the interior, dense or sparse
+    basis, other : (i, b + eta), interior rows of static modes, then others
+    whole : (b,), square roots of the mass of each static mode
+    """
+    kept = len(whole)
+    static, modes = basis[:, :kept], basis[:, kept:]
+    # in a reduced body little moves inside
+    size = np.maximum(mass_norms(m_ii, static), NEW * whole)
+    change = (other[:, :kept] - static) / np.where(size > 0.0, size, 1.0)
+    more = np.hstack([change, other[:, kept:]])
     for _ in range(2):  # once leaves too much round-off in small parts
-        more = more - modes @ (modes.conj().T @ m_ii @ more)
-    gram = more.conj().T @ m_ii @ more
+        more = more - modes @ (modes.conj().T @ (m_ii @ more))
+    gram = more.conj().T @ (m_ii @ more)
     squared, mixed = np.linalg.eigh((gram + gram.conj().T) / 2)
     new = squared > NEW**2
-    out = np.zeros((len(mass), np.count_nonzero(new)), dtype=basis.dtype)
-    out[inner] = (more @ mixed[:, new]) / np.sqrt(squared[new])
-    return np.hstack([basis, out])
+    return np.asarray((more @ mixed[:, new]) / np.sqrt(squared[new]))

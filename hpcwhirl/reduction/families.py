@@ -9,6 +9,7 @@ import numpy as np
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
+HELD = "suspension", "conical"  # families of modes that the shaft holds
 UNKNOWN = "unknown"  # family where shapes do not determine the shaft's springs
 MOVING_SHARE = 0.1  # share of energy in the shaft's springs of a mode that moves it
 PAIR = 1e-8  # largest relative difference of two frequencies that are one line
@@ -31,19 +32,17 @@ class Line:
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
     """Return {rank: family} of a nodal diameter: 1F, 2F, ... and the suspension.
 
-    The suspension is the mode with the largest share of its strain energy in the
-    shaft's springs, if that exceeds one half; the others are counted by rank. Where
-    these shares are unknown, so is every family.
+    The suspension is the mode with more than half of its strain energy in the shaft's
+    springs; of a disk that tilts on its shaft there are two, the higher one is conical.
+    The others are counted by rank. Where these shares are unknown, so is every family.
     """
     modes = np.flatnonzero(model.diameter == k)
     if np.isnan(model.centre_share[modes]).any():
         return dict.fromkeys(model.rank[modes].tolist(), UNKNOWN)
-    top = modes[np.argmax(model.centre_share[modes])]
-    suspended = model.centre_share[top] > SUSPENSION_SHARE
-    suspension = int(model.rank[top]) if suspended else len(modes)
-    names = {suspension: "suspension"} if suspended else {}
+    held = modes[model.centre_share[modes] > SUSPENSION_SHARE]
+    names = dict(zip(sorted({int(r) for r in model.rank[held]}), HELD, strict=False))
     ranks = sorted({int(rank) for rank in model.rank[modes]} - names.keys())
-    return names | {rank: f"{rank + (rank < suspension)}F" for rank in ranks}
+    return names | {rank: f"{place}F" for place, rank in enumerate(ranks, 1)}
 
 
 def _rotor_lines(model: ModalModel) -> list[Line]:

@@ -10,7 +10,7 @@ that the wheel is cyclic to round-off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -19,10 +19,23 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
-from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.cyclic import centre_width, diameters, is_simple
 from hpcwhirl.reduction.factors import Tell
-from hpcwhirl.reduction.modes import Block, assembled, physical_columns
-from hpcwhirl.reduction.sparse_modes import Condensed, condensed, lowest_ritz
+from hpcwhirl.reduction.modes import (
+    Block,
+    Spin,
+    assembled,
+    assembled_spin,
+    physical_columns,
+)
+from hpcwhirl.reduction.sparse_modes import (
+    PAIR,
+    Condensed,
+    condensed,
+    lowest_ritz,
+    whole_pairs,
+)
+from hpcwhirl.reduction.spin import check_turned, stiffness_terms
 from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
 from hpcwhirl.structure.assembly import turn
@@ -30,7 +43,6 @@ from hpcwhirl.structure.assembly import turn
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MORE = 2  # modes of a diameter computed beyond its even share
-PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
 STRAINED = 1e-4  # largest relative strain by a translation; 14 digits leave 1e-6
 INDEFINITE = -1e-9  # lowest relative eigenvalue that may be 0 but for round-off
 ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
@@ -43,6 +55,7 @@ class Imported:
     Attributes
     ----------
     mass, stiffness : (n, n), kg and N/m
+    spin : terms of rotation, if the wheel has them
     blades : N
     centre : whether x_o, y_o exist
     kept : number of fixed-interface modes
@@ -56,6 +69,7 @@ class Imported:
 
     mass: Floats
     stiffness: Floats
+    spin: Spin | None
     blades: int
     centre: bool
     kept: int
@@ -69,10 +83,11 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Reduced M and K, omega^2 of the last mode kept, the worst condition number."""
+    """Reduced M, K and terms of rotation, omega^2 of the last mode, worst condition."""
 
     mass: Floats
     stiffness: Floats
+    spin: Spin | None
     last: float
     condition: float
 
@@ -155,9 +170,14 @@ def _check_definite(wheel: FiniteElements) -> None:
 
 
 def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
-    """Return [T^H M T, T^H K T]."""
+    """Return [T^H M T, T^H K T], and with terms of rotation those of C, K_1, K_2."""
     back = lift.conj().T.tocsr()
-    return [back @ a @ lift for a in (wheel.mass, wheel.stiffness)]
+    matrices = [wheel.mass, wheel.stiffness]
+    if wheel.turning:
+        first, quartic = stiffness_terms(wheel.stiffness, wheel.turning)
+        matrices += [wheel.turning["coriolis"], first]
+        matrices += [] if quartic is None else [quartic]
+    return [back @ a @ lift for a in matrices]
 
 
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
@@ -172,16 +192,19 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     boundary = lift.width
     rest = np.setdiff1d(np.arange(size), _named(wheel))
     lift.add(rest, lift.fresh(len(rest)), 1.0)
-    project = partial(_projected, wheel, lift.matrix(size))
-    piece = condensed(project, boundary, wheel.modes, tell)
-    count = _whole_pairs(piece, wheel.modes)
-    leading = slice(boundary + count)
+    turned = lift.matrix(size)
+    piece = condensed(partial(_projected, wheel, turned), boundary, wheel.modes, tell)
+    count = whole_pairs(piece.squared, piece.reach, wheel.modes)
+    kept = np.ix_(piece.kept(count), piece.kept(count))
     last = float(piece.squared[:count].max(initial=0.0))
+    spin = None
+    if wheel.turning:
+        coriolis, first, *second = (a[kept] for a in piece.turning)
+        load = piece.loaded(turned.T @ wheel.turning["centrifugal_load"])
+        quartic = second[0] if second else None
+        spin = Spin(coriolis, first, load[piece.kept(count)], quartic)
     return _Reduced(
-        piece.mass[leading, leading],
-        piece.stiffness[leading, leading],
-        last,
-        piece.condition,
+        piece.mass[kept], piece.stiffness[kept], spin, last, piece.condition
     )
 
 
@@ -191,15 +214,6 @@ def _named(wheel: FiniteElements) -> Integers:
     sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
     hub = [] if centre is None else [centre.dofs]
     return np.concatenate([wheel.tips.ravel(), wheel.held, *hub, *sides])
-
-
-def _whole_pairs(piece: Condensed, most: int) -> int:
-    """Return the number of modes to keep, at most `most`, without splitting a pair."""
-    further = np.r_[piece.squared, piece.reach]
-    for count in range(min(most, len(piece.squared)), 0, -1):
-        if further[count] > (1 + PAIR) * further[count - 1]:
-            return count
-    return 0
 
 
 def _sector_map(
@@ -248,9 +262,9 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
             for k, piece in pieces.items()
             if piece.reach <= last * (1 + PAIR)
         }
-    mass, stiffness = _spread(wheel, pieces, counts)
+    matrices = _spread(wheel, cut, pieces, counts)
     condition = max(piece.condition for piece in pieces.values())
-    return _Reduced(mass, stiffness, last, condition)
+    return _Reduced(*matrices, last, condition)
 
 
 def _shared(
@@ -270,25 +284,45 @@ def _shared(
 
 
 def _spread(
-    wheel: FiniteElements, pieces: dict[int, Condensed], counts: dict[int, int]
-) -> tuple[Floats, Floats]:
-    """Return (M, K) in tips, centre and real amplitudes, from all diameters."""
+    wheel: FiniteElements,
+    cuts: Cut,
+    pieces: dict[int, Condensed],
+    counts: dict[int, int],
+) -> tuple[Floats, Floats, Spin | None]:
+    """Return (M, K, terms) in tips, centre and real amplitudes, from all diameters."""
     blades, none = wheel.blades, np.zeros((0, 0))
     hub = () if wheel.centre is None else (2 * blades, 2 * blades + 1)
     structure = CyclicStructure(none, none, blades, 2, (0, 1), hub)
     blocks, nothing = [], np.zeros((0, 0), dtype=np.complex128)
     for k, piece in pieces.items():
-        size = len(piece.mass) - len(piece.squared) + counts[k]
-        cut = np.s_[:size, :size]
-        mass, stiffness = (a[cut] + 0j for a in (piece.mass, piece.stiffness))
-        simple = is_simple(k, blades)
-        blocks.append(Block(k, simple, mass, stiffness, np.zeros(0), nothing))
+        kept = piece.kept(counts[k])
+        cut, simple = np.ix_(kept, kept), is_simple(k, blades)
+        mass, stiffness, *turning = (
+            a[cut] + 0j for a in (piece.mass, piece.stiffness, *piece.turning)
+        )
+        block = Block(k, simple, mass, stiffness, np.zeros(0), nothing)
+        if wheel.turning:
+            coriolis, first, *second = turning
+            load = np.zeros(len(kept), dtype=np.complex128)
+            if k == 0:
+                pushed = _sector_map(wheel, cuts, 0)[0].conj().T
+                whole = pushed @ wheel.turning["centrifugal_load"]
+                load += np.sqrt(blades) * piece.loaded(whole)[kept]
+            block = replace(
+                block,
+                coriolis=coriolis,
+                stiffening=first,
+                load=load,
+                quartic=second[0] if second else None,
+            )
+        blocks.append(block)
     whole = sum(len(block.mass) * block.multiplicity for block in blocks)
     pairs, start = [], 2 * blades + len(hub)
     for block in blocks:
         pairs.append((block, physical_columns(block, structure, 2, whole, start)))
-        start += counts[block.k] * block.multiplicity
-    return assembled(pairs)
+        inner = len(block.mass) - 2 - centre_width(structure, block.k)
+        start += inner * block.multiplicity
+    return *assembled(pairs), assembled_spin(pairs)
 
 
 def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
@@ -296,20 +330,25 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
     blades, centre = wheel.blades, wheel.centre
     parts = reduced.mass, reduced.stiffness
     mass, stiffness = (np.array((a + a.T) / 2) for a in parts)
-    strained = carried = None
+    strained, carried, spin = None, None, reduced.spin
     if centre is not None:
         hub = 2 * blades + np.arange(2)
         mass[hub, hub] += centre.mass
+        spin = spin and _with_shaft(spin, centre.mass, hub)
         carried = _carried(mass, blades)
         strained = _strained(stiffness, blades)
         if not centre.held and not strained <= STRAINED:
             raise wheel.refusal(_FRAMES.format(strained, STRAINED))
+        if spin and not centre.held:
+            moved, speeds = _translation(len(mass), blades), wheel.turning.get("speeds")
+            check_turned(spin, mass, moved, speeds, wheel.wrong)
         stiffness[hub, hub] += centre.stiffness
     squared = _eigenvalues(wheel, mass, stiffness)
     rigid = squared <= ROUND_OFF * len(squared) * squared[-1]
     return Imported(
         mass=mass,
         stiffness=stiffness,
+        spin=spin,
         blades=blades,
         centre=centre is not None,
         kept=len(mass) - 2 * blades - (2 if centre else 0),
@@ -320,6 +359,14 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         strained=strained,
         carried=carried,
     )
+
+
+def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
+    """Return the terms of rotation with those of the shaft's mass, kg, at `hub`."""
+    coriolis, first = spin.coriolis.copy(), spin.stiffening.copy()
+    coriolis[np.ix_(hub, hub)] += mass * np.array([[0.0, -1.0], [1.0, 0.0]])
+    first[hub, hub] -= mass
+    return replace(spin, coriolis=coriolis, stiffening=first)
 
 
 _FRAMES = (

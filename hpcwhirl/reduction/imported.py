@@ -12,17 +12,29 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
-from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.degenerate import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,
+    Spin,
     centre_rows,
+    reduction_basis,
+    speed_of_basis,
+    stiffening_at,
     with_ratio,
 )
 from hpcwhirl.reduction.recognise import EQUAL, equal_sectors
 from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
+from hpcwhirl.reduction.spin import (
+    check_terms,
+    check_translation,
+    spin_of,
+    standing_damping,
+    transformed,
+    turned_alike,
+)
+from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_rotor
 
 Floats = NDArray[np.float64]
@@ -48,6 +60,8 @@ def rotor_from(
     damping: float,
     suspension: float = -1.0,
     eta: int | None = None,
+    *,
+    turns: bool = False,
 ) -> ModalModel:
     """Return the rotor of an engine's file; as one of equal sectors if it is one.
 
@@ -60,23 +74,32 @@ def rotor_from(
         negative: as the other modes
     eta : fixed-interface modes kept of matrices, the lowest, without splitting a pair;
         None keeps all. A file with modes only keeps them all
+    turns : whether to include the terms of rotation; what `suspension` is more than
+        `damping` is then a damper that stands
     """
     given = read_rotor(file)
     _check_modal_rows(given)
     _check_given_ratios(given)
-    if "mass" in given or "stiffness" in given:
-        model = _from_matrices(given, blades, damping, eta)
+    if turns or "mass" in given or "stiffness" in given:
+        model = _from_matrices(given, blades, damping, eta, turns=turns)
     else:
         model = _from_modes(given, blades, damping)
-    model = _with_shaft(given, equal_sectors(model, blades), blades)
+    model = turned_alike(equal_sectors(model, blades), model, blades)
+    model = _with_shaft(given, model, blades)
     if "damping" in given or "damping_ratio" in given:
         return model
-    return with_ratio(model, model.centre_share > SUSPENSION_SHARE, suspension)
+    if model.spin is None:
+        return with_ratio(model, model.centre_share > SUSPENSION_SHARE, suspension)
+    own = model.spin.support.at(0.0).damping
+    own += standing_damping(model, blades, damping, suspension)
+    return replace(model, spin=replace(model.spin, support=Support(damping=own)))
 
 
 def _from_matrices(
-    given: Given, blades: int, damping: float | Floats, eta: int | None
+    given: Given, blades: int, damping: float | Floats, eta: int | None, *, turns: bool
 ) -> ModalModel:
+    if turns:
+        check_terms(given)
     _check_shapes(given)
     places = _places(given, blades)
     rest = np.setdiff1d(np.arange(len(given["mass"])), places)
@@ -86,8 +109,13 @@ def _from_matrices(
         for name in ("mass", "stiffness", "damping")
         if name in given or name != "damping"
     ]
+    spin = transformed(spin_of(given), np.eye(len(order))[:, order]) if turns else None
     if eta is not None and eta < len(rest):
-        whole = _reduced(given, whole, len(places), eta)
+        basis = _basis(given, whole, spin, len(places), eta)
+        if basis.shape[1] < len(order):
+            parts = [basis.T @ matrix @ basis for matrix in whole]
+            whole = [(part + part.T) / 2 for part in parts]
+            spin = spin and transformed(spin, basis)
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
     shapes, ratios = aligned(shapes, omega, blades), damping
@@ -103,7 +131,8 @@ def _from_matrices(
         ratios = _ratios(given, modal, omega)
     kept = len(mass) - len(places)
     matrices = mass, stiffness
-    return named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
+    model = named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
+    return replace(model, spin=spin)
 
 
 def _has_all_modes(given: Given) -> bool:
@@ -124,25 +153,27 @@ def _has_all_modes(given: Given) -> bool:
     )
 
 
-def _reduced(given: Given, whole: list[Floats], places: int, eta: int) -> list[Floats]:
-    """Return matrices reduced (Eq. 1) to at most eta fixed-interface modes.
+def _basis(
+    given: Given, whole: list[Floats], spin: Spin | None, places: int, eta: int
+) -> Floats:
+    """Return the basis (n, b + m) of Eq. (1) with at most eta fixed-interface modes.
 
-    Fewer where eta would separate close modes.
+    Fewer where eta would separate close modes; more with a spin, for all speeds.
     """
+    mass, stiffness, taut = whole[0], whole[1], None
     inner = slice(places, None)
     try:
-        squared = eigh(
-            whole[1][inner, inner], whole[0][inner, inner], eigvals_only=True
-        )
+        squared = eigh(stiffness[inner, inner], mass[inner, inner], eigvals_only=True)
         while eta > 0 and squared[eta] - squared[eta - 1] <= 2 * EQUAL * squared[eta]:
             eta -= 1
-        basis, _ = craig_bampton(whole[0], whole[1], np.arange(places), eta)
+        if spin is not None:
+            taut = stiffness + stiffening_at(spin, speed_of_basis(mass, stiffness))
+        kept = np.arange(places), eta
+        return np.asarray(reduction_basis(mass, stiffness, kept, taut))
     except LinAlgError:
         raise given.wrong(
             "stiffness", "hold all but tips and centre for a truncation", "less"
         ) from None
-    parts = [basis.T @ matrix @ basis for matrix in whole]
-    return [(part + part.T) / 2 for part in parts]
 
 
 def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalModel:
@@ -182,6 +213,8 @@ def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
             "counted anticlockwise, blade 0 at 0 degrees, tangential with the angle, "
             "radial outward"
         ) from None
+    if spring is not None:
+        check_translation(given, model, blades, spring)
     moved = (hub**2).sum(axis=0)
     if spring is None:
         unknown = moved > UNSEEN**2 * max(float((model.shapes**2).max()), TINY)

@@ -17,10 +17,13 @@ from hpcwhirl.reduction.modes import (
     reduction_basis,
     reference_speed,
 )
+from hpcwhirl.reduction.supports import planar
+from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+FORWARD = planar(1j)
 NEAR = 0.1  # scale of ln(frequency ratio) over which modes count as similar
 
 
@@ -110,6 +113,25 @@ def boundary_of(structure: CyclicStructure) -> NDArray[np.intp]:
     return np.concatenate([tips.ravel(), centre], dtype=np.intp)
 
 
+def _basis(
+    structure: CyclicStructure,
+    boundary: NDArray[np.intp],
+    eta: int,
+    rotation: Rotation | None,
+) -> Floats:
+    """Return the basis of `whole_model`, (n, m)."""
+    most = len(structure.mass) - len(boundary)
+    if eta > most:
+        msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
+        raise InputError(msg)
+    taut = None
+    if rotation is not None:
+        squared = reference_speed(structure) ** 2
+        taut = structure.stiffness + squared * rotation.stiffening
+    matrices = structure.mass, structure.stiffness
+    return np.asarray(reduction_basis(*matrices, (boundary, eta), taut))
+
+
 def whole_model(
     structure: CyclicStructure,
     damping: float,
@@ -130,28 +152,22 @@ def whole_model(
         matrices of the rotor's rotation, if included, see `modal_model`
     """
     boundary = boundary_of(structure)
-    most = len(structure.mass) - len(boundary)
-    if eta > most:
-        msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
-        raise InputError(msg)
-    taut = None
-    if rotation is not None:
-        squared = reference_speed(structure) ** 2
-        taut = structure.stiffness + squared * rotation.stiffening
-    matrices = structure.mass, structure.stiffness
-    basis = reduction_basis(*matrices, (boundary, eta), taut)
+    basis = _basis(structure, boundary, eta, rotation)
     mass, stiffness = (
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
+    blades, tilt = structure.sectors, structure.tilt
+    centre = 2 * blades + np.arange(2)
+    if tilt is not None:
+        mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
     omega, shapes = modes_of(mass, stiffness)
-    blades = structure.sectors
     model = named_modes(
         (mass, stiffness), shapes, omega, blades, damping,
         kept=len(mass) - len(boundary),
     )  # fmt: skip
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
-    springs = structure.centre_stiffness * (hub**2).sum(axis=0)
+    springs = energy_in_shaft(tilt, structure.centre_stiffness, hub, shapes[-2:])
     share = springs / np.maximum(omega**2, np.finfo(float).tiny)
     spin = None
     if rotation is not None:
@@ -159,6 +175,13 @@ def whole_model(
             basis.T @ full @ basis
             for full in (rotation.coriolis, rotation.stiffening - structure.mass)
         )
-        load = basis.T @ rotation.load
-        spin = Spin((turns - turns.T) / 2, (stiff + stiff.T) / 2, load)
+        terms = turns, stiff, basis.T @ rotation.load
+        if tilt is not None:
+            terms = turning_tilt(tilt, FORWARD, *terms)
+        turns, stiff, load = terms
+        places = (len(mass) - 2, len(mass) - 1) if tilt else ()
+        parts = (turns - turns.T) / 2, (stiff + stiff.T) / 2, load
+        released = basis.T @ rotation.released
+        released = np.append(released, np.zeros(len(load) - len(released)))
+        spin = Spin(*parts, tilt=places, released=released if released.any() else None)
     return replace(model, centre_share=share, spin=spin)

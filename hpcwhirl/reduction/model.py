@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.reduction.round_casing import check_lobes
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
@@ -45,20 +45,25 @@ class Model:
         """Return the largest stable step of each body, s: dt < 2 / omega_max.
 
         Coriolis forces do no work and do not change it; the stiffening of a rotor with
-        its speed, rad/s, does.
+        its speed, rad/s, does, and so do supports, in their stiffer direction.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
-        return {n: 2.0 / highest(b, speed) for n, b in bodies.items() if b}
+        each = {n: b for n, b in bodies.items() if b}
+        return {n: 2.0 / highest(b, speed, self.blades) for n, b in each.items()}
 
 
-def highest(body: ModalModel, speed: float) -> float:
+def highest(body: ModalModel, speed: float, blades: int) -> float:
     """Return the highest natural frequency of a body at a speed, rad/s.
 
     With its stiffness at that speed, and without Coriolis forces.
     """
     if body.spin is None:
         return float(body.omega.max())
-    stiffness = body.stiffness + speed**2 * body.spin.stiffening
+    stiffness = body.stiffness + stiffening_at(body.spin, speed)
+    if has_centre(body, blades):
+        own, hub = body.spin.support.at(speed), 2 * blades + np.arange(2)
+        stiffest = own.turning(speed).real + abs(own.stiffness_apart)
+        stiffness[hub, hub] += stiffest + abs(speed * own.damping_apart)
     last = len(stiffness) - 1
     squared = eigh(stiffness, body.mass, eigvals_only=True, subset_by_index=(last,) * 2)
     return float(np.sqrt(max(squared[0], np.finfo(float).tiny)))
@@ -100,12 +105,13 @@ def has_families(scene: Scene) -> bool:
     elements.
     """
     engine = scene.engine
-    if not scene.has_harmonics or engine.rotor.mistuning:
+    if not scene.has_harmonics or engine.rotor.is_uneven:
         return False
     if not engine.file:
         return True
+    source = engine.file, content_digest(engine.file)
     with representable("the rotor"):
-        return file_model(engine.file, content_digest(engine.file), engine.rotor).cyclic
+        return file_model(*source, engine.rotor, rotation=engine.rotation).cyclic
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -119,7 +125,7 @@ def _model(
     """Return the model from the inputs it depends on; `ring` None: rigid casing."""
     with representable("the rotor"):
         if source[0]:
-            body = file_model(*source, rotor, modes)
+            body = file_model(*source, rotor, modes, rotation)
         else:
             body = rotor_model(rotor, modes or 0, rotation)
     if ring is None:

@@ -21,12 +21,15 @@ from hpcwhirl.reduction.cyclic import (
     real_block,
     spread,
 )
+from hpcwhirl.reduction.supports import ROUND, Bearing, Support
+from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # second speed of a basis for all speeds, over the first frequency
+BACKWARD = np.array([[-1j]])  # 90 degrees ahead, of conj(x + i y)
 SUSPENSION_SHARE = 0.5  # strain energy in the shaft's springs from which a mode is one
 
 
@@ -47,28 +50,68 @@ class Symmetry:
 
 
 @dataclass(frozen=True)
+class SpinBlock:
+    """What rotation adds on one nodal diameter, in its m modes at rest: M = 1.
+
+    Attributes
+    ----------
+    k, simple : nodal diameter; whether it is a simple harmonic
+    omega : (m,), rad/s, at rest
+    tips : (2, m), 1/sqrt(kg), radial and tangential of each mode, see `cyclic`
+    hub : (m,), z_o of each, x_o + i y_o = conj(z_o); zero where the centre rests
+    coriolis, stiffening, quartic : (m, m), see `Spin`; the first is skew-Hermitian
+    """
+
+    k: int
+    simple: bool
+    omega: Floats
+    tips: Complexes
+    hub: Complexes
+    coriolis: Complexes
+    stiffening: Complexes
+    quartic: Complexes | None = None
+
+    @property
+    def multiplicity(self) -> int:
+        """Number of real modes per complex one, 1 or 2."""
+        return 1 if self.simple else 2
+
+
+@dataclass(frozen=True)
 class Spin:
     """The terms that rotation adds to a reduced rotor, see `structure.rotation`.
 
-    M x" + (D + D_s + 2 Omega C) x' + (K + Omega^2 K_1 + S) x = f + Omega^2 F_c. The
-    supports do not rotate: D_s = c_s and S = (Omega c_s - k_q) z x at the centre.
+    M x" + (D + D_s + 2 Omega C) x' + (K + Omega^2 K_1 + Omega^4 K_2 + S) x = f +
+    Omega^2 F_c. The supports do not rotate: those that are the same in all directions
+    give D_s = c and S = i Im(k + i Omega c) at the centre, see `supports`.
 
     Attributes
     ----------
     coriolis : C (n, n), kg, skew
-    stiffening : K_1 = K_g - M (n, n), kg
+    stiffening : K_1 (n, n), kg; K_g - M of the built-in rotor
     load : F_c (n,), kg m
-    waves : the blocks of each nodal diameter; none for unequal sectors
-    damping : c_s, N s/m, of the supports
-    cross : k_q, N/m; drives the shaft forward
+    quartic : K_2 (n, n), kg s^2; None: 0
+    waves : the blocks of each nodal diameter; none for unequal sectors, and for one or
+        two
+    support : of the centre, what the stiffness matrix does not have
+    tilt : places of the tilt's coordinates, of a disk that tilts
+    released : (n,), kg m, what a lost blade pulled, the other way; None: no blade is
     """
 
     coriolis: Floats
     stiffening: Floats
     load: Floats
-    waves: tuple[Block, ...] = ()
-    damping: float = 0.0
-    cross: float = 0.0
+    quartic: Floats | None = None
+    waves: tuple[SpinBlock, ...] = ()
+    support: Support | Bearing = ROUND
+    tilt: tuple[int, ...] = ()
+    released: Floats | None = None
+
+
+def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
+    """Return K(Omega) - K_0 = Omega^2 K_1 + Omega^4 K_2, N/m or, of a block, 1/s^2."""
+    first = speed**2 * spin.stiffening
+    return first if spin.quartic is None else first + speed**4 * spin.quartic
 
 
 @dataclass(frozen=True)
@@ -162,7 +205,7 @@ class Block:
     k, simple : nodal diameter; whether it is a simple harmonic
     mass, stiffness : (n, n)
     omega, modes : (n,), rad/s; (n, n); empty where they are not needed
-    coriolis, stiffening, load : terms of rotation, if included, see `Spin`
+    coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
     """
 
     k: int
@@ -174,6 +217,7 @@ class Block:
     coriolis: Complexes | None = None
     stiffening: Complexes | None = None
     load: Complexes | None = None
+    quartic: Complexes | None = None
 
     @property
     def multiplicity(self) -> int:
@@ -227,6 +271,11 @@ def reference_speed(structure: CyclicStructure) -> float:
     mass, stiffness = (
         block(a, structure, 0).real for a in (structure.mass, structure.stiffness)
     )
+    return speed_of_basis(mass, stiffness)
+
+
+def speed_of_basis(mass: Floats, stiffness: Floats) -> float:
+    """Return `REACH` times the first frequency of matrices (n, n), rad/s."""
     squared = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, 0))[0]
     return REACH * float(np.sqrt(max(squared, 0.0)))
 
@@ -269,6 +318,12 @@ def _blocks(
                 added = _reduced(basis, mass, added)
             mass = basis.conj().T @ mass @ basis
             stiffness = basis.conj().T @ stiffness @ basis
+        if structure.tilt is not None and k == 1:
+            size = structure.sector_size if eta is None else len(structure.boundary)
+            own = structure.tilt, np.array([size])
+            mass, stiffness = with_tilt(*own, BACKWARD, mass, stiffness)
+            if added is not None:
+                added = turning_tilt(structure.tilt, BACKWARD, *added)
         if simple:
             squared, modes = eigh(stiffness.real, mass.real)
         else:
@@ -334,7 +389,9 @@ def _real_modes(piece: Block) -> list[Floats]:
 def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats:
     """Return the share of each mode's strain energy in the shaft's springs, (m,)."""
     hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
-    energy = structure.centre_stiffness * (np.abs(hub) ** 2).sum(axis=0)
+    tilt = structure.tilt if piece.k == 1 else None
+    own = tilt, structure.centre_stiffness
+    energy = energy_in_shaft(*own, hub, piece.modes[-1:])
     return np.asarray(energy / np.maximum(piece.omega**2, np.finfo(float).tiny))
 
 
@@ -358,10 +415,12 @@ def assembled(
     return mass, stiffness
 
 
-def _spin(pieces: list[tuple[Block, Floats]]) -> Spin | None:
+def assembled_spin(
+    pieces: list[tuple[Block, Floats]], tilt: tuple[int, ...] = ()
+) -> Spin | None:
     """Return the terms of rotation of all blocks in physical coordinates, if any."""
     size = len(pieces[0][1])
-    coriolis, stiffening = np.zeros((size, size)), np.zeros((size, size))
+    coriolis, stiffening, quartic = (np.zeros((size, size)) for _ in range(3))
     load = np.zeros(size)
     for piece, columns in pieces:
         if piece.coriolis is None or piece.stiffening is None or piece.load is None:
@@ -370,10 +429,14 @@ def _spin(pieces: list[tuple[Block, Floats]]) -> Spin | None:
         coriolis += columns @ real @ columns.T
         real = real_block(piece.stiffening, simple=piece.simple)
         stiffening += columns @ real @ columns.T
+        if piece.quartic is not None:
+            real = real_block(piece.quartic, simple=piece.simple)
+            quartic += columns @ real @ columns.T
         if piece.k == 0:  # a simple harmonic: real
             load += columns @ piece.load.real
-    waves = tuple(piece for piece, _ in pieces)
-    return Spin((coriolis - coriolis.T) / 2, stiffening, load, waves)
+    second = quartic if pieces[0][0].quartic is not None else None
+    turned = (coriolis - coriolis.T) / 2
+    return Spin(turned, stiffening, load, second, tilt=tilt)
 
 
 def modal_model(
@@ -405,6 +468,7 @@ def modal_model(
     size = sum(len(b.mass) * b.multiplicity for b in blocks)
     physical = kept * structure.sectors + len(structure.centre)
     pieces, shapes, labels, start = [], [], [], physical
+    tilt: tuple[int, ...] = ()
     for piece in blocks:
         columns = physical_columns(piece, structure, kept, size, start)
         pieces.append((piece, columns))
@@ -413,6 +477,8 @@ def modal_model(
             shapes.append(columns @ modes)
             labels.append(_labels(piece, share, phase))
         inner = len(piece.mass) - kept - centre_width(structure, piece.k)
+        if structure.tilt is not None and piece.k == 1:
+            tilt = start + inner - 1, start + 2 * inner - 1
         start += inner * piece.multiplicity
     omega, diameter, rank, phases, shares = map(
         np.concatenate, zip(*labels, strict=True)
@@ -430,5 +496,5 @@ def modal_model(
         centre_share=shares[order],
         damping=damping,
         kept=size - physical,
-        spin=_spin(pieces),
+        spin=assembled_spin(pieces, tilt),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,16 +19,20 @@ from scipy.sparse.linalg import (
 )
 
 from hpcwhirl.errors import ModelError
+from hpcwhirl.reduction.craig_bampton import lacking, mass_norms
 from hpcwhirl.reduction.factors import Solve, Tell, factored, scaled_norm
+from hpcwhirl.reduction.modes import REACH
 
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
 Project = Callable[[], list[Any]]
+RIGID = 1e-12  # omega^2, over the highest, below which a mode may be rigid
 DENSE = 600  # unknowns up to which all modes are computed, with dense matrices
 MORE = 8  # modes computed beyond those asked for
 WORST = 1e14  # largest condition number; beyond it solutions are round-off
 RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
 SAME = 1e-6  # relative difference of omega^2 up to which modes are copies of one
+PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
 STEPS = 60  # of the Lanczos process that looks for a negative eigenvalue
 SEED = 17  # of starting vectors, so that the same file gives the same rotor
 
@@ -43,6 +47,9 @@ class Condensed:
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
+    more : c, coordinates behind these, for a basis that serves all speeds
+    turning : reduced C, K_1 and, if any, K_2
+    lift : (n, b + m + c), the basis
     """
 
     mass: Matrix
@@ -50,6 +57,20 @@ class Condensed:
     squared: Floats
     reach: float
     condition: float
+    more: int = 0
+    turning: tuple[Matrix, ...] = ()
+    lift: Matrix = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def kept(self, count: int) -> NDArray[np.intp]:
+        """Return the coordinates with `count` of the fixed-interface modes."""
+        size, modes = len(self.mass), len(self.squared)
+        first = size - self.more - modes
+        every = np.arange(size)
+        return np.concatenate([every[: first + count], every[first + modes :]])
+
+    def loaded(self, load: Matrix) -> Matrix:
+        """Return the reduced load of a load (n,) of the coordinates projected."""
+        return np.asarray(self.lift.conj().T @ load)
 
 
 def lowest_ritz(matrix: sparse.csr_array) -> float:
@@ -80,13 +101,26 @@ def lowest_ritz(matrix: sparse.csr_array) -> float:
     return float(values[0])
 
 
+def whole_pairs(squared: Floats, reach: float, most: int) -> int:
+    """Return the number of modes to keep, at most `most`, without splitting a pair.
+
+    squared, reach : see `Condensed`
+    """
+    further = np.r_[squared, reach]
+    for count in range(min(most, len(squared)), 0, -1):
+        if further[count] > (1 + PAIR) * further[count - 1]:
+            return count
+    return 0
+
+
 def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Condensed:
     """Return the Craig-Bampton reduction to the first DoF and the lowest modes.
 
     Parameters
     ----------
     project : returns [mass, stiffness], (n, n) sparse, symmetric or Hermitian, positive
-        semidefinite; called twice, so as not to hold large ones together with a factor
+        semidefinite, and C, K_1, K_2, if any; called again and again, so as not to hold
+        large ones together with a factor
     boundary : b, number of leading DoF that are kept
     count : fixed-interface modes wanted; some more are returned
     tell : called with a line of text before a large factor is made
@@ -96,20 +130,79 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     ModelError
         where the interior has parts without stiffness when the boundary is held
     """
-    mass, stiffness = project()
+    mass, stiffness, *turning = project()
     if mass.shape[0] == boundary:
-        return Condensed(mass.toarray(), stiffness.toarray(), np.zeros(0), np.inf, 1.0)
+        whole, *rest = (a.toarray() for a in (stiffness, *turning))
+        kept = np.zeros(0), np.inf, 1.0, 0, tuple(rest), np.eye(boundary)
+        return Condensed(mass.toarray(), whole, *kept)
     inside = slice(boundary, None)
     k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
     coupling = stiffness[inside, :boundary].toarray()
-    del mass, stiffness
+    del mass, stiffness, turning
     lift, squared, reach, condition = _lift(k_ii, m_ii, coupling, count, tell)
     del k_ii, m_ii
     # SciPy's ARPACK leaves its operator in a cycle of references, and with it
     # the factor: 1.1 GB instead of 0.25 over 12 diameters of 23,000 unknowns.
     gc.collect()
-    parts = [_hermitian(lift.conj().T @ (a @ lift)) for a in project()]
-    return Condensed(parts[0], parts[1], squared, reach, condition)
+    mass, stiffness, *turning = project()
+    more = 0
+    if turning:
+        count = whole_pairs(squared, reach, len(squared))
+        reach = float(np.r_[squared, reach][count])
+        lift, squared = lift[:, : boundary + count], squared[:count]
+        extra = _for_all_speeds(lift, boundary, (mass, stiffness, turning), count, tell)
+        lift, more = np.hstack([lift, extra]), extra.shape[1]
+    parts = _reduced(mass, lift), _reduced(stiffness, lift)
+    added = tuple(
+        _reduced(a, lift, -1.0 if place == 0 else 1.0)
+        for place, a in enumerate(turning)
+    )
+    if not turning:
+        return Condensed(*parts, squared, reach, condition)
+    return Condensed(*parts, squared, reach, condition, more, added, lift)
+
+
+def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
+    """Return the Hermitian, or for sign -1 skew, part of T^H A T."""
+    whole = lift.conj().T @ (matrix @ lift)
+    return np.asarray((whole + sign * whole.conj().T) / 2)
+
+
+def _for_all_speeds(
+    lift: Matrix,
+    boundary: int,
+    matrices: tuple[Any, Any, list[Any]],
+    count: int,
+    tell: Tell,
+) -> Matrix:
+    """Return what a basis at rest lacks at speed, (n, c), zero on the boundary.
+
+    It is `craig_bampton.lacking` of the basis at `REACH` times the first frequency.
+    Spin softening of all mass does not change fixed-interface modes; it is added back,
+    so that they are of a matrix that is positive definite.
+
+    Parameters
+    ----------
+    lift : (n, b + m), the basis at rest
+    boundary : b
+    matrices : M, K and [C, K_1] or [C, K_1, K_2]
+    count, tell : see `condensed`
+    """
+    mass, stiffness, (_, first, *second) = matrices
+    slow = eigh(_reduced(stiffness, lift), _reduced(mass, lift), eigvals_only=True)
+    square = REACH**2 * slow[slow > RIGID * slow[-1]][0]
+    taut = stiffness + square * (first + mass)
+    for quartic in second:
+        taut = taut + square**2 * quartic
+    inside = slice(boundary, None)
+    k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (taut, mass))
+    coupling = taut[inside, :boundary].toarray()
+    other, squared, reach, _ = _lift(k_ii, m_ii, coupling, count, tell)
+    other = other[:, : boundary + whole_pairs(squared, reach, count)]
+    gc.collect()
+    whole = mass_norms(mass, lift[:, :boundary])
+    found = lacking(m_ii, lift[boundary:], other[boundary:], whole)
+    return np.vstack([np.zeros((boundary, found.shape[1])), found])
 
 
 def _lift(

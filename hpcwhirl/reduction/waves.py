@@ -2,18 +2,20 @@
 
 On nodal diameter k, u = Re(Y e^{i k theta + s t}) in the rotating frame,
 
-[s^2 M + s (D + D_s + 2 Omega C) + K + Omega^2 K_1 + S] Y = 0,
+[s^2 M + s (D + D_s + 2 Omega C) + K(Omega) + S] Y = 0,
 
-with M, K, K_1 Hermitian and C skew-Hermitian, so that each s is one wave: it turns with
-the rotation, forward, where Im s < 0, at -Im s in the rotating frame and -Im s + k
-Omega in the static one. Sorted, the 2 m lines of m coordinates keep their order at all
-speeds: each is named after the mode at rest that it comes from. With unequal sectors a
-wave has no single diameter: it is named after the mode at rest that it contains most.
+K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, with M, K Hermitian and C skew-Hermitian, so
+that each s is one wave: it turns with the rotation, forward, where Im s < 0, at -Im s
+in the rotating frame and -Im s + k Omega in the static one. Sorted, the 2 m lines of m
+coordinates keep their order at all speeds: each is named after the mode at rest that it
+comes from. With unequal sectors a wave has no single diameter: it is named after the
+mode at rest that it contains most.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +24,21 @@ from scipy.optimize import brentq
 
 from hpcwhirl.reduction.cyclic import Complexes, is_simple
 from hpcwhirl.reduction.families import family_ranks
-from hpcwhirl.reduction.modes import Block, ModalModel, Spin, has_centre
+from hpcwhirl.reduction.modes import (
+    ModalModel,
+    Spin,
+    SpinBlock,
+    has_centre,
+    stiffening_at,
+)
+from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
 
 Floats = NDArray[np.float64]
 WATCHED = 4.0  # highest speed, over the first frequency: 1,000 rad/s by default
 SPEEDS = 101  # speeds at which growth is computed
+REAL = 1e-9  # imaginary part, over the largest root, of a root that is real
+ALIKE = 1e-6  # relative difference of frequencies up to which two are alike
 ROUND_OFF = 1e-11  # growth over the highest frequency that counts as none
-HUB = 2  # index of the centre in a block of k = 1, after the tip's two coordinates
 
 
 @dataclass(frozen=True)
@@ -57,7 +67,7 @@ def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
     """
     if model.spin is None:
         lines = _at_rest(model, speed)
-    elif model.spin.waves and blades > 2:
+    elif model.spin.waves:
         lines = _by_diameter(model, model.spin, speed)
     else:
         lines = _of_whole(model, blades, speed)
@@ -110,77 +120,101 @@ def rank_of(place: int, modes: int) -> int:
     return modes - 1 - place if place < modes else place - modes
 
 
-def wave_roots(model: ModalModel, piece: Block, speed: float) -> Complexes:
+def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
     """Return the roots s (2 m,), 1/s, of a nodal diameter, from forward to backward."""
-    spin = model.spin
-    if spin is None or piece.coriolis is None or piece.stiffening is None:
-        raise TypeError(piece.k)
-    modes = (model.diameter == piece.k) & (model.phase == 0)
-    lift = piece.mass @ piece.modes
-    rate = 2 * model.ratios[modes] * piece.omega
-    damping = (lift * rate) @ lift.conj().T + 2 * speed * piece.coriolis
-    stiffness = piece.stiffness + speed**2 * piece.stiffening
-    if piece.k == 1 and len(piece.mass) > HUB and has_hub(model):
-        damping[HUB, HUB] += spin.damping
-        stiffness[HUB, HUB] -= 1j * (speed * spin.damping - spin.cross)
-    roots = _roots(piece.mass, damping, stiffness)
-    return roots[np.argsort(roots.imag, kind="stable")]
+    gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
+    roots = _roots(damping + gyro, stiffness + push)
+    roots, own = roots[np.argsort(roots.imag, kind="stable")], model.spin
+    if own is None or own.support.is_round or not piece.hub.any():
+        return roots
+    return _apart(
+        (damping + gyro, stiffness + push),
+        piece.hub,
+        own.support.at(speed),
+        speed,
+        roots,
+    )
+
+
+def _apart(
+    matrices: tuple[Complexes, Complexes],
+    hub: Complexes,
+    own: Support,
+    speed: float,
+    roots: Complexes,
+) -> Complexes:
+    """Return the roots of k = 1 on supports that differ by direction, as `wave_roots`.
+
+    In the static frame, with y = Y e^{i Omega t} and X = conj(Y),
+
+    [s^2 + s (G + 2 i Omega) + K + i Omega G - Omega^2] Y = -conj(k_d + s c_d) X
+
+    at the centre, and the conjugate: the roots come in pairs s, conj(s), of one ellipse
+    each. It is named after the wave on the mean supports with the nearest frequency,
+    whose sense it is told with.
+
+    Parameters
+    ----------
+    matrices : G, K on the mean supports, (m, m), rotating frame
+    hub : (m,), z_o of the modes
+    own : the supports
+    speed : Omega, rad/s
+    roots : (2 m,), on the mean supports, sorted
+    """
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    rate, whole = matrices
+    same = np.eye(len(hub))
+    held = whole + 1j * speed * rate - speed**2 * same
+    found = _roots(
+        _with_conjugate(rate + 2j * speed * same, own.damping_apart, hub),
+        _with_conjugate(held, own.stiffness_apart, hub),
+    )
+    found = found[np.argsort(-found.imag, kind="stable")][: len(roots)]
+    named = (roots - 1j * speed).imag
+    near = np.abs(named) - ALIKE * named  # of two alike the forward one is higher
+    found = found[linear_sum_assignment(np.abs(near[:, None] - found.imag))[1]]
+    return np.asarray(np.where(named > 0.0, found, found.conj()) + 1j * speed)
+
+
+def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
+    """Return [[A, conj(B)], [B, conj(A)]], B = a at the centre, of (Y, conj(Y))."""
+    across = apart * np.outer(hub, hub)
+    return np.block([[matrix, across.conj()], [across, matrix.conj()]])
 
 
 def diameter_matrices(
-    model: ModalModel, piece: Block, speed: float
+    model: ModalModel, piece: SpinBlock, speed: float
 ) -> tuple[Complexes, Complexes, Complexes, Complexes]:
-    """Return (2 Omega C, D + D_s, K + Omega^2 K_1, S) of a nodal diameter, (m, m) each.
+    """Return (2 Omega C, D + D_s, K(Omega), S) of a nodal diameter, (m, m) each.
 
     In coordinates of its modes at rest, where M = 1.
     """
     spin = model.spin
-    if spin is None or piece.coriolis is None or piece.stiffening is None:
+    if spin is None:
         raise TypeError(piece.k)
-    basis, back = piece.modes, piece.modes.conj().T
     ratios = model.ratios[(model.diameter == piece.k) & (model.phase == 0)]
-    gyro = back @ (2 * speed * piece.coriolis) @ basis
-    stiffness = back @ (speed**2 * piece.stiffening) @ basis
-    stiffness = np.diag(piece.omega**2) + (stiffness + stiffness.conj().T) / 2
-    hub = hub_of(model, piece)
-    moved = np.outer(hub.conj(), hub)
-    damping = np.diag(2 * ratios * piece.omega) + spin.damping * moved
-    push = -1j * (speed * spin.damping - spin.cross) * moved
-    return (gyro - gyro.conj().T) / 2, damping, stiffness, push
+    stiffness = np.diag(piece.omega**2) + stiffening_at(piece, speed)
+    moved, own = np.outer(piece.hub.conj(), piece.hub), spin.support.at(speed)
+    held = own.turning(speed)
+    damping = np.diag(2 * ratios * piece.omega) + own.damping.real * moved
+    gyro = 2 * speed * piece.coriolis - 1j * own.damping.imag * moved
+    return gyro, damping, stiffness + held.real * moved, -1j * held.imag * moved
 
 
-def hub_of(model: ModalModel, piece: Block) -> Complexes:
-    """Return z_o of a nodal diameter's modes at rest, (m,), x_o + i y_o = conj(z_o)."""
-    if piece.k == 1 and len(piece.mass) > HUB and has_hub(model):
-        return np.asarray(piece.modes[HUB])
-    return np.zeros(len(piece.mass), dtype=np.complex128)
-
-
-def has_hub(model: ModalModel) -> bool:
-    """Return whether a rotor of equal sectors with a spin has a free centre."""
-    spin = model.spin
-    waves = spin.waves if spin else ()
-    return bool(waves) and has_centre(model, _blades(waves))
-
-
-def _blades(waves: tuple[Block, ...]) -> int:
-    """Return the number of blades N from the blocks of k = 0 .. N // 2."""
-    return 2 * waves[-1].k + (0 if waves[-1].simple else 1)
-
-
-def _roots(mass: Complexes, damping: Complexes, stiffness: Complexes) -> Complexes:
-    """Return the roots s (2 n,) of s^2 M + s D + K, with scaled velocities."""
-    n = len(mass)
-    scale = np.sqrt(np.linalg.norm(stiffness) / np.linalg.norm(mass))
-    right = np.linalg.solve(mass, np.hstack([stiffness / scale, damping]))
+def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
+    """Return the roots s (2 n,) of s^2 + s D + K, with scaled velocities."""
+    n = len(stiffness)
+    scale = np.sqrt(np.linalg.norm(stiffness))
     top = np.hstack([np.zeros((n, n)), scale * np.eye(n)])
-    return np.asarray(np.linalg.eigvals(np.vstack([top, -right])))
+    low = np.hstack([-stiffness / scale, -damping])
+    return np.asarray(np.linalg.eigvals(np.vstack([top, low])))
 
 
 def turning_matrices(
     model: ModalModel, speed: float, blades: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return (2 Omega C, D + D_s, K + Omega^2 K_1, S) of a rotor, (n, n) each.
+    """Return (2 Omega C, D + D_s, K(Omega), S) of a rotor, (n, n) each.
 
     Parameters
     ----------
@@ -192,14 +226,17 @@ def turning_matrices(
     if spin is None:
         raise TypeError(model)
     damping = model.damping_matrix()
-    stiffness = model.stiffness + speed**2 * spin.stiffening
+    gyro = 2 * speed * spin.coriolis
+    stiffness = model.stiffness + stiffening_at(spin, speed)
     push = np.zeros_like(stiffness)
     if has_centre(model, blades):
-        x, y = 2 * blades, 2 * blades + 1
-        damping[[x, y], [x, y]] += spin.damping
-        push[y, x] = speed * spin.damping - spin.cross
-        push[x, y] = -push[y, x]
-    return 2 * speed * spin.coriolis, damping, stiffness, push
+        hub, own = np.s_[2 * blades : 2 * blades + 2], spin.support.at(speed)
+        held = own.turning(speed)
+        damping[hub, hub] += own.damping.real * np.eye(2)
+        gyro[hub, hub] += planar(1j * own.damping.imag)
+        stiffness[hub, hub] += held.real * np.eye(2)
+        push[hub, hub] = planar(1j * held.imag)
+    return gyro, damping, stiffness, push
 
 
 def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
@@ -231,7 +268,7 @@ def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
     """Return the largest growth rate of any free motion at a speed, 1/s."""
     spin = model.spin
-    if spin is not None and spin.waves and blades > 2:
+    if spin is not None and spin.waves:
         return max(
             float(wave_roots(model, piece, speed).real.max()) for piece in spin.waves
         )
@@ -242,61 +279,149 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
     """Return the speeds > 0, rad/s, at which an unbalance is in resonance, undamped.
 
     A wave of k = 1 then stands in the rotating frame, as the force of an unbalance
-    does: det(K + Omega^2 K_1) = 0. Empty for unequal sectors and a clamped centre.
+    does: det K(Omega) = 0. Supports that differ by direction couple it to the wave at 2
+    Omega in that frame, backward in the static one, of K(Omega) + 4 Omega^2 (i C - M).
+    Empty for unequal sectors and a clamped centre.
     """
-    if not has_hub(model) or model.spin is None:
-        return []
-    piece = model.spin.waves[1]
-    if piece.stiffening is None:
-        return []
-    inverse = eigh(-piece.stiffening, piece.stiffness, eigvals_only=True)
-    near = inverse[inverse * top_speed(model) ** 2 > 1.0]
-    return sorted(float(speed) for speed in 1 / np.sqrt(near))
+    spin = model.spin
+    for piece in spin.waves if spin else ():
+        if spin and piece.hub.any():
+            return _met(piece, spin.support, top_speed(model))
+    return []
+
+
+def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
+    """Return the speeds of `unbalance_speeds` below `top`, rad/s.
+
+    Supports that depend on the speed are taken as they are at each of `SPEEDS` speeds:
+    between two of them a resonance passes the speed.
+    """
+    if isinstance(supports, Support):
+        speeds = _soft_at(*_of_unbalance(piece, supports))
+        return [float(speed) for speed in speeds if speed < top]
+
+    def ahead(speed: float, place: int) -> float:
+        found = _soft_at(*_of_unbalance(piece, supports.at(speed)))
+        return float(found[place]) - speed if place < len(found) else np.inf
+
+    grid, found = np.linspace(0.0, top, SPEEDS).tolist(), []
+    for place in range(2 * len(piece.hub)):
+        sizes = [ahead(speed, place) for speed in grid]
+        for i in range(len(grid) - 1):
+            if sizes[i] > 0.0 >= sizes[i + 1] or sizes[i] <= 0.0 < sizes[i + 1]:
+                if not np.isfinite(sizes[i : i + 2]).all():
+                    continue
+                ends = grid[i], grid[i + 1]
+                found.append(float(brentq(ahead, *ends, args=(place,))))
+        if not np.isfinite(sizes).any():
+            break
+    return sorted(found)
+
+
+def _of_unbalance(
+    piece: SpinBlock, own: Support
+) -> tuple[Complexes, Complexes, Complexes | None]:
+    """Return (K_0, K_1, K_2) of what an unbalance moves, see `unbalance_speeds`."""
+    hub, first, second = piece.hub, piece.stiffening, piece.quartic
+    rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
+    if own.is_round:
+        return rest, first, second
+    first = _with_conjugate(first, 0j, hub)
+    n = len(hub)
+    first[n:, n:] += (4j * piece.coriolis - 4 * np.eye(n)).conj()
+    if second is not None:
+        second = _with_conjugate(second, 0j, hub)
+    return _with_conjugate(rest, own.stiffness_apart, hub), first, second
+
+
+def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
+    """Return the speeds > 0, ascending, at which K + Omega^2 K_1 + Omega^4 K_2 is 0.
+
+    stiffness : (n, n), positive definite; `second` may be None
+    """
+    if second is None:
+        inverse = eigh(-first, stiffness, eigvals_only=True)
+    else:
+        n = len(stiffness)
+        right = np.linalg.solve(stiffness, np.hstack([first, second]))
+        top = np.hstack([-right[:, :n], -right[:, n:]])
+        # scaled so that both halves of a vector have a size
+        scale = np.sqrt(np.linalg.norm(right[:, n:]) or 1.0)
+        top[:, n:] /= scale
+        low = np.hstack([scale * np.eye(n), np.zeros((n, n))])
+        values = np.linalg.eigvals(np.vstack([top, low]))
+        real = np.abs(values.imag) <= REAL * np.abs(values).max()
+        inverse = values[real].real
+    floor = ROUND_OFF * np.abs(inverse).max(initial=0.0)
+    return np.sort(1 / np.sqrt(inverse[inverse > floor]))
 
 
 def unbalance_response(
-    model: ModalModel, blades: int, force: complex, speed: float
-) -> Floats:
-    """Return the steady displacements under an unbalance, (n,), m, rotating frame.
+    model: ModalModel, blades: int, force: complex, speed: float, step: float = 0.0
+) -> tuple[Floats, Complexes]:
+    """Return the steady motion under an unbalance, (n,) and (n,), m, rotating frame.
 
-    (K + Omega^2 K_1 + S) x = F, constant in this frame: in the static one the rotor
-    circles with the rotation. Of a rigid rotor of mass m on isotropic supports,
-    z = m_u e Omega^2 / (k - m Omega^2 + i c_s Omega).
+    x + Re(xi e^{2 i Omega t}). On supports that are alike in all directions xi = 0 and
+    (K(Omega) + S) x = F: in the static frame the rotor circles with the
+    rotation. Of a rigid rotor of mass m, z = m_u e Omega^2 / (k - m Omega^2 + i c
+    Omega). Else its centre is on an ellipse, z + z_2 e^{-2 i Omega t}, xi = -conj(beta)
+    z Q^-1 (e_x + i e_y), beta = k_d - i Omega c_d, Q the dynamic stiffness at 2 Omega:
+    what z_2 gives back is as another stiffness of the centre.
 
     Parameters
     ----------
-    model : rotor with a spin and a free centre
+    model : rotor with a spin and a free centre; of equal sectors, if xi is not 0
     blades : N
-    force : F_x + i F_y at the centre, N
+    force : F_x + i F_y at the centre, N, beside what a lost blade has left
     speed : Omega, rad/s
+    step : dt, s, of central differences whose steady motion it is; 0: exact
 
     Raises
     ------
     numpy.linalg.LinAlgError
         at a critical speed without damping
     """
-    _, _, stiffness, push = turning_matrices(model, speed, blades)
-    load = np.zeros(len(stiffness))
-    load[2 * blades : 2 * blades + 2] = force.real, force.imag
-    return np.asarray(np.linalg.solve(stiffness + push, load))
+    gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
+    held, own = stiffness + push, model.spin.support.at(speed) if model.spin else ROUND
+    n, hub = len(held), np.s_[2 * blades : 2 * blades + 2]
+    load, aside = np.zeros(n), np.zeros(n, dtype=np.complex128)
+    load[hub] = force.real, force.imag
+    if model.spin is not None and model.spin.released is not None:
+        load += speed**2 * model.spin.released
+    if own.is_round:
+        return np.asarray(np.linalg.solve(held, load)), aside
+    half = speed * step
+    once = np.sin(2 * half) / step if step else 2 * speed
+    twice = (2 * np.sin(half) / step) ** 2 if step else once**2
+    aside[hub] = 1.0, 1.0j
+    dynamic = held + 1j * once * (damping + gyro) - twice * model.mass
+    swung = np.asarray(np.linalg.solve(dynamic, aside))
+    back = (swung[hub] @ [1.0, -1.0j]) / 2
+    beta = own.stiffness_apart - 1j * speed * own.damping_apart
+    given = (beta + 1j * once * own.damping_apart) * np.conj(beta) * back
+    held[hub, hub] -= planar(complex(given))
+    places = np.asarray(np.linalg.solve(held, load))
+    return places, -np.conj(beta) * complex(places[hub] @ [1.0, 1.0j]) * swung
 
 
 def stiff_up_to(model: ModalModel, blades: int) -> float:
     """Return the speed, rad/s, at which softening takes the blades' last stiffness.
 
-    det(K + Omega^2 K_1) = 0 with the centre held; infinite if there is no such speed.
+    det K(Omega) = 0 with the shaft held; infinite if there is no such speed.
     Coriolis forces, which hold a shaft beyond its critical speed, are left out.
     """
     if model.spin is None:
         return float("inf")
     hub = 2 * blades + np.arange(2 * has_centre(model, blades))
-    inner = np.setdiff1d(np.arange(len(model.mass)), hub)
-    last, grid = (len(inner) - 1,) * 2, np.ix_(inner, inner)
-    inverse = eigh(
-        -model.spin.stiffening[grid], model.stiffness[grid], eigvals_only=True,
-        subset_by_index=last,
-    )[0]  # fmt: skip
-    return float(1 / np.sqrt(inverse)) if inverse > 0.0 else float("inf")
+    held = np.append(hub, model.spin.tilt).astype(np.intp)
+    inner = np.setdiff1d(np.arange(len(model.mass)), held)
+    grid, quartic = np.ix_(inner, inner), model.spin.quartic
+    speeds = _soft_at(
+        model.stiffness[grid],
+        model.spin.stiffening[grid],
+        None if quartic is None else quartic[grid],
+    )
+    return float(speeds[0]) if len(speeds) else float("inf")
 
 
 def top_speed(model: ModalModel) -> float:
@@ -335,6 +460,6 @@ def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:
     spin = model.spin
     if spin is None:
         return np.zeros(blades)
-    stiffness = model.stiffness + speed**2 * spin.stiffening
+    stiffness = model.stiffness + stiffening_at(spin, speed)
     moved = np.linalg.solve(stiffness, speed**2 * spin.load)
     return np.asarray(moved[0 : 2 * blades : 2])

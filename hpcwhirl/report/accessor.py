@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray
+from xarray.core.utils import UncachedAccessor
+from xarray.plot.accessor import DataArrayPlotAccessor
 
 from hpcwhirl.analysis.spectrum import full_spectrum
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
+from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.reading.results_file import Results
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import Result
 
 NEEDED = "centre"
+LOOKS: dict[str, dict[str, Any]] = {"regime": {**SHOWN}, "whirl": {**WHIRLS}}
 UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them'
 
 
@@ -30,11 +34,73 @@ def plot_result(result: Result, *, transient: bool = False) -> Any:
     return np.array(figure.axes, dtype=object)
 
 
+def _asked(wish: dict[str, Any]) -> Any:
+    from hpcwhirl.report.map.data import Wish
+
+    try:
+        return Wish(**wish)
+    except TypeError as failed:
+        known = ", ".join(Wish.__dataclass_fields__)
+        msg = f"map takes {known}: {failed}"
+        raise InputError(msg) from None
+
+
+class WordsPlot(DataArrayPlotAccessor):
+    """The method `plot` of a DataArray, extended to words, which are text to xarray.
+
+    Everything else is drawn as xarray does.
+    """
+
+    __slots__ = ()
+
+    def __call__(self, **wish: Any) -> Any:  # type: ignore[override]
+        """Draw words in their colours, over one or two inputs.
+
+        Parameters
+        ----------
+        wish : of xarray's own plot, such as x, y, ax
+
+        Raises
+        ------
+        InputError
+            where there are more inputs than axes
+        """
+        words, looks = self._da, LOOKS.get(str(self._da.name), {})
+        if words.dtype.kind not in set("OUT") or not looks:
+            return super().__call__(**wish)
+        if words.ndim not in (1, 2) or words.dims == ("case",):
+            msg = (
+                f"{words.name} is drawn over one or two swept inputs, got "
+                f"{', '.join(map(str, words.dims)) or 'none'}: choose values, as "
+                "hpcwhirl.grid(data).regime.sel(gap=1e-4), or draw data.hpcwhirl.map()"
+            )
+            raise InputError(msg)
+        shown = [word for word in looks if (words == word).any()]
+        codes = xarray.full_like(words, np.nan, dtype=float)
+        for code, word in enumerate(shown):
+            codes = codes.where(words != word, code)
+        colours = [looks[word].colour for word in shown]
+        if words.ndim == 1:
+            (line,) = codes.plot.line("o", **wish)
+            line.axes.set_yticks(range(len(shown)), shown)
+            return line
+        bar = {"ticks": range(len(shown))}
+        mesh = codes.plot.pcolormesh(
+            levels=np.arange(len(shown) + 1) - 0.5, colors=colours, cbar_kwargs=bar,
+            **wish,
+        )  # fmt: skip
+        mesh.colorbar.set_ticklabels(shown)
+        return mesh
+
+
+xarray.DataArray.plot = UncachedAccessor(WordsPlot)
+
+
 @xarray.register_dataset_accessor("hpcwhirl")  # type: ignore[no-untyped-call]
 class Whirl:
-    """Conditions on results that `hpcwhirl.open_results` gave, and pictures of them.
+    """Conditions on results of `hpcwhirl.open_results`, and pictures of them.
 
-    A picture is returned as axes to go on with; it is their `figure`.
+    A picture is returned as its axes, whose attribute `figure` is the figure.
 
     Parameters
     ----------
@@ -45,29 +111,38 @@ class Whirl:
         self._data = data
 
     def map(self, **wish: Any) -> Any:
-        """Return the axes of the campaign's map, an array where there are several.
+        """Return the axes of the campaign's map, an array if there are several.
 
         Parameters
         ----------
         wish : x, y: swept inputs; panels, at: tuples, as ("gap=1e-4",); colour:
             "regime", "whirl" or a number; rpm, critical: bool; as `hpcwhirl map`
         """
-        from hpcwhirl.report.map.data import Wish
         from hpcwhirl.report.map.maps import drawing_of
 
-        try:
-            asked = Wish(**wish)
-        except TypeError as failed:
-            known = ", ".join(Wish.__dataclass_fields__)
-            msg = f"map takes {known}: {failed}"
-            raise InputError(msg) from None
-        axes = drawing_of(self._file, asked).figure.axes
+        axes = drawing_of(self._file, _asked(wish)).figure.axes
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
-    def where(self, condition: str) -> xarray.Dataset:
-        """Return the cases that a condition holds for, as `hpcwhirl cases --where`.
+    def hover(self, **wish: Any) -> Any:
+        """Return the map by plotly, with the numbers of the case under the mouse.
 
-        A word that a variable cannot have is refused, where `==` would find no case.
+        Parameters
+        ----------
+        wish : as of `map`, but critical
+
+        Raises
+        ------
+        InputError
+            where plotly is not there, or the map is one of shares
+        """
+        from hpcwhirl.report.map.hover import hover_map
+
+        return hover_map(self._file, _asked(wish))
+
+    def where(self, condition: str) -> xarray.Dataset:
+        """Return the cases that satisfy a condition, as `hpcwhirl cases --where`.
+
+        A word that a variable cannot have is refused, for which `==` finds no case.
 
         Parameters
         ----------
@@ -84,7 +159,7 @@ class Whirl:
         Parameters
         ----------
         case : its number in the campaign
-        transient : draw what is before the window of the words, too
+        transient : also draw the time before the window
         """
         from hpcwhirl.report.figures.motions import draw_orbits
 
@@ -133,7 +208,7 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the campaign, and a case of it that has an orbit."""
+        """Return the campaign, and the case if it has an orbit."""
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

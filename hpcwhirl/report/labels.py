@@ -1,4 +1,4 @@
-"""What pictures call a quantity, by `scene.quantities`; colour maps of numbers."""
+"""Names and labels of quantities in pictures; colour maps of numbers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def axis_of(name: str) -> str:
 
 
 def eq13_of(family: str) -> str:
-    """Return the name of a critical speed; the family is told unless it is 1F."""
+    """Return the name of a critical speed, with the family unless it is 1F."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 

@@ -34,7 +34,7 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
 def draw_apart(results: Path, out: Path) -> list[Path]:
     """Draw map.png and map.svg by `report.map.maps.draw_map` in another process.
 
-    Where this process has what it takes already, or cannot begin another, it draws.
+    If Matplotlib is loaded already, or no process can be started, this one draws.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the process; return the paths or raise what it tells."""
+    """Wait for the process; return the paths or raise its error."""
     with process:  # its input stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
     if told:

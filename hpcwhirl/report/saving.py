@@ -1,4 +1,4 @@
-"""Figures as files, whole or not at all."""
+"""Writing figures as files, atomically."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST = 80  # characters of a text in a file's name
 
 
 def part_of_name(text: str) -> str:
-    """Return a text as a part of a file's name: of bounded length, and its own."""
+    """Return a text as part of a file name, of bounded length and unique."""
     plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", text).strip("-")
     if len(plain) <= LONGEST:
         return plain
@@ -36,7 +36,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
 
 
 def _tidy(figure: Any) -> None:
-    """Escape what an SVG must not hold: a file's texts may come from anywhere."""
+    """Escape characters that an SVG must not contain; texts may come from files."""
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):

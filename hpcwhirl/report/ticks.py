@@ -1,4 +1,4 @@
-"""Axes that are drawn in SI, told in the units that are shown."""
+"""Labels and ticks in chosen units on axes that are drawn in SI."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ STEPS = (1, 2, 2.5, 5, 10)
 
 
 def tell_in_units(figure: Any) -> None:
-    """Have the axes of a figure tell the units of `scene.units.shown_in`.
+    """Label the axes of a figure in the units of `scene.units.shown_in`.
 
-    What is drawn stays in SI: labels name the unit, ticks stand at its round numbers.
-    Only linear axes, whose label ends in a unit or goes on after it, are changed.
+    The data stay in SI; labels name the unit, and ticks are at its round numbers. Only
+    linear axes whose label contains a unit are changed.
     """
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):

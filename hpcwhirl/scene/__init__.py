@@ -6,7 +6,14 @@ from hpcwhirl.scene.documents import (
     preset_in,
     scene_of_document,
 )
-from hpcwhirl.scene.engines import engine_inputs, engine_names, engine_shows, title_of
+from hpcwhirl.scene.engines import (
+    NAMED,
+    engine_inputs,
+    engine_names,
+    engine_shows,
+    named_scene,
+    title_of,
+)
 from hpcwhirl.scene.files import (
     apply_settings,
     check_kept,
@@ -27,7 +34,6 @@ from hpcwhirl.scene.inputs import (
     Scene,
     Solver,
 )
-from hpcwhirl.scene.paper_scenes import NAMED, named_scene
 from hpcwhirl.scene.presets import (
     loss_of,
     preset_bounds,

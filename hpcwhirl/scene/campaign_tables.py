@@ -427,3 +427,11 @@ class Refine(TableModel):
                 msg = f"wants either levels or resolution of {name}"
                 raise ValueError(msg)
         return self
+
+
+TABLES: dict[str, type[TableModel]] = {
+    "sample": SampleTable,
+    "refine": Refine,
+    "twins": TwinsTable,
+    "campaign": Campaign,
+}

@@ -14,38 +14,18 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic_core import PydanticUndefined
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.campaign_tables import Campaign, Refine, SampleTable, TwinsTable
+from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.files import Value
 from hpcwhirl.scene.inputs import OwnRatio
+from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT
-from hpcwhirl.scene.table_model import Key, TableModel, key_of
+from hpcwhirl.scene.table_model import Key, key_of
 
 SIGNS = (("gt", "> "), ("ge", ">= "), ("le", "<= "), ("lt", "< "))
 KINDS = {"int": "whole number", "float": "number", "str": "text"}
 INPUT = "<input>"  # key that stands for the name of any input
 SHORTEST = 3  # letters of a word that is searched for in meanings, at least
-_UNIT = "it is a unit, which a text may have"
-_LEFT_OUT = "it is not modelled; hpcwhirl manual trust tells what is left out"
-_SHAFT = (
-    "the shaft is two equal springs, see centre_stiffness, suspension_damping and "
-    "cross_coupling; other bearings are not modelled (hpcwhirl manual trust)"
-)
-OTHERWISE = {  # words that users look up but that are no inputs: the answer
-    "rpm": f'{_UNIT}: speed = "3000 rpm"',
-    "mm": f'{_UNIT}: gap = "0.8 mm"',
-    "kn": f'{_UNIT}: force = "30 kN"',
-    "hz": f'{_UNIT}: support_frequency = "3 Hz"',
-    "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
-    "bearing": _SHAFT,
-    "bearings": _SHAFT,
-    "squeeze film": _SHAFT,
-    **dict.fromkeys(
-        ("blade-off", "coating", "abradable", "wear",
-         "temperature", "thermal", "seal", "aerodynamics", "flutter"),
-        _LEFT_OUT,
-    ),
-}  # fmt: skip
 OWN_RATIO = get_args(OwnRatio)[-1]  # validator by which fields of this type are known
 
 
@@ -85,14 +65,8 @@ def design_tables() -> dict[str, list[InputFact]]:
 
     The key `<input>` stands for the name of any input.
     """
-    models: dict[str, type[TableModel]] = {
-        "sample": SampleTable,
-        "refine": Refine,
-        "twins": TwinsTable,
-        "campaign": Campaign,
-    }
     found = {table: [_told(table, INPUT, told)] for table, told in SWEPT.items()}
-    for table, model in models.items():
+    for table, model in TABLES.items():
         found[table] = [
             _told(
                 table, INPUT if name == "laws" else name, key_of(field), field.default

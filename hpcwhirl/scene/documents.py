@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
+from hpcwhirl.scene.bearing import is_table
+from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.files import (
     FILE,
@@ -23,15 +25,7 @@ from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
 from hpcwhirl.scene.resolve_path import anchored
 
-DESIGN_TABLES = (
-    "sweep",
-    "zip",
-    "cases",
-    "sample",
-    "refine",
-    "twins",
-    "campaign",
-)  # beside those of a scene
+DESIGN_TABLES = ("sweep", "zip", "cases", *TABLES)  # beside those of a scene
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
@@ -91,9 +85,8 @@ def scene_of_document(
             raise InputError(msg)
         if table in document:
             data[table] = document[table]
-    engine = data.get("engine")
-    if isinstance(engine, Mapping) and isinstance(engine.get("file"), str):
-        data["engine"] = {**engine, "file": _anchored(engine["file"], folder)}
+    if isinstance(data.get("engine"), Mapping):
+        data["engine"] = _placed(data["engine"], folder)
     scene = _set(data, preset_in(document), settings or {})
     check_label(scene)
     return scene
@@ -109,6 +102,19 @@ def _set(
     merged = {**preset, **{full_name(name): value for name, value in settings.items()}}
     check_kept(merged)
     return apply_settings(scene_from({**data, "solver": solver}), merged)
+
+
+def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
+    """Return [engine] with the paths of its file and its rotor's bearing absolute."""
+    placed, rotor = dict(engine), engine.get("rotor")
+    if isinstance(engine.get("file"), str):
+        placed["file"] = _anchored(engine["file"], folder)
+    bearing = rotor.get("bearing") if isinstance(rotor, Mapping) else None
+    if isinstance(rotor, Mapping) and isinstance(bearing, str):
+        if not is_table(bearing):
+            bearing = _anchored(bearing, folder)
+        placed["rotor"] = {**rotor, "bearing": bearing}
+    return placed
 
 
 def _anchored(file: str, folder: Path | str) -> str:

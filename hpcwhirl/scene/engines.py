@@ -1,17 +1,19 @@
-"""Named engines: values for inputs that the paper leaves open, chosen to differ."""
+"""Named engines and scenes: the paper's tables, and what the paper leaves open."""
 
 from __future__ import annotations
 
 import tomllib
-from functools import cache
+from difflib import get_close_matches
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.files import Value, flatten, full_name
+from hpcwhirl.scene.files import Value, apply_settings, flatten, full_name
 from hpcwhirl.scene.inputs import Scene
 
+ALIKE = 0.85  # of names, from which one is a slip of another
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
 
 
@@ -57,7 +59,7 @@ def title_of(name: str, file: str) -> str:
 
 
 def check_label(scene: Scene) -> None:
-    """Refuse the name of a built-in engine on a scene with the default's inputs.
+    """Refuse a built-in engine's name, or nearly it, with the default's inputs.
 
     A name is a label and sets no inputs, so such a scene would be mistaken for that
     engine.
@@ -68,8 +70,9 @@ def check_label(scene: Scene) -> None:
         with the file and the command that show the engine's inputs
     """
     label, usual = scene.engine.name, Scene()
-    name = FORMER.get(label, label)
-    if label == usual.engine.name or scene.engine.file or name not in engine_names():
+    near = get_close_matches(label, engine_names(), n=1, cutoff=ALIKE)  # a slip
+    name = FORMER.get(label, (near or [label])[0])
+    if name == usual.engine.name or scene.engine.file or name not in engine_names():
         return
     values, default = flatten(scene), flatten(usual)
     inputs = engine_inputs(name).keys() - {"engine.name"}
@@ -77,3 +80,30 @@ def check_label(scene: Scene) -> None:
         msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
         msg += f"'{name}' must stand in the file, as in jobs/{name}.toml; "
         raise InputError(msg + "hpcwhirl inputs engines tells them")
+
+
+def table1() -> Scene:
+    """Return Table 1 at 410 rad/s: gap 1 mm, mu 0.2, 20 revolutions."""
+    return Scene(speed=410.0, gap=1e-3, friction=0.2, revolutions=20.0)
+
+
+def table2() -> Scene:
+    """Return Table 2 at 410 rad/s: gap 0.128 mm, mu 0.1, 2.5 s."""
+    return Scene(speed=410.0, gap=1.28e-4, friction=0.1, duration=2.5)
+
+
+def table2_on(engine: str) -> Scene:
+    """Return the scene of Table 2 with a named engine."""
+    return apply_settings(table2(), engine_inputs(engine))
+
+
+NAMED = {"table1": table1, "table2": table2} | {
+    name: partial(table2_on, name) for name in engine_names()
+}
+
+
+def named_scene(name: str) -> Scene:
+    """Return a named scene; raise InputError for an unknown name."""
+    if name not in NAMED:
+        raise unknown("scene", name, NAMED)
+    return NAMED[name]()

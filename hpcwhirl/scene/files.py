@@ -22,23 +22,26 @@ from hpcwhirl.errors import (
     unknown,
 )
 from hpcwhirl.safe_open import check_regular, open_regular, read_regular
+from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.inputs import WRONG_UNIT, Scene
+from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.units import each_in_si, told_of
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
+BEARING = "engine.rotor.bearing"  # the one whose file is kept as text
 MISTUNING = "engine.rotor.mistuning"  # the one that is a list
 READING = 2  # increase when the same engine file would give other numbers
-PHYSICS_VERSION = 8  # increase when the same inputs would give other numbers
+PHYSICS_VERSION = 9  # increase when the same inputs would give other numbers
 MOST_BYTES = 2**31  # of an engine file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # bits of a whole number, so that it fits into a float
 DEEPEST = 32  # nesting of tables and lists
-LATER = ("unbalance", "unbalance_phase")  # inputs in digests only if not the default:
-# cases from before these inputs existed keep their digests
+LATER = tuple(name for name, told in INPUTS.items() if told.later)
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 PRESET = "preset"  # key of [solver]: no input, but a name for several
+TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "campaign"}
 SETS = {  # input: inputs that it determines if it is not zero, overriding their values
     "solver.accuracy": ("solver.time_step",),
     "solver.truncation": (
@@ -68,9 +71,18 @@ def value_in_si(name: str, value: Any) -> Any:
         naming the input, if the unit is unknown or of another quantity
     """
     told = INPUTS.get(name)
+    if name == BEARING:
+        return told_of(name, lambda: _tables_in(value))
     if told is None or name not in IN_UNITS:
         return value
     return told_of(name, lambda: each_in_si(value, told.unit))
+
+
+def _tables_in(value: Any) -> Any:
+    """Return the bearing's table, or those of a list, that texts name."""
+    if isinstance(value, list):
+        return [_tables_in(one) for one in value]
+    return bearing_table(value) if isinstance(value, str) else value
 
 
 @cache
@@ -93,6 +105,13 @@ def full_name(name: str) -> str:
         msg = (
             "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
         )
+        raise InputError(msg)
+    if name.partition(".")[0] in TABLES:
+        table = name.partition(".")[0]
+        msg = f"'{name}' is no scene input: write [{table}] in the campaign's file"
+        raise InputError(msg)
+    if name.lower() in OTHERWISE:
+        msg = f"unknown scene input '{name}': {OTHERWISE[name.lower()]}"
         raise InputError(msg)
     short = {n.rsplit(".", 1)[-1] for n in INPUTS}
     raise unknown("scene input", name, short | INPUTS.keys())
@@ -190,6 +209,8 @@ def _unknown_key(table: str, word: str) -> InputError:
     places = sorted({p for n in names for p in _tables(n) if p.endswith(f".{word}")})
     if places and dotted not in places:
         return InputError(f"unknown {what} '{word}'; it is the table [{places[0]}]")
+    if word.lower() in OTHERWISE:
+        return InputError(f"unknown {what} '{word}': {OTHERWISE[word.lower()]}")
     inside = [n.removeprefix(f"{table}.") for n in names if n.startswith(table)]
     return unknown(what, word, [n for n in inside if "." not in n])
 

@@ -15,10 +15,12 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.quantity import given, quantity_of
 from hpcwhirl.scene.resolve_path import anchored, printable
 from hpcwhirl.scene.rules import (
     AS_THE_REST,
+    NO_BLADE,
     OF_CASING,
     OF_ENGINE,
     OF_ROTOR,
@@ -170,12 +172,86 @@ class Rotor(Inputs):
         "N/m",
         symbol="k_q",
     )
+    stiffness_difference: Finite = given(
+        0.0,
+        "half the difference of the shaft's stiffnesses along x and y, (k_x - k_y)/2; "
+        "in the static frame, k_o is their mean; smaller than centre_stiffness; with "
+        "rotation full alone, scheme general, paper or modal",
+        "N/m",
+        symbol="k_d",
+        later=True,
+    )
+    damping_difference: Finite = given(
+        0.0,
+        "half the difference of the damping of the suspension along x and y, (c_x - "
+        "c_y)/2; in the static frame; at most the mean, that of suspension_damping; "
+        "with rotation full alone, scheme general, paper or modal",
+        "N s/m",
+        symbol="c_d",
+        later=True,
+    )
+    bearing: Annotated[str, AfterValidator(bearing_table)] = given(
+        "",
+        "table over speed of a bearing at the centre, for springs and damper there; "
+        "a CSV or TOML file of columns frequency, rad/s, kxx, kxy, kyx, kyy, cxx, cxy, "
+        "cyx, cyy; kept as text; with rotation full alone, not of a rotor from file",
+        later=True,
+    )
+    lost_blade: int = given(
+        NO_BLADE,
+        "blade that is lost as a run begins, counted from 0; -1: none; the others are "
+        "then unbalanced; with rotation full alone, not of a rotor from file",
+        ge=NO_BLADE,
+        later=True,
+    )
+    shaft: Literal["springs", "cantilever", "two bearings"] = given(
+        "springs",
+        "what holds the centre; springs: centre_stiffness, no tilt; cantilever, or "
+        "overhung beyond two bearings: a massless round shaft on which the disk tilts, "
+        "too; with rotation full alone, not of a rotor from file",
+        later=True,
+    )
+    shaft_length: Positive = given(
+        0.6,
+        "length L of a cantilever, or between two bearings L_1",
+        "m",
+        symbol="L_1",
+        later=True,
+    )
+    shaft_overhang: Positive = given(
+        0.4, "from the second bearing to the disk", "m", symbol="L_2", later=True
+    )
+    shaft_diameter: Positive = given(0.1, "of a round shaft", "m", later=True)
+    shaft_young: Positive = given(
+        210e9, "Young's modulus of the shaft", "Pa", later=True
+    )
+    polar_inertia: NonNegative = given(
+        0.0,
+        "moment of inertia about the axis of rotation; of a disk that tilts; 0: that of"
+        " the bladed disk's beams",
+        "kg m^2",
+        symbol="I_p",
+        later=True,
+    )
+    tilt_inertia: NonNegative = given(
+        0.0,
+        "moment of inertia about a diameter; of a disk that tilts; 0: half of the polar"
+        " one, as of a thin disk",
+        "kg m^2",
+        symbol="I_d",
+        later=True,
+    )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = given(
         (),
         "relative change of each blade's Young's modulus, N numbers; E_j = E (1 + "
         "delta_j), the disk stays as it is; swept as a list of such lists; not of a"
         " rotor from file",
     )
+
+    @property
+    def is_uneven(self) -> bool:
+        """Whether its sectors are not equal."""
+        return bool(self.mistuning) or self.lost_blade != NO_BLADE
 
 
 class Casing(Inputs):
@@ -263,8 +339,8 @@ class Engine(Inputs):
     rotation: Literal["none", "full"] = given(
         "none",
         "what rotation adds to the rotor; none: nothing, as in the paper; full: "
-        "Coriolis, centrifugal stiffening and softening, and supports that stand; not "
-        "of a rotor from file; `gap` is the clearance at speed either way",
+        "Coriolis, centrifugal stiffening and softening, and supports that stand; of a "
+        "rotor from file if that has them; `gap` is the clearance as `gap_at` says",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
@@ -366,6 +442,12 @@ class Scene(Inputs, metaclass=_Told):
         ge=0,
     )
     gap: NonNegative = given(1.28e-4, "blade-tip clearance; at most 10 tip radii", "m")
+    gap_at: Literal["speed", "rest"] = given(
+        "speed",
+        "when the gap is that: at the running speed, or at rest, from which the radial "
+        "growth of the tips takes a part; with engine.rotation full alone",
+        later=True,
+    )
     friction: NonNegative = given(0.1, "Coulomb coefficient mu", symbol="μ")
     force: NonNegative = given(
         75e3,
@@ -386,9 +468,13 @@ class Scene(Inputs, metaclass=_Told):
         "centre alone",
         "kg m",
         symbol="m e",
+        later=True,
     )
     unbalance_phase: Finite = given(
-        0.0, "angle of the unbalance from blade 0, in the direction of theta", "rad"
+        0.0,
+        "angle of the unbalance from blade 0, in the direction of theta",
+        "rad",
+        later=True,
     )
     duration: Positive = given(
         2.5, "engine time; or revolutions > 0; words: on its last 40 %", "s"

@@ -65,7 +65,7 @@ def loss_of(scene: Scene) -> str:
     """Return the errors of a scene's preset, or a note that they were not measured."""
     if scene.engine.file:
         return "not measured on rotors from file"
-    equal = scene.has_harmonics and not scene.engine.rotor.mistuning
+    equal = scene.has_harmonics and not scene.engine.rotor.is_uneven
     if not equal or scene.engine.casing.kind == "rigid":
         return "not measured but for equal blades in a ring of harmonics: this is other"
     return preset_loss(preset_of(scene))

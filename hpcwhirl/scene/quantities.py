@@ -86,6 +86,12 @@ ROW: dict[str, Quantity] = {
         slip_ratio="fastest slip of a tip in contact over the speed of"
         " rotation at the tips; from 1 on friction may have reversed",
     ),
+    **_table(
+        "f8",
+        "m",
+        tip_growth="radial growth of the tip that rotation pulls out most; 0 where "
+        "rotation is none",
+    ),
     **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
     **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
     **_table("f8", "J", ledger_damping="lost in modal damping"),
@@ -171,6 +177,14 @@ ARRAYS: dict[str, Quantity] = {
     **_table("f8", "kg", mass="reduced mass matrix"),
     **_table("f8", "N/m", stiffness="reduced stiffness matrix"),
     **_table("f8", "N s/m", damping="modal damping, D"),
+    **_table("f8", "kg", coriolis="C, skew; forces are -2 Omega C x'"),
+    **_table("f8", "kg m", centrifugal_load="force per unit Omega^2"),
+    **_table("f8", "kg", stress_stiffness="by tension, per unit Omega^2"),
+    **_table("f8", "kg", softening="taken from it: the mass that moves in the plane"),
+    **_table("f8", "rad/s", speeds="of stiffness_a and stiffness_b"),
+    **_table("f8", "N/m", stiffness_a="at the first of two speeds"),
+    **_table("f8", "N/m", stiffness_b="at the second"),
+    **_table("f8", "N s/m", centre_damping="of the shaft's support, which stands"),
     **_table("f8", "1/sqrt(kg)", shapes="mass-orthonormal mode shapes, by columns"),
     **_table("f8", "rad/s", omega="frequencies of the shapes"),
     **_table("f8", "1", damping_ratio="xi of each shape"),

@@ -13,7 +13,10 @@ from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
+from hpcwhirl.errors import shown
+
 AS_THE_REST = -1.0  # damping ratio that stands for that of the other modes
+NO_BLADE = -1  # number of the blade that is lost where none is
 MOST_STEPS = 1e13  # steps of a case, at most
 MOST_GAP = 10.0  # gap over tip radius, at most
 
@@ -95,6 +98,63 @@ def _lobes_refused(
     return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
 
 
+STANDING = "cross_coupling", "stiffness_difference", "damping_difference"
+
+
+def _told(usual: str | int) -> str | int:
+    return "empty" if usual == "" else usual
+
+
+def _of_turning(name: str, usual: str | int) -> Rule:
+    """Return the rule that an input is as usual without rotation."""
+    return Rule(
+        ("rotation", f"rotor.{name}"),
+        lambda rotation, value: (rotation != "none") | (value == usual),
+        lambda _, value: (
+            f"rotor.{name} must be {_told(usual)} where rotation is none, got"
+            f" {shown(value)}"
+        ),
+    )
+
+
+def _of_beams(name: str, usual: str | int) -> Rule:
+    """Return the rule that an input is as usual of a rotor from file."""
+    return Rule(
+        ("file", f"rotor.{name}"),
+        lambda file, value: (file == "") | (value == usual),
+        lambda _, value: (
+            f"rotor.{name} must be {_told(usual)} with a rotor from file, got"
+            f" {shown(value)}"
+        ),
+    )
+
+
+def _of_moving(name: str, usual: str | int) -> Rule:
+    """Return the rule that an input is as usual without a free centre."""
+    return Rule(
+        ("centre", name),
+        lambda centre, value: (centre != "clamped") | (value == usual),
+        lambda _, value: (
+            f"{name} must be {_told(usual)} where centre is clamped, got {shown(value)}"
+        ),
+    )
+
+
+def _beside_a_table(name: str, usual: str | int) -> Rule:
+    """Return the rule that an input is as usual where a bearing's table stands."""
+    return Rule(
+        ("bearing", name),
+        lambda bearing, value: (bearing == "") | (value == usual),
+        lambda _, value: f"{name} must be {usual} with a bearing, got {value}",
+    )
+
+
+WHOLE = (  # inputs that only a rotor with rotation full has, and their value without
+    ("shaft", "springs"),
+    ("lost_blade", NO_BLADE),
+    ("bearing", ""),
+)
+TILTING = 3  # fewest blades of a disk that tilts
 LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 OF_ROTOR = (
     Rule(
@@ -109,6 +169,22 @@ OF_ROTOR = (
         lambda rim, tip: rim < tip,
         lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}",
     ),
+    *(_of_moving(name, 0) for name in STANDING[1:]),
+    *(_of_moving(*one) for one in WHOLE),
+    *(_beside_a_table(name, 0) for name in STANDING),
+    _beside_a_table("shaft", "springs"),
+    Rule(
+        ("lost_blade", "blades"),
+        lambda lost, blades: lost < blades,
+        lambda lost, blades: f"lost_blade must be < blades ({blades}), got {lost}",
+    ),
+    Rule(
+        ("blades", "shaft"),
+        lambda blades, shaft: (blades >= TILTING) | (shaft == "springs"),
+        lambda _, shaft: (
+            f"shaft must be springs with fewer than {TILTING} blades, got {shaft}"
+        ),
+    ),
 )
 OF_CASING = (
     Rule(
@@ -120,20 +196,9 @@ OF_CASING = (
     ),
 )
 OF_ENGINE = (
-    Rule(
-        ("rotation", "rotor.cross_coupling"),
-        lambda rotation, coupling: (rotation != "none") | (coupling == 0.0),
-        lambda _, coupling: (
-            f"rotor.cross_coupling must be 0 where rotation is none, got {coupling}"
-        ),
-    ),
-    Rule(
-        ("rotation", "file"),
-        lambda rotation, file: (rotation == "none") | (file == ""),
-        lambda rotation, _: (
-            f"rotation must be none with a rotor from file, got {rotation}"
-        ),
-    ),
+    *(_of_turning(name, 0) for name in STANDING),
+    *(_of_beams(*one) for one in WHOLE),
+    *(_of_turning(*one) for one in WHOLE),
     Rule(
         ("rotation", "rotor.suspension_damping", "rotor.damping"),
         lambda rotation, own, least: (
@@ -165,6 +230,14 @@ OF_SCENE = (
         lambda kind, by, elements, harmonics, lobes: (kind != "ring")
         | (lobes <= _most_lobes(by, elements, harmonics)),
         _lobes_refused,
+    ),
+    Rule(
+        ("engine.rotation", "gap_at"),
+        lambda rotation, at: (rotation != "none") | (at == "speed"),
+        lambda _, at: (
+            "gap_at must be speed where engine.rotation is none, which pulls no tips "
+            f"out, got {at}"
+        ),
     ),
     Rule(
         ("engine.rotation", "unbalance"),

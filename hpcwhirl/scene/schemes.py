@@ -26,8 +26,9 @@ class Scheme:
     flies : whether it jumps over steps in which no blade can touch
     cyclic : whether it refuses rotors and rings that the cyclic kernel cannot compute
     matrices : whether it integrates coordinates with M, D and K, not modes
-    turns : computing time of a step with engine.rotation = "full", s; no scheme folds,
-        settles or flies then
+    stands : whether supports may differ by direction
+    turns : computing time of a step with engine.rotation = "full", s; no scheme flies
+        then, and only rotors of equal sectors settle
     """
 
     name: str
@@ -39,6 +40,7 @@ class Scheme:
     flies: bool = False
     cyclic: bool = False
     matrices: bool = False
+    stands: bool = True
     turns: float = 0.0
 
     def step_seconds(self, rotation: str) -> float:
@@ -52,7 +54,7 @@ _TABLE = (
     ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
-        flies=True, cyclic=True, turns=0.35e-6,
+        flies=True, cyclic=True, stands=False, turns=0.35e-6,
     ),
     Scheme(
         "general",

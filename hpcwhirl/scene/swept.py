@@ -159,7 +159,7 @@ def check_count(cases: float, told: str) -> None:
     Parameters
     ----------
     cases : number of cases
-    told : what asks for them, in the message
+    told : beginning of the text on what was given, such as "got"
     """
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"

@@ -126,6 +126,8 @@ DEFINED = {
     "rise_of_both": "min(growth_rate, growth_rotor) * window",
     "fed_less": "ledger_rotation + ledger_friction <= ledger_pulse",
     "carried": "fed_less or (begin < load_end and rise_of_both <= rise)",
+    "steady_rub": "growth_casing != 0"
+    " and max(abs(growth_casing), abs(growth_shaft)) * window <= drift",
     "largest_change": "max(max(abs(growth_rate), abs(growth_rotor)),"
     " abs(growth_shaft)) * window",
 }
@@ -174,7 +176,7 @@ RULES = {
         ),
         Rule("undecided", ("late_contacts == 0",)),
         # fed by rotation and friction, and grown, no slower in the last quarter, the
-        # rotor too, to the highest of the run
+        # rotor too, to the highest of the run; contact that grows moves casing or shaft
         Rule(
             "divergent",
             (
@@ -183,11 +185,15 @@ RULES = {
                 "growth_last >= onward * growth_rate",
                 "summit > above",
                 "late_fed > 0",
+                "not steady_rub",
             ),
         ),
         # fed by contact what is lost, the energy turned over, and no change
         Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
         Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
+        # the same of casing and shaft, which contact alone moves steadily, while waves
+        # of the blades wander: with rotation, often for longer than the window
+        Rule("sustained", ("steady_rub", "rise_of_both <= rise", *KEPT_UP)),
         # anything else, such as falling while still touching
         Rule("undecided"),
     ),

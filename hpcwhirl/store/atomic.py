@@ -1,7 +1,7 @@
-"""Files that are replaced whole or not at all, each written under a name of its own.
+"""Atomic replacement of files, each written under a temporary name of its own.
 
-A file system keeps names apart from what files hold: where the machine dies, a synced
-file is there for certain only once the directory of its name has been synced, too.
+A file system stores names apart from contents: after a crash of the machine, a synced
+file is certain to exist only if its directory has been synced, too.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 
 
 def part_of(path: Path) -> Path:
-    """Make an empty file beside `path`, of this caller alone, and return it.
+    """Make an empty temporary file beside `path` and return its path.
 
-    Its name is new: nothing that was there, no link either, is written through.
+    The name is new, so that no existing file or link is written to.
     """
     stem = os.fsdecode(os.fsencode(path.name)[:LONGEST])
     part = path.with_name(f"{stem}.{uuid.uuid4().hex}.part")
@@ -45,11 +45,11 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Let whoever asks publish; `store.directory.owner.Claim.check` lets the owner."""
+    """Allow every process to publish; see `store.directory.owner.Claim.check`."""
 
 
 def keep_names(folder: Path) -> None:
-    """Sync a directory: names that were made or changed in it outlive the machine.
+    """Sync a directory, so that new or changed names in it survive a crash.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def keep_names(folder: Path) -> None:
 
 
 def make_folders(folder: Path) -> None:
-    """Make a directory and what is missing above it, to outlive the machine.
+    """Make a directory and missing parents, so that they survive a crash.
 
     Raises
     ------
@@ -82,11 +82,11 @@ def make_folders(folder: Path) -> None:
 
 @contextmanager
 def telling(what: Path | str) -> Iterator[None]:
-    """Tell in one line what opening, writing, syncing or closing a file leads to.
+    """Turn errors of opening, writing, syncing or closing a file into one line.
 
     Parameters
     ----------
-    what : the file that is written, or "in" and a directory
+    what : the file that is written, or "in" and a directory, for the message
 
     Raises
     ------
@@ -106,12 +106,12 @@ def telling(what: Path | str) -> Iterator[None]:
 def replacing(
     path: Path, check: Check = anyone, *, held: bool = False
 ) -> Iterator[Path]:
-    """Give a file that takes the place of `path` once the block has ended well.
+    """Context with a temporary file that replaces `path` if the block succeeds.
 
     Parameters
     ----------
-    path : to be replaced
-    check : raises where this process may no longer do so, see `publish`
+    path : file to replace
+    check : raises if this process may no longer publish, see `publish`
     held : whether the file is locked meanwhile, for `sweep_idle`
     """
     part = part_of(path)
@@ -128,13 +128,13 @@ def replacing(
 
 
 def publish(part: Path, path: Path, check: Check = anyone) -> None:
-    """Put a file, synced, in another's place.
+    """Sync a file and rename it to another path.
 
     Parameters
     ----------
-    part, path : the file, and the one whose name it takes
-    check : called right before, after all that takes time; raises where this process
-        has lost the right to do so
+    part, path : the file, and its new path
+    check : called right before the renaming; raises if this process has lost the
+        right to publish
     """
     try:
         with part.open("rb+") as file:
@@ -150,11 +150,11 @@ def publish(part: Path, path: Path, check: Check = anyone) -> None:
 def write_whole(
     path: Path, data: bytes, check: Check = anyone, *, held: bool = False
 ) -> None:
-    """Put data, synced, in place of what the file held; several may do so at once.
+    """Replace the content of a file, synced; several processes may do so at once.
 
     Parameters
     ----------
-    path, data : the file and what it is to hold
+    path, data : the file and its new content
     check, held : see `publish`, `replacing`
 
     Raises
@@ -169,7 +169,7 @@ def write_whole(
 
 
 def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` that no process is writing any more."""
+    """Remove temporary files of `replacing` that no process holds any more."""
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:
             if item.name.startswith(stem) and PART.fullmatch(item.name):
@@ -178,7 +178,7 @@ def sweep_idle(folder: Path, stem: str) -> None:
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
-    """Remove a temporary file unless who made it is still at it.
+    """Remove a temporary file unless its process still holds it.
 
     Raises
     ------
@@ -193,12 +193,12 @@ def _remove_idle(item: os.DirEntry[str]) -> None:
 
 
 def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
-    """Remove temporary files that a process has left in a directory as it died.
+    """Remove temporary files that a dead process has left in a directory.
 
     Parameters
     ----------
-    folder : whose own files are looked at
-    stem : what their names begin with
+    folder : directory, without those inside it
+    stem : beginning of their names
     older : only those last written before then, s since 1970 on its file system
     """
     with suppress(OSError), os.scandir(folder) as found:

@@ -1,9 +1,9 @@
-"""Opening an HDF5 file to write it, such that a full disk is an error and no crash.
+"""Writing HDF5 files such that a full disk is an error and not a crash.
 
-HDF5 writes much of a file as its objects are closed, which may be when Python forgets
-them: a failure there reaches nobody, the library keeps the object, tries again as the
-process ends, and crashes. So it never sees one: what the disk does not take is let
-pass, and the first refusal is raised once the file, useless by then, is closed.
+HDF5 writes much of a file when its objects are closed, possibly by the garbage
+collector. A failure there is not reported: the library keeps the object, tries again at
+the end of the process, and crashes. So it never sees a failure: every write pretends to
+succeed, and the first error is raised once the file, useless by then, is closed.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ DAMAGE = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeEr
 
 
 def utf8(text: str) -> NDArray[np.bytes_]:
-    """Return text as an attribute keeps it: UTF-8, said to be so, of fixed length.
+    """Return text as an attribute of fixed length, marked as UTF-8.
 
-    NetCDF, h5netcdf and h5py read it, and parallel HDF5 writes it.
+    NetCDF, h5netcdf and h5py read such text, and parallel HDF5 can write it.
     """
     data = text.encode()
     return np.array(data, dtype=h5py.string_dtype("utf-8", max(len(data), 1)))
 
 
 class _Patient(io.FileIO):
-    """A file that takes everything, and remembers what the disk did not take."""
+    """A file whose writes always seem to succeed; it stores the first error."""
 
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all, or remember why not; return the bytes that were to be written."""
+        """Write all or store the error; return the number of bytes given."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -51,7 +51,7 @@ class _Patient(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size, or remember why not."""
+        """Set the size or store the error."""
         try:
             return super().truncate(size)
         except OSError as failed:
@@ -85,7 +85,7 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Tell in one line what reading a damaged file leads to, which may be anything.
+    """Turn any error of reading a damaged file into one line.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def refusal(path: Path, failed: Exception) -> MissingFileError:
-    """Return in a line why a file could not be written; HDF5 tells many lines."""
+    """Return the error of a file that could not be written, in one line."""
     chain: list[BaseException] = [failed]
     while (before := chain[-1].__cause__ or chain[-1].__context__) is not None:
         chain.append(before)
@@ -114,6 +114,6 @@ def refusal(path: Path, failed: Exception) -> MissingFileError:
 
 
 def _number(failed: BaseException) -> int:
-    """Return the system's number of an error, 0 for none; HDF5 tells it in words."""
+    """Return the errno of an error, 0 for none; HDF5 has it in its text."""
     found = re.search(r"errno = (\d+)", str(failed))
     return getattr(failed, "errno", None) or (int(found[1]) if found else 0)

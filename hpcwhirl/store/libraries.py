@@ -1,4 +1,4 @@
-"""Which HDF5 is in use here, and which MPI libraries it brought along."""
+"""Versions of HDF5, and the MPI libraries loaded into this process."""
 
 from __future__ import annotations
 

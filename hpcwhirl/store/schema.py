@@ -1,4 +1,4 @@
-"""How a quantity is stored in `results.h5`: its type, and what stands for nothing."""
+"""Storage of a quantity in `results.h5`: its type and its missing value."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hpcwhirl.errors import unknown
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 
-FORMAT = 4
+FORMAT = 5
 
 
 def dtype(quantity: Quantity) -> np.dtype[Any]:
@@ -25,7 +25,7 @@ def missing(quantity: Quantity) -> float | int | bytes:
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return a row's value as it is stored, or raise where it is no such word."""
+    """Return a row's value as it is stored; raise for an unknown word."""
     if quantity.kind == "enum":
         if value not in ENUMS[name]:
             raise unknown(name, str(value), ENUMS[name])

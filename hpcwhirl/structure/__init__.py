@@ -13,12 +13,14 @@ from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
 from hpcwhirl.structure.fourier import FourierOperator, harmonic_matrices
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
+from hpcwhirl.structure.tilting import Tilt
 
 __all__ = [
     "CyclicStructure",
     "FourierOperator",
     "RingOperator",
     "Rotation",
+    "Tilt",
     "blade_stiffness",
     "bladed_disk",
     "harmonic_matrices",

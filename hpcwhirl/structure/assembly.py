@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.structure.tilting import Tilt
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -25,6 +27,7 @@ class CyclicStructure:
     centre : the two centre DoF (x, y in the structure's frame), or none
     centre_stiffness : k_o, N/m, of the shaft's springs
     mistuned : whether the sectors are not identical
+    tilt : of a disk that tilts on its shaft; its DoF are none of these
     """
 
     mass: Floats
@@ -35,6 +38,7 @@ class CyclicStructure:
     centre: tuple[int, ...] = ()
     centre_stiffness: float = 0.0
     mistuned: bool = False
+    tilt: Tilt | None = None
 
 
 def add_element(

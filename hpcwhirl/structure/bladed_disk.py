@@ -11,9 +11,11 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.structure.assembly import CyclicStructure, add_element, turn
 from hpcwhirl.structure.beams import Section, beam
+from hpcwhirl.structure.tilting import tilt_of
 
 Floats = NDArray[np.float64]
 NODE = 3  # DoF a node: radial, tangential, rotation
+GHOST = 1e-6  # share of its mass and stiffness that stands for a lost blade
 MOST_DOF = 15_000  # dense M and K of 1.8 GB each
 
 
@@ -86,7 +88,8 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.
     The tip's radial and tangential DoF are the boundary. Mistuning scales the
-    stiffness of each blade, E_j = E (1 + delta_j), not that of the disk.
+    stiffness of each blade, E_j = E (1 + delta_j), not that of the disk. Of a blade
+    that is lost a share `GHOST` of mass and stiffness is left.
 
     Raises
     ------
@@ -105,7 +108,8 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     matrices = np.zeros((total, total)), np.zeros((total, total))
     (inertia, elastic), hub = blade(rotor), np.array([total - 2, total - 1])
     for j, change in enumerate(rotor.mistuning or (0.0,) * blades):
-        blade_matrices = inertia, (1 + change) * elastic
+        left = GHOST if j == rotor.lost_blade else 1.0
+        blade_matrices = left * inertia, left * (1 + change) * elastic
         root = j * size + np.arange(NODE)
         after = (j + 1) % blades * size + np.arange(NODE)
         length, section, spoke_turn = spoke(rotor, 2 * np.pi * j / blades)
@@ -118,8 +122,10 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
             for target, part in zip(matrices, beam(length, section), strict=True):
                 add_element(target, part, np.r_[root, after], rim_turn)
     mass, stiffness = matrices
-    stiffness[hub, hub] += rotor.centre_stiffness
-    kept = slice(None) if centre else slice(0, -2)
+    radii = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
+    tilt, kept = tilt_of(rotor, mass, radii), slice(None) if centre else slice(0, -2)
+    held = tilt.stiffness[0] if tilt else rotor.centre_stiffness
+    stiffness[hub, hub] += held
     return CyclicStructure(
         mass[kept, kept],
         stiffness[kept, kept],
@@ -127,6 +133,7 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
         sector_size=size,
         boundary=(size - 3, size - 2),
         centre=centre,
-        centre_stiffness=rotor.centre_stiffness,
-        mistuned=bool(rotor.mistuning),
+        centre_stiffness=held,
+        mistuned=rotor.is_uneven,
+        tilt=tilt,
     )

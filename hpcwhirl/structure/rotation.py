@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from hpcwhirl.scene import Rotor
 from hpcwhirl.structure.assembly import turn
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
-from hpcwhirl.structure.bladed_disk import NODE, blade_sections, rim, spoke
+from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -41,12 +41,14 @@ class Rotation:
     ----------
     coriolis : C (n, n), kg, skew
     stiffening : K_g (n, n), kg: N/m per unit Omega^2
-    load : F_c (n,), kg m: N per unit Omega^2
+    load : F_c (n,), kg m: N per unit Omega^2, with the pull of a lost blade
+    released : (n,), kg m: what a lost blade pulled at its root, the other way; or zero
     """
 
     coriolis: Floats
     stiffening: Floats
     load: Floats
+    released: Floats
 
 
 @dataclass(frozen=True)
@@ -170,34 +172,53 @@ def tensions(parts: list[Member], size: int) -> Floats:
 
 
 def rotation_of(rotor: Rotor) -> Rotation:
-    """Return the terms of rotation of `bladed_disk`, in its DoF."""
+    """Return the terms of rotation of `bladed_disk`, in its DoF.
+
+    The loss of a blade leaves the tension of disk and rim as it was.
+    """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
-    wide = size + NODE + 2
-    coriolis, stiffening = np.zeros((wide, wide)), np.zeros((wide, wide))
-    load = np.zeros(wide)
-    for part, mean in zip(parts, tensions(parts, size), strict=True):
-        turns = coriolis_of(part.length, part.section)
-        stiff = stiffening_of(part.length, part.section, part.start[0], mean)
-        pushed = load_of(part.length, part.section, part.start)
-        place, lift = (part.dofs[:, None], part.dofs), part.transform
-        np.add.at(coriolis, place, lift.T @ turns @ lift)
-        np.add.at(stiffening, place, lift.T @ stiff @ lift)
-        np.add.at(load, part.dofs, lift.T @ pushed)
-    total = blades * size + 2
-    whole = Rotation(
-        np.zeros((total, total)), np.zeros((total, total)), np.zeros(total)
+    wide, total = size + NODE + 2, blades * size + 2
+    whole = [np.zeros((total, total)), np.zeros((total, total)), np.zeros(total)]
+    released, pull = np.zeros(total), 0.0
+    split = len(parts) - rotor.elements, len(parts)
+    forces = tensions(parts, size)
+    disk, blade = (
+        _added(parts[a:b], forces[a:b], wide) for a, b in ((0, split[0]), split)
     )
+    for part in parts[split[0] :]:
+        pull += float(load_of(part.length, part.section, part.start)[ROD].sum())
     for j in range(blades):
         after = (j + 1) % blades * size + np.arange(NODE)
         places = np.r_[j * size + np.arange(size), after, total - 2, total - 1]
         lift = np.eye(wide)
         lift[-2:, -2:] = turn(2 * np.pi * j / blades)
+        left = GHOST if j == rotor.lost_blade else 1.0
         grid = places[:, None], places
-        np.add.at(whole.coriolis, grid, lift.T @ coriolis @ lift)
-        np.add.at(whole.stiffening, grid, lift.T @ stiffening @ lift)
-        np.add.at(whole.load, places, lift.T @ load)
+        for target, own, other in zip(whole[:2], disk, blade, strict=False):
+            np.add.at(target, grid, lift.T @ (own + left * other) @ lift)
+        np.add.at(whole[2], places, lift.T @ (disk[2] + left * blade[2]))
+        if j == rotor.lost_blade:
+            whole[2][j * size] += (1 - GHOST) * pull
+            released[j * size] = -(1 - GHOST) * pull
     kept = slice(None) if rotor.centre == "free" else slice(0, -2)
+    coriolis, stiffening, load = whole
     return Rotation(
-        whole.coriolis[kept, kept], whole.stiffening[kept, kept], whole.load[kept]
+        coriolis[kept, kept], stiffening[kept, kept], load[kept], released[kept]
     )
+
+
+def _added(
+    parts: list[Member], forces: Floats, wide: int
+) -> tuple[Floats, Floats, Floats]:
+    """Return C, K_g (wide, wide) and F_c (wide,) of some beams of a sector."""
+    out = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros(wide)
+    for part, mean in zip(parts, forces, strict=True):
+        place, lift = (part.dofs[:, None], part.dofs), part.transform
+        turns = coriolis_of(part.length, part.section)
+        stiff = stiffening_of(part.length, part.section, part.start[0], mean)
+        np.add.at(out[0], place, lift.T @ turns @ lift)
+        np.add.at(out[1], place, lift.T @ stiff @ lift)
+        pushed = load_of(part.length, part.section, part.start)
+        np.add.at(out[2], part.dofs, lift.T @ pushed)
+    return out

@@ -37,6 +37,8 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from crashing import awaits, checks
 from crashing.disk import MODELS, PART, PROCESS, Crash
 from crashing.kinds import Kind, kinds

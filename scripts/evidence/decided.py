@@ -4,7 +4,8 @@
 
 Draws cells of the maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm)
 of five engines: `rubbing` of `preset_map`, `four_motions`, the default,
-`mostly_damped`, two of `words_hold`. Each is marched to 20 s in `draft`, and its word
+`mostly_damped`, two of `words_hold`; and of `four_motions` with full rotation at
+friction 0.15, where it rubs all round. Each is marched to 20 s in `draft`, and its word
 asked at 2.5, 5, 10 and 20 s, as a run of that length has it. Rows go to FILE (JSON
 lines, resumable; default a temporary file). Prints the share of undecided at each time,
 what words of earlier times
@@ -39,9 +40,10 @@ PAGE = Path(__file__).with_suffix(".md")
 TIMES = (2.5, 5.0, 10.0, 20.0)
 SPEEDS, GAPS = np.linspace(40.0, 520.0, 121), np.geomspace(0.8e-4, 4e-4, 41)
 WORDS = ("damped", "sustained", "divergent", "undecided")
+TURNING = "four_motions, rotation full, friction 0.15"
 CELLS = {
     "rubbing": 250, "four_motions": 250, "diverging, 22 blades": 60,
-    "mostly_damped": 60, "light ring, 12 blades": 60,
+    "mostly_damped": 60, "light ring, 12 blades": 60, TURNING: 60,
 }  # fmt: skip
 SEED = 16
 Row = dict[str, Any]
@@ -51,6 +53,7 @@ def engines() -> dict[str, dict[str, Any]]:
     """Return {name: inputs by which an engine differs from `mostly_damped`}."""
     own = {name: inputs_of(name) for name in ("rubbing", "four_motions")}
     own["mostly_damped"] = {}
+    own[TURNING] = own["four_motions"] | {"rotation": "full", "friction": 0.15}
     return own | {name: ENGINES[name] for name in CELLS if name not in own}
 
 
@@ -171,8 +174,9 @@ def page(rows: list[Row]) -> str:
     told = (
         "Written by `python scripts/evidence/decided.py --write`: cells drawn from the "
         "maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm) of five "
-        "engines, in `draft`; each marched to 20 s and judged at four times, as a run "
-        "of that length is. Shares with their 95 % interval (Wilson)."
+        "engines, one also with rotation, in `draft`; each marched to 20 s and judged "
+        "at four times, as a run of that length is. Shares with their 95 % interval "
+        "(Wilson)."
     )
     parts = [
         "# How long cases are undecided, and whether words hold",

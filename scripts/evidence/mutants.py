@@ -54,6 +54,7 @@ LIBRARIES = ("h5netcdf", "h5py", "matplotlib.figure", "numba", "numpy",
              "pydantic", "rich.console", "scipy.sparse.linalg", "scipy.stats",
              "xarray")  # fmt: skip
 SIGNALS = {"kill", "killpg"}
+BY_NAME = ("hpcwhirl/cli", "hpcwhirl/dynamics/schemes")  # imported by a text
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.GtE), ast.LtE: (ast.Lt, ast.Gt),
     ast.Gt: (ast.GtE, ast.LtE), ast.GtE: (ast.Gt, ast.Lt),
@@ -244,6 +245,8 @@ def importers(tree: Path) -> dict[Path, set[Path]]:
         for name in imports(path):
             if name in modules:
                 found[modules[name]].add(path)
+        if path.parent.relative_to(tree).as_posix() in BY_NAME:
+            found[path].add(path.parent / "__init__.py")
     return found
 
 

@@ -55,7 +55,7 @@ class Bug:
 def copy_tree(tree: Path) -> None:
     """Copy what tests and runs need."""
     skip = shutil.ignore_patterns("__pycache__")
-    for part in ("hpcwhirl", "tests", "scripts", "jobs", ".ci"):
+    for part in ("hpcwhirl", "tests", "scripts", "jobs", ".ci", ".pictures"):
         shutil.copytree(ROOT / part, tree / part, ignore=skip)
     for name in ("pyproject.toml", "README.md", "CITATION.cff", "LICENSE"):
         shutil.copy(ROOT / name, tree)

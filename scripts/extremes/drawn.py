@@ -17,6 +17,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "engine.rotor.blades": (1, 2, 3, 5, 22),
     "engine.rotor.elements": (1, 2, 10, 20),
     "engine.rotor.centre": ("free", "clamped"),
+    "engine.rotation": ("none", "full"),
     "engine.casing.kind": ("ring", "ring", "ring", "rigid"),
     "engine.casing.discretization": ("fourier", "fourier", "elements"),
     "engine.casing.harmonics": (1, 2, 20),

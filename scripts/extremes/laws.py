@@ -215,7 +215,7 @@ def unique(settings: Settings) -> str:
     """Sound, and the contact problem has one solution: W + W^T positive definite."""
     run = checked(settings)
     model, scene = run.march.model, run.march.scene
-    w_rotor, compliance, _ = contact_operators(model, scene)
+    w_rotor, compliance, *_ = contact_operators(model, scene)
     least = np.inf
     for turned in np.linspace(0.0, 2 * np.pi, 97):
         angles = turned + 2 * np.pi * np.arange(model.blades) / model.blades

@@ -63,6 +63,8 @@ def over(name: str, *values: Any, **more: Any) -> list[dict[str, Any]]:
 
 
 FREE = {"gap": 1.0}  # m: nothing touches
+TURNS = {"rotation": "full"}
+MATERIAL = {"rotor.damping": 0.05, "casing.damping": 0.05}
 SOON = {"gap": 5e-5}  # m: what touches late, or not, by the default gap
 TABLE: list[Extreme] = [
     *each("time step", sound, {"time_step": 1e-9, "duration": 2e-5}, quick=False),
@@ -84,6 +86,27 @@ TABLE: list[Extreme] = [
     *each("speed", mirrored,
           *over("scheme", "exact", "general", "paper", speed=1e4), quick=False),
     *each("speed", refused("speed must be < 78539.8"), *over("speed", 1e5, -1e300)),
+    *each("rotation", touching, *over("scheme", *SCHEMES, **TURNS)),
+    *each("rotation", schemes_agree,
+          *over("speed", 0.0, 1e-3, -410.0, 1e3, duration=2e-3, **TURNS)),
+    *each("rotation", mirrored, *over("speed", 5e-324, 1e-3, 410.0, 1e3, **TURNS)),
+    *each("rotation", mirrored,
+          *over("scheme", "exact", "general", "paper", speed=1e3, **TURNS),
+          quick=False),
+    *each("rotation", sound, *over("scheme", *SCHEMES, friction=10.0, **TURNS)),
+    *each("rotation", sound,  # all damping turns, beyond the speed where it drives
+          *over("scheme", *SCHEMES, speed=900.0, **TURNS | MATERIAL)),
+    *each("rotation", at_rest, *over("force", 0.0, 5e-324, speed=900.0, **TURNS)),
+    *each("rotation", touching,
+          *over("blades", 1, 2, scheme="general", modes=20, **SOON | TURNS)),
+    *each("rotation", schemes_agree,
+          *over("blades", 1, 2, modes=20, **SOON | TURNS),
+          *over("blades", 3, 13, modes=20, **TURNS),
+          {"centre": "clamped", "duration": 2e-3} | TURNS, quick=False),
+    *each("rotation", refused("no stiffness left"),
+          *over("speed", 1.5e4, -1.5e4, time_step=1e-6, **TURNS)),
+    *each("rotation", refused("suspension_damping must be"),
+          {"rotor.damping": 0.1, "suspension_damping": 0.05} | TURNS),
     *each("force", at_rest, *over("force", 0.0, -0.0, 1e-300, 5e-324)),
     *each("force", sound, *over("scheme", *SCHEMES, force=1e9)),
     *each("force", stopped, *over("scheme", *SCHEMES, force=1e30)),

@@ -1,6 +1,7 @@
 """Search for what the paper does not give: casing, dampings and pulse.
 
     python scripts/identify/engine.py --out DIR [--minutes 180] [--workers 2]
+                                      [--rotation full]
 
 The unknowns are in `identify.space`, what leads the search in `identify.guide`, what
 judges engines in `identify.score`, written down before. Whether the pulse squeezes or
@@ -36,7 +37,7 @@ from identify.kept import Kept, engine_of
 from identify.report import write_report
 from identify.screen import about
 from identify.search import Plan, Screen, Told, search
-from identify.space import Engine, default_engine, engine_of_scene
+from identify.space import Engine, allowed, default_engine, engine_of_scene
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, parse_setting
@@ -54,6 +55,7 @@ class Limits:
     workers: int = 1
     firm: bool = False
     stages: tuple[Stage, Stage, Stage] = (FOUR, BESIDE, WHOLE)
+    rotation: str = "none"
 
 
 @dataclass
@@ -69,8 +71,10 @@ class Search:
     start: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
-        self.kept = Kept(self.out / "screened", about())
-        self.screen = Screen(self.kept, self.limits.workers)
+        held = {"engine.rotation": self.limits.rotation}
+        self.held = held if self.limits.rotation != "none" else {}
+        self.kept = Kept(self.out / "screened", about() | self.held)
+        self.screen = Screen(self.kept, self.limits.workers, self.held)
         self.said, self.looked = -PROGRESS, 0
 
     @property
@@ -100,7 +104,8 @@ class Search:
         """Return the engines that were asked for, the most promising first."""
         worth = {key: (-words_right(rows), cost(rows))
                  for key, rows in self.screen.asked.items()}  # fmt: skip
-        return [engine_of(key) for key in sorted(worth, key=lambda key: worth[key])]
+        keys = sorted(worth, key=lambda key: worth[key])
+        return [engine_of(key) | self.held for key in keys]
 
     def _say(self, told: Told) -> None:
         now = time.monotonic()
@@ -128,7 +133,8 @@ class Search:
         for key in new:
             if self._enough():
                 break
-            (item,) = compute([engine_of(key)], four, self.out, self.limits.workers)
+            engine = engine_of(key) | self.held
+            (item,) = compute([engine], four, self.out, self.limits.workers)
             if item.holds:
                 count_beside(item, beside, self.out, self.limits.workers)
             self.tried.append(item)
@@ -145,7 +151,8 @@ class Search:
         """Compute the best whole: what was found, or what came nearest."""
         best = [item.engine for item in self.found][: self.limits.enough]
         best = best or self.best()[:1]
-        engines = best + [e for e in [default_engine()] if e not in best]
+        default = allowed(default_engine() | self.held)
+        engines = best + [e for e in [default] if e not in best]
         for engine in engines:
             stage, ranks = self.limits.stages[-1], self.limits.workers
             self.whole += compute([engine], stage, self.out, ranks)
@@ -185,6 +192,8 @@ def parser() -> argparse.ArgumentParser:
     told.add_argument("--engines", type=int, default=0, help="screened at most")
     told.add_argument("--seed", type=int, default=1, help="of chance")
     told.add_argument("--spread", type=float, default=Plan.spread, help="of a start")
+    told.add_argument("--rotation", choices=("none", "full"), default="none",
+                      help="terms of rotation of all engines")  # fmt: skip
     told.add_argument("--short", action="store_true", help="show that it works")
     told.add_argument(
         "--seed-engine", type=seed_engine, action="append", default=[],
@@ -197,8 +206,9 @@ def main(words: Sequence[str] | None = None) -> int:
     """Search and write the report; 1 where no engine has all four motions."""
     args = parser().parse_args(words)
     limits = Limits(
-        args.minutes, args.engines, args.enough, args.workers, firm=args.firm
-    )
+        args.minutes, args.engines, args.enough, args.workers, firm=args.firm,
+        rotation=args.rotation,
+    )  # fmt: skip
     plan = Plan(seed=args.seed, spread=args.spread)
     if args.short:
         limits, plan = (

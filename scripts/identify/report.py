@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,7 +41,7 @@ def write_report(search: Any) -> None:
     out.mkdir(parents=True, exist_ok=True)
     (out / "engines.json").write_text(json.dumps(facts, indent=1) + "\n")
     lines = ["# Engines with the motions of the paper", "", *_counts(search), ""]
-    lines += screened_table(best[:8], asked)
+    lines += screened_table(best[:8], asked) + words_table(list(asked.values()))
     default = default_engine()
     for item in search.whole:
         whose = " (the default)" if item.engine == default else ""
@@ -75,6 +76,22 @@ def screened_table(engines: Sequence[Engine], asked: Any) -> Lines:
         cells.append([f"{cost(rows):.3f}", *_values(engine), *shares])
     head = ["cost", *(what for what, _ in SHORT.values()), *names]
     return [*lines, *table(head, cells), ""]
+
+
+def words_table(engines: Sequence[Sequence[Row]]) -> Lines:
+    """Return how many engines did what when screened, at each of the four speeds."""
+    cells = []
+    for speed, regime, whirl in WORDS:
+        asked = [
+            sweep[speed]
+            for rows in engines
+            if speed in (sweep := pick(rows, "table 2"))
+        ]
+        count = Counter(f"{row['regime']} {row['whirl']}" for row in asked)
+        found = ", ".join(f"{n} {word}" for word, n in count.most_common())
+        cells.append([f"{speed:g}", f"{regime} {whirl}", str(len(asked)), found])
+    head = ["rad/s", "the paper", "engines asked", "what they did"]
+    return ["## What engines did when screened", "", *table(head, cells), ""]
 
 
 def _record(item: Any) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from identify.kept import Kept, key_of
 from identify.linear import linear_miss, linear_rows
 from identify.score import Row
 from identify.screen import timed
-from identify.space import COORDINATES, Engine, drawn, engine_at, point_of
+from identify.space import COORDINATES, Engine, allowed, drawn, engine_at, point_of
 from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
@@ -46,10 +46,14 @@ class Plan:
 
 
 class Screen:
-    """Costs of engines: from what was kept, or computed by so many processes."""
+    """Costs of engines: from what was kept, or computed by so many processes.
 
-    def __init__(self, kept: Kept, workers: int) -> None:
+    held : inputs that all engines have beside the unknowns
+    """
+
+    def __init__(self, kept: Kept, workers: int, held: Engine | None = None) -> None:
         self.kept, self.asked = kept, dict[tuple[float, ...], list[Row]]()
+        self.held = held or {}
         self.pool: ProcessPoolExecutor | None = None
         if workers > 1:
             self.pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
@@ -61,6 +65,7 @@ class Screen:
 
     def rows(self, engines: Sequence[Engine]) -> list[list[Row]]:
         """Return the rows of engines; those computed are kept, one by one."""
+        engines = [allowed(engine | self.held) for engine in engines]
         new = {key_of(e): e for e in engines if key_of(e) not in self.kept.rows}
         run = self.pool.map if self.pool is not None else map
         answers = run(timed, list(new.values()))
@@ -75,13 +80,18 @@ class Screen:
         return np.array([cost(r) for r in self.rows([engine_at(p) for p in points])])
 
 
-def first_points(plan: Plan, seeds: Sequence[Engine]) -> Iterator[Points]:
-    """Yield batches: of the box the likeliest, or no other than engines given."""
+def first_points(plan: Plan, seeds: Sequence[Engine], held: Engine) -> Iterator[Points]:
+    """Yield batches: of the box the likeliest, or no other than engines given.
+
+    held : see `Screen`
+    """
     if seeds:
         yield np.array([point_of(engine) for engine in seeds])
         return
     filled = drawn(plan.drawn, plan.seed)
-    costs = [linear_miss(linear_rows(engine_at(point))) for point in filled]
+    costs = [
+        linear_miss(linear_rows(allowed(engine_at(point) | held))) for point in filled
+    ]
     points = filled[np.argsort(costs, kind="stable")[: plan.screened]]
     for at in range(0, len(points), plan.batch):
         yield points[at : at + plan.batch]
@@ -148,7 +158,7 @@ def search(screen: Screen, plan: Plan, seeds: Sequence[Engine] = ()) -> Iterator
         words = max(words_right(rows) for rows in screen.asked.values())
         return Told(stage, len(screen.asked), float(costs.min()), words)
 
-    for batch in first_points(plan, seeds):
+    for batch in first_points(plan, seeds, screen.held):
         points, costs = (
             np.vstack([points, batch]),
             np.append(costs, screen.costs(batch)),

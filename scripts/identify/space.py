@@ -111,6 +111,18 @@ def engine_at(point: Sequence[float] | NDArray[np.float64]) -> Engine:
     return {name: float(f"{engine[name]:.5g}") for name in UNKNOWNS}
 
 
+def allowed(engine: Engine) -> Engine:
+    """Return an engine with as much damping of the suspension as its rotation wants.
+
+    With the terms of rotation the damper stands, and gives what the suspension has
+    beyond the rotor's own damping, which turns.
+    """
+    if engine.get("engine.rotation", "none") == "none":
+        return engine
+    ratio = "engine.rotor.suspension_damping"
+    return engine | {ratio: max(engine[ratio], engine["engine.rotor.damping"])}
+
+
 def point_of(engine: Engine) -> NDArray[np.float64]:
     """Return the point of an engine, (coordinates,); of one in the box in 0 to 1."""
     told = engine | {"ring mass": ring_mass(engine), "swing": swing(engine)}
@@ -127,7 +139,7 @@ def drawn(count: int, seed: int) -> NDArray[np.float64]:
 def neighbours(engine: Engine, change: float) -> list[Engine]:
     """Return engines with one unknown off by a relative change, down and up."""
     return [
-        engine | {name: float(f"{engine[name] * (1.0 + sign * change):.6g}")}
+        allowed(engine | {name: float(f"{engine[name] * (1.0 + sign * change):.6g}")})
         for name in UNKNOWNS
         for sign in (-1.0, 1.0)
     ]
@@ -136,10 +148,13 @@ def neighbours(engine: Engine, change: float) -> list[Engine]:
 def scattered(
     engine: Engine, scatter: float, draws: int, seed: int = 1
 ) -> list[Engine]:
-    """Return engines whose unknowns are off by a scatter, each draw its own."""
+    """Return engines whose unknowns are off by a scatter, each draw its own.
+
+    What else an engine sets stays.
+    """
     chance = np.random.default_rng([seed, round(1e6 * scatter)])
     factors = np.exp(scatter * chance.standard_normal((draws, len(UNKNOWNS))))
     return [
-        {n: float(f"{engine[n] * f:.6g}") for n, f in zip(UNKNOWNS, own, strict=True)}
-        for own in factors
+        allowed(engine | {n: float(f"{engine[n] * f:.6g}") for n, f in factors_of})
+        for factors_of in (list(zip(UNKNOWNS, own, strict=True)) for own in factors)
     ]

@@ -3,10 +3,11 @@
     python scripts/paper/figures.py --out DIR           # some 9 minutes on one core
     python scripts/paper/figures.py --out DIR --quick   # coarse: a minute
     python scripts/paper/figures.py --out DIR --engine NAME --engine NAME
+    python scripts/paper/figures.py --out DIR --rotation none --rotation full
 
 The same command again continues: no case is integrated twice. `paper.md` sets each of
 the paper's statements beside what was computed, misses first; of several engines side
-by side, with a directory for each.
+by side, or of one without and with the terms of rotation, with a directory for each.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ class Effort:
     convergence: float
 
 
+Engine = dict[str, Any]  # {input: value}
+ROTATIONS = ("none", "full")
 GAPS = (5e-4, 2.5e-4, 1.28e-4)  # m
 FULL = Effort(
     1e-6, 10, (8e-6, 4e-6, 2e-6, 1e-6, 5e-7), (22, 44, 66, 88, 110, 132, 176, 220), 2.5
@@ -96,7 +99,7 @@ def narrower(table1: Mapping[str, Any], gap: float) -> dict[str, Any]:
 
 
 def two_lobes(
-    table1: Results, place: Path, document: Any, engine: str
+    table1: Results, place: Path, document: Any, engine: Engine
 ) -> Results | None:
     """Return Table 1 with k = 2 at the widest of `GAPS` where blades touch the casing.
 
@@ -111,9 +114,9 @@ def two_lobes(
     return None
 
 
-def computed(folder: Path, document: Mapping[str, Any], engine: str) -> Results:
+def computed(folder: Path, document: Mapping[str, Any], engine: Engine) -> Results:
     """Return the cases of a campaign, integrating what is not there yet."""
-    design = design_of(document, engine_inputs(engine))
+    design = design_of(document, engine)
     prepare(design, folder)
     ending = run_campaign(design, folder)
     if not ending.complete:
@@ -261,7 +264,7 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         print(save(figure, out / f"{name}.png"))
 
 
-def paper_on(engine: str, out: Path, effort: Effort) -> Found:
+def paper_on(engine: Engine, out: Path, effort: Effort) -> Found:
     """Integrate what is missing of an engine, draw, and return what was found."""
     place, documents = out / "campaigns", designs(effort)
     cases = {n: computed(place / n, d, engine) for n, d in documents.items()}
@@ -278,16 +281,24 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--engine", action="append", choices=engine_names())
+    parser.add_argument("--rotation", action="append", choices=ROTATIONS)
     parser.add_argument("--quick", action="store_true", help="coarse, a minute")
     args = parser.parse_args()
-    engines = args.engine or engine_names()[:1]
+    engines = {
+        name if rotation == "none" else f"{name}, {rotation}":
+        engine_inputs(name) | {"engine.rotation": rotation}
+        for name in args.engine or engine_names()[:1]
+        for rotation in args.rotation or ROTATIONS[:1]
+    }  # fmt: skip
     effort = QUICK if args.quick else FULL
     told = {}
-    for engine in engines:
-        place = args.out if len(engines) == 1 else args.out / engine
+    for name, engine in engines.items():
+        place = args.out if len(engines) == 1 else args.out / name.replace(", ", "-")
         found = paper_on(engine, place, effort)
-        judged = [with_reason(each) for each in statements(found)]
-        told[engine] = Judged(judged, why(found))
+        judged = statements(found)
+        if engine["engine.rotation"] == "none":  # of what else the reasons tell nothing
+            judged = [with_reason(each) for each in judged]
+        told[name] = Judged(judged, why(found))
     (args.out / "paper.md").write_text(page(told, quick=args.quick), encoding="utf-8")
     print(args.out / "paper.md")
     return 0

@@ -9,9 +9,8 @@ import numpy as np
 from paper.found import Found, Row
 from paper.text import Number, Statement, judged
 
-from hpcwhirl.analysis.critical import critical_speeds
+from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.reduction.families import first_family, modal_table
 
 
 def motion_statements(found: Found) -> list[Statement]:
@@ -184,20 +183,11 @@ def _sustained(found: Found) -> list[Statement]:
 
 def _divergent(found: Found) -> list[Statement]:
     cases = found.cases["table2"]
-    parts = modal_table(resolve(cases.scene(0)).model)
-    speeds = critical_speeds(
-        first_family(parts, "rotor"), first_family(parts, "casing"), 9
-    )
-    first, ninth = (
-        float(
-            next(
-                s["speed"]
-                for s in speeds
-                if (s["nodal_diameter"], s["order"]) == (1, n)
-            )
-        )
-        for n in (1, 9)
-    )
+    speeds = {
+        (s["nodal_diameter"], s["family"], s["order"]): float(s["speed"])
+        for s in critical_of(resolve(cases.scene(0)), 9)
+    }
+    first, ninth = (speeds.get((1, "1F", n), np.nan) for n in (1, 9))
     slow, fast = found.at(270.0), found.at(420.0)
     ended = "amplitude" in {slow["stop"], fast["stop"]}
     ratio = fast["centre_peak"] / slow["centre_peak"]

@@ -3,8 +3,9 @@
     python scripts/paper/rotation.py [--step DT] [--duration S] [--out DIR]
 
 marches the paper's four motions of `four_motions` and then 51 speeds at four frictions,
-with rotation none and full, and writes `rotation.md` beside this file. The campaigns
-lie in DIR (default: one that is removed) and go on where they were stopped.
+with rotation none and full, those that rub all round once more for four times as long,
+and writes `rotation.md` beside this file. The campaigns lie in DIR (default: one that
+is removed) and go on where they were stopped.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ PAPER = {520.0: "damped", 410.0: "sustained", 270.0: "divergent", 420.0: "diverg
 FRICTIONS = (0.1, 0.2)
 SPEEDS = [float(speed) for speed in range(20, 521, 10)]
 MAPPED = (0.05, 0.1, 0.15, 0.2)  # frictions
+RUBBING, LONGER = 0.15, 4  # friction of rubs all round; durations that words must hold
 KINDS = ("none", "full")
+TOLD = ("damped", "sustained", "divergent", "undecided")
 PAGE = Path(__file__).with_name("rotation.md")
 HEAD = """# The four motions with all that rotation adds
 
@@ -76,23 +79,53 @@ def told(row: dict[str, Any]) -> str:
     return f"{word} {row['whirl']}, {size:.2g}, {row['line_frequency']:.0f}"
 
 
-def mapped(folder: Path, args: Any) -> str:
-    """Return the words over the speed, as Markdown; a line for each friction and kind.
-
-    folder : of the campaign, which is computed or continued there
-    """
+def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Any:
+    """Return results of a campaign of so many durations, continued or computed."""
     design = design_of(
         {
-            "scene": {"duration": args.duration},
+            "scene": {"duration": times * args.duration},
             "engine": {"name": "four_motions"},
             "solver": {"time_step": args.step},
             "output": {"traces": "summary"},
-            "sweep": {"rotation": [*KINDS], "friction": [*MAPPED], "speed": SPEEDS},
+            "sweep": {**sweep, "speed": SPEEDS},
         }
     )
     prepare(design, folder)
     run_campaign(design, folder)
-    data = open_results(folder)
+    return open_results(folder)
+
+
+def held(folder: Path, args: Any, data: Any) -> str:
+    """Return what words of rubs all round are in longer runs, as a sentence."""
+    sweep = {"rotation": ["full"], "friction": [RUBBING]}
+    longer = words(marched(folder, args, LONGER, sweep).regime)
+    own = (data.friction.values == RUBBING) & (words(data.rotation) == "full")
+    first = words(data.regime)[own]
+    same = [int((longer[first == word] == word).sum()) for word in TOLD]
+    counts = [int((first == word).sum()) for word in TOLD]
+    changed = [
+        f"{speed:g} rad/s {one} to {other}"
+        for speed, one, other in zip(SPEEDS, first, longer, strict=True)
+        if one != other
+    ]
+    told = ", ".join(
+        f"{n} of {count} {word}"
+        for n, count, word in zip(same, counts, TOLD, strict=True)
+    )
+    return (
+        f"\nAt friction {RUBBING:g} with full rotation, in runs of "
+        f"{LONGER * args.duration:g} s, the same are: {told}. Others: "
+        f"{', '.join(changed) or 'none'}.\n"
+    )
+
+
+def mapped(folder: Path, args: Any) -> str:
+    """Return the words over the speed, as Markdown; a line for each friction and kind.
+
+    folder : of the campaigns, which are computed or continued there
+    """
+    sweep = {"rotation": [*KINDS], "friction": [*MAPPED]}
+    data = marched(folder / "map", args, 1, sweep)
     regime, whirl = words(data.regime), words(data.whirl)
     lines = [
         "| friction | rotation | damped of 51 | speeds, rad/s |",
@@ -108,7 +141,7 @@ def mapped(folder: Path, args: Any) -> str:
             told.append(f"{span} {word}")
         damped = int((regime[own] == "damped").sum())
         lines.append(f"| {friction:g} | {kind} | {damped} | {', '.join(told)} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n" + held(folder / "longer", args, data)
 
 
 def _word(regime: str, whirl: str) -> str:
@@ -163,7 +196,7 @@ def main() -> None:
     text += f"{same['none']} are those of none and {same['full']} those of full.\n"
     text += "\n## Words over the speed\n\n"
     with tempfile.TemporaryDirectory() as scratch:
-        text += mapped((args.out or Path(scratch)) / "map", args)
+        text += mapped(args.out or Path(scratch), args)
     PAGE.write_text(text + TAIL.format(**facts_of(args)), encoding="utf-8")
     print(PAGE)
 

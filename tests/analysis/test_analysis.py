@@ -5,12 +5,17 @@ import pytest
 from made_up import whirl_word
 
 from hpcwhirl import simulate
-from hpcwhirl.analysis.cascade import after_revolutions, cascade
 from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
 from hpcwhirl.analysis.participation import contributions, family_amplitudes
 from hpcwhirl.analysis.poincare import section
-from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum, strongest
+from hpcwhirl.analysis.spectrum import (
+    after_revolutions,
+    amplitude_spectrum,
+    cascade,
+    full_spectrum,
+    strongest,
+)
 from hpcwhirl.analysis.stability import (
     closed_roots,
     coupled,
@@ -25,6 +30,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.families import family_ranks
+from hpcwhirl.reduction.waves import wave_lines, wave_roots
 from hpcwhirl.scene import apply_settings, named_scene
 
 INTERVAL = 2e-4
@@ -284,6 +290,46 @@ def test_closed_contacts_are_those_of_both_bodies_in_real_coordinates(model):
     bare = type(bare)(0 * bare.damping, bare.stiffness, bare.gap, bare.push)
     for root in closed_roots(bare):
         assert np.abs(real + root**2).min() < 1e-6 * abs(root**2) + 1e-3
+
+
+@pytest.mark.parametrize("k", [0, 1, 3, 11])
+def test_open_contacts_leave_a_rotating_rotor_its_waves(k):
+    turning = resolve(apply_settings(SCENE, {"rotation": "full"})).model
+    pair = coupled(turning, k, 410.0, 0.1)
+    own = wave_roots(turning.rotor, turning.rotor.spin.waves[k], 410.0)
+    roots = sprung_roots(pair, 0.0)
+    for root in own:
+        assert np.abs(roots - root).min() < 1e-6 * abs(root)
+    at_rest = [coupled(m, k, 1e-9, 0.1) for m in (turning, resolve(SCENE).model)]
+    one, other = (closed_roots(pair) for pair in at_rest)
+    # high roots depend on the modes kept; with k = 1 the suspension's damper stands
+    for root in other[np.abs(other) < 3000.0]:
+        assert np.abs(one - root).min() < (1e-3 if k != 1 else 1e-2) * abs(root)
+
+
+@pytest.mark.parametrize("speed", [0.5, 150.0, 410.0, -410.0])
+def test_a_rigid_rotor_on_springs_rubs_alike_at_any_speed(speed):
+    # static frame: m s^2 + k + (N kappa / 2) (1 + i mu) = 0, backward growing
+    given = {
+        "rotation": "full", "engine.rotor.young": 2.1e17, "engine.rotor.damping": 0.0,
+        "engine.rotor.suspension_damping": 0.0, "engine.casing.density": 1e10,
+    }  # fmt: skip
+    body = resolve(apply_settings(SCENE, given)).model
+    rotor, blades, mu, spring = body.rotor, body.blades, 0.2, 2e5
+    lines = [w for w in wave_lines(rotor, blades, speed) if w.nodal_diameter == 1]
+    own = min(abs(w.static) for w in lines)
+    moved = np.zeros(len(rotor.mass))
+    angle = 2 * np.pi * np.arange(blades) / blades
+    moved[0 : 2 * blades : 2], moved[2 * blades] = np.cos(angle), 1.0
+    moved[1 : 2 * blades : 2] = -np.sin(angle)
+    mass = (rotor.shapes.T @ rotor.mass @ moved) ** 2
+    mass = float(mass[rotor.omega < 2 * own].sum())
+    stiff = own**2 + blades * spring / 2 / mass * (1 + 1j * mu * np.sign(speed))
+    published = np.array([1j, -1j]) * np.sqrt(stiff)
+    found = sprung_roots(coupled(body, 1, speed, mu), spring)
+    static = found.conj() + 1j * speed  # of the centre, x + i y
+    for root in published:
+        assert np.abs(static - root).min() < 1e-3 * abs(root)
 
 
 def test_the_fastest_root_is_the_one_of_largest_growth_below_a_line():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from on_engine import words_of
+from launch import words_of
 from synthetic import grid_of, synthetic
 
 from hpcwhirl.case.resolve import resolve

@@ -136,7 +136,12 @@ def test_every_rule_is_a_condition_over_numbers_and_the_word_of_stop():
         return name
 
     source = Source(variable, columns.__getitem__, {"stop": ENUMS["stop"]}, 3)
-    truths = {"clear", "fed_less", "carried"}  # conditions; the others are numbers
+    truths = {
+        "clear",
+        "fed_less",
+        "carried",
+        "steady_rub",
+    }  # conditions; the others are numbers
     assert truths <= told["defined"].keys()
     for name, text in told["defined"].items():
         columns[name] = np.asarray(value_of(parse(text), columns), float)

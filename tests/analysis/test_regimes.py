@@ -384,6 +384,34 @@ def test_a_motion_that_wanders_is_neither_damped_nor_divergent():
     assert told.count("sustained") > 30
 
 
+def rub(blades, *, casing=0.0, shaft=0.0, fed=10.0):
+    """A rub that loses 10 J/s; amplitudes of energies and centre, e^{rate t}."""
+    whole = made(shaft, fed=fed, lost=10.0)
+    energies = [np.exp(2 * rate * (TIME - 2.0)) for rate in (blades, casing)]
+    evident = replace(whole.judged, rotor=energies[0], casing=0.3 * energies[1])
+    return replace(whole, judged=evident)
+
+
+@pytest.mark.parametrize("rate", [-0.6, -0.3, 0.3])  # a window has 0.8 s
+def test_blades_that_wander_do_not_end_a_rub_that_goes_on_all_round(rate):
+    assert words(rub(rate))[1] == "sustained"
+    assert words(rub(rate, casing=rate))[1] != "sustained"
+    assert words(rub(rate, shaft=rate))[1] != "sustained"
+    assert words(rub(rate, fed=7.0))[1] != "sustained"
+
+
+def test_growth_that_moves_neither_casing_nor_shaft_is_no_divergence():
+    assert words(rub(1.0))[1] == "undecided"
+    assert words(rub(1.0, casing=1.0))[1] == "divergent"
+    assert words(rub(1.0, shaft=1.0))[1] == "divergent"
+
+
+def test_a_rigid_casing_tells_nothing_of_a_rub():
+    rigid = rub(1.0)
+    evident = replace(rigid.judged, casing=0 * TIME)
+    assert words(replace(rigid, judged=evident))[1] == "divergent"
+
+
 def test_what_cannot_be_told_from_a_fall_is_not_sustained():
     rough = np.exp(-1.3 * TIME + 0.9 * np.sign(np.sin(2 * np.pi * 7.5 * TIME)))
     found = evidence(Scene(), motion(rough, **KEPT_UP))

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 import tomli_w
+from common import on_engine
 from deaths import until_it_lives
 from launch import launch, root_variables
-from on_engine import on_engine
 
 import hpcwhirl
 from hpcwhirl.campaign.plan.design import design_of

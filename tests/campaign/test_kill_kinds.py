@@ -13,8 +13,8 @@ import tomllib
 
 import pytest
 import tomli_w
+from common import on_engine
 from launch import LIMIT, all_variables, kill, launch, records, start
-from on_engine import on_engine
 
 REFINED = """
 scene = {duration = 0.02}

@@ -138,6 +138,10 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
             "'mostly_damped' is a label and sets no inputs",
         ),
         (
+            "engine.name = 'mostly-damped'\n",  # a slip
+            "'mostly-damped' is a label and sets no inputs: those of 'mostly_damped'",
+        ),
+        (
             "engine.name = 'salvat2016'\n",
             "must stand in the file, as in jobs/mostly_damped",
         ),

@@ -476,6 +476,7 @@ def test_a_variable_may_not_have_a_name_of_the_results(name):
         ({"spede": 3}, "did you mean 'speed'?"),
         ({"gap": -1.0}, "gap must be >= 0"),
         ({"rotor": {}}, "it is the table [engine.rotor]"),
+        ({"engine": {"bearing": {}}}, "it belongs in [engine.rotor]"),
         ({"engine": {"rotor": {"blade": 3}}}, "did you mean 'blades'?"),
     ],
 )
@@ -540,6 +541,29 @@ def test_a_condition_chooses_cases_and_refuses_a_word_that_there_is_not(opened):
     assert found.case.to_numpy().tolist() == np.flatnonzero(wanted).tolist()
     with pytest.raises(InputError, match=r"where: .*'sustaned'.*'sustained'"):
         opened.hpcwhirl.where("regime == sustaned")
+
+
+@pytest.mark.parametrize("name", ["regime", "whirl"])
+def test_words_are_drawn_by_xarrays_own_plot(opened, name):
+    shown = hpcwhirl.grid(opened)[name]
+    mesh = shown.plot(x="speed", y="friction")
+    names = [t.get_text() for t in mesh.colorbar.ax.get_yticklabels()]
+    codes = mesh.get_array().reshape(2, 3)
+    told = np.array(names)[np.ma.filled(codes, 0).astype(int)]
+    known = shown.transpose("friction", "speed").to_numpy()
+    there = ~np.ma.getmaskarray(codes)
+    assert there.any()
+    assert (told == known)[there].all()
+    mesh.figure.clear()
+    line = shown.isel(speed=0).plot()
+    labels = [t.get_text() for t in line.axes.get_yticklabels()]
+    known = shown.isel(speed=0).to_numpy().tolist()
+    for code, word in zip(line.get_ydata(), known, strict=True):
+        assert (labels[int(code)] if code >= 0 else "none") == word
+    line.figure.clear()
+    with pytest.raises(InputError, match=r"over one or two swept inputs, got case"):
+        opened[name].plot()
+    assert opened.speed.plot()  # numbers as ever
 
 
 def test_results_without_a_file_and_wrong_wishes_are_told(opened):

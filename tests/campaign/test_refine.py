@@ -608,6 +608,22 @@ def test_a_map_is_covered_by_cells_of_the_nearest_words(which, request):
         assert word in {regime.get(end) for end in ends}
 
 
+@pytest.mark.parametrize("friction", [0.1, 0.2, 0.3])
+def test_a_plane_of_three_refined_inputs_is_covered_once(tmp_path, friction):
+    sweep = {"speed": [100.0, 300.0, 500.0], "gap": [1e-4, 2e-4, 4e-4]}
+    over = [*sweep, "friction"]
+    refine = {"over": over, "levels": 1, "scale": {"gap": "log"}, "first": "draft"}
+    document = {"sweep": sweep | {"friction": [0.1, 0.2, 0.3]}, "refine": refine}
+    folder = refined_campaign(
+        tmp_path / "o",
+        document,
+        lambda s: ("damped", "sustained")[s["speed"] > 1000 * s["friction"] + 50],
+    )
+    found, (left, right, low, high) = tiles(folder, at=(f"friction={friction}",))
+    area = sum(np.ptp(box[:, 0]) * np.ptp(np.log(box[:, 1])) for box, _ in found)
+    assert area == pytest.approx((right - left) * np.log(high / low))
+
+
 BAD = [
     ({"over": "speedz"}, "speed"),
     ({"over": "force", "scale": "linear"}, "not in [sweep]"),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from journals import plan_of
 from launch import finish, launch, records, root_variables, start
 
 from hpcwhirl.campaign.finalize import _ending_of
@@ -14,7 +15,7 @@ from hpcwhirl.campaign.work import share
 from hpcwhirl.cli import main
 from hpcwhirl.launch import Shard, parse_shard
 from hpcwhirl.store.directory.journal import claim_run
-from hpcwhirl.store.directory.manifest import Manifest, read_manifest, write_manifest
+from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
 
 SWEPT = """
 scene = {duration = 4e-3}
@@ -72,7 +73,9 @@ def test_runs_that_begin_at_once_never_share_a_journal(tmp_path):
 
 
 def test_plans_written_at_once_leave_a_whole_one(tmp_path):
-    plan = Manifest("e", {}, [], [f"d{i}" for i in range(2000)], [{}] * 2000, "0")
+    plan = plan_of(
+        {"speed": 1.0}, ["speed"], [{"speed": float(i)} for i in range(2000)]
+    )
     failures = []
 
     def write():

@@ -6,11 +6,11 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from common import on_engine
 from deaths import even_slices, until_it_lives
 from hypothesis import given
 from hypothesis import strategies as some
 from launch import all_variables, launch, root_variables
-from on_engine import on_engine
 from scipy.stats import binomtest, kstest
 
 import hpcwhirl
@@ -296,6 +296,8 @@ def test_classify_keeps_the_shares(tmp_path):
     data = hpcwhirl.open_results(folder)
     with h5py.File(folder / "results.h5") as file:
         regimes, own = file["twins/regime"][:], file["regime"][:]
+        both = (file["twins/regime"].attrs, file["regime"].attrs)
+        assert both[0]["flag_meanings"] == both[1]["flag_meanings"]
     expected = (regimes == own[:, None]).mean(axis=1)
     assert np.array_equal(data.word_share.values, expected)
     assert all_variables(folder) != before

@@ -52,7 +52,8 @@ if comm.rank == 0:
     print(json.dumps(found))
 """
 
-# Ranks are asked to stop at about the same time, as by a scheduler's signal to each.
+# Ranks are asked to stop at about the same time, as by a scheduler's signal to each; in
+# the last turn, of slow cases, one worker alone is.
 STOPPED = """
 import json, sys, time
 from mpi4py import MPI
@@ -63,12 +64,15 @@ from hpcwhirl.campaign.ranks import Tally, map_ranks
 
 comm, found, cases = MPI.COMM_WORLD, [], 60
 chance = np.random.default_rng(1)
-for turn in range(40):
+for turn in range(41):
+    lone = turn == 40
     at = chance.choice([0.0, 0.002, 0.03, 1e9], comm.size) * chance.random(comm.size)
+    if lone:
+        at = np.where(np.arange(comm.size) == comm.size - 1, 0.0, 1e9)
     own, told = [], []
     def evaluate(unit, between):
         for _ in range(4):
-            time.sleep(1e-3)
+            time.sleep(2e-2 if lone else 1e-3)
             between()
         own.append(unit)
         return "ok"
@@ -130,6 +134,7 @@ def test_no_message_is_left_over_whoever_is_asked_to_stop_and_when(ranks):
         assert sorted(told_units) == done
         assert whole == (done == list(range(60)))
     assert {whole for whole, *_ in found} == {True, False}
+    assert len(found[-1][2]) < 50  # all stop where one worker is asked to
 
 
 def test_the_longest_goes_first_and_equals_are_scattered():

@@ -83,12 +83,18 @@ def test_the_file_has_the_scene_that_was_checked(tmp_path):
     path = made(tmp_path, *ASKED)
     scene, _ = scene_of_fan(Fan(blades=18, radius=0.9, gap=0.8e-3))
     design = load_design(path, {})
+    gaps = sorted({each["gap"] for each in design.settings})
+    assert gaps == pytest.approx([0.4e-3, 0.8e-3, 1.2e-3, 1.6e-3])
     own, told = flatten(design.scene(0)), flatten(scene)
     for name, value in told.items():
         if name.startswith("engine.") and name != "engine.name":
             assert own[name] == value, name
-    for name in ("force", "pulse", "duration", "nodal_diameter", "gap"):
+    for name in ("force", "pulse", "duration", "nodal_diameter"):
         assert own[name] == pytest.approx(told[name], rel=1e-3), name
+    lines = [n for n in path.read_text().splitlines() if not n.startswith("#")]
+    notes = {line.index(" # ") for line in lines if " # " in line}
+    assert min(notes) > 25
+    assert len(notes) <= 2  # below each other, but where a value is too long
     speeds = {each["speed"] for each in design.settings}
     assert 12 <= len(speeds) <= 30
     assert 0.9 < max(speeds) / (400 / 0.9) <= 1.0

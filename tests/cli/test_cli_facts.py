@@ -13,6 +13,7 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.cli import main
 from hpcwhirl.cli import run as run_command
+from hpcwhirl.cli.model import folded, spans_of
 from hpcwhirl.cli.options import print_json
 from hpcwhirl.cli.run import FED, SPENT
 from hpcwhirl.dynamics.history import LEDGER_TERMS
@@ -265,7 +266,7 @@ def test_classify_renames_without_integrating_and_keeps_its_thresholds(
     strict = ("--set", "ledger=0", "--set", "drift=0.25")
     found = facts("classify", str(copy), "--json", *strict)
     after = open_results(copy)
-    assert found["regimes"] == {"none": 2}
+    assert found["regimes"] == found["whirls"] == {"none": 2}
     assert list(words(after["outcome"])) == ["unstable", "unstable"]
     assert (after.attrs["threshold_ledger"], after.attrs["threshold_drift"]) == (
         0,
@@ -289,7 +290,9 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     found = facts("bench", "--json", "--repeats", "1")
     rows = [(r["scheme"], r["engine"], r["contact"] > 0) for r in found["rows"]]
     engines = [(scheme, "as given") for scheme in NAMES]
-    engines += [("modal", e) for e in ("mistuned", "file, cyclic", "file, mistuned")]
+    others = ("mistuned", "file, cyclic", "file, mistuned")
+    others += ("rotation full", "rotation full, mistuned")
+    engines += [("modal", e) for e in others]
     assert rows == [(*pair, touches) for pair in engines for touches in (False, True)]
     for row in found["rows"]:
         assert row.keys() >= {"microseconds_per_step", "spread"}
@@ -348,3 +351,26 @@ def test_one_case_takes_a_campaign_s_file_and_says_what_it_ignores(
     path.write_text(f"{tables}[swep]\n")
     assert main([command, *first, str(path), *words]) == 2
     assert "unknown table 'swep'; did you mean 'sweep'" in capsys.readouterr().err
+
+
+def test_every_mode_stands_in_one_row_of_the_folded_table():
+    shares = [0.1, 0.0, 0.0, 0.0, 0.8, 0.0, None]
+    names = ["1F", "1F", "1F", "1F", "suspension", "2F", "2F"]
+    modes = [
+        {"body": "rotor", "family": name, "nodal_diameter": k, "frequency_hz": 10.0 + i,
+         "centre_share": share}
+        for i, (name, k, share) in enumerate(zip(names, [1, 4, 2, 0, 1, 3, 2], shares,
+                                                 strict=True))
+    ]  # fmt: skip
+    casing = modes[5] | {"body": "casing", "family": "1F", "centre_share": 0.0}
+    rows = folded([*modes, casing, casing | {"nodal_diameter": 4}])
+    assert rows == [
+        ("rotor", "1F", "1", "10.000", "0.100"),
+        ("rotor", "1F", "0, 2, 4", "11.000 to 13.000", "0.000"),
+        ("rotor", "suspension", "1", "14.000", "0.800"),
+        ("rotor", "2F", "3", "15.000", "0.000"),
+        ("rotor", "2F", "2", "16.000", "unknown"),
+        ("casing", "1F", "3", "15.000", "0.000"),
+        ("casing", "1F", "4", "15.000", "0.000"),
+    ]
+    assert spans_of([0, 2, 3, 4, 9]) == "0, 2 to 4, 9"

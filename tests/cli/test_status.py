@@ -8,8 +8,10 @@ import socket
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import pytest
+from journals import plan_of
 
 from hpcwhirl.campaign.progress import Progress, duration_text, progress_of
 from hpcwhirl.campaign.ranks import Tally, keep_shares
@@ -21,30 +23,26 @@ from hpcwhirl.scene.quantities import SHARES
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal, claim_run
 from hpcwhirl.store.directory.lines import sealed
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import write_manifest
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
 BASE = {"duration": 1.0, "revolutions": 0.0, "speed": 400.0, "solver.time_step": 1e-6}
+SETTINGS = [{"duration": s, "speed": 400.0 + n} for n, s in enumerate(LENGTHS)]
+PLAN = plan_of(BASE, ["duration", "speed"], SETTINGS)
 
 
 def record(case, ended, seconds, status="ok"):
     performance = {"seconds": seconds, "rank": 0, "host": "node"}
     row = {"row": {"regime": "damped"}} if status == "ok" else {}
-    made = {"case": case, "digest": f"d{case}", "status": status, "message": ""}
+    made = {"case": case, "digest": PLAN.digests[case], "status": status, "message": ""}
     return made | row | {"performance": performance, "ended": BEGUN + ended}
-
-
-def plan(folder):
-    settings = [{"duration": length} for length in LENGTHS]
-    digests = [f"d{case}" for case in range(len(LENGTHS))]
-    write_manifest(folder, Manifest("e", BASE, ["duration"], digests, settings, "0"))
 
 
 @pytest.fixture
 def folder(tmp_path):
     """Two ranks from BEGUN on: 10 s for each second of engine time; the first idles."""
-    plan(tmp_path)
+    write_manifest(tmp_path, PLAN)
     with Journal(tmp_path, 1, 0) as zero, Journal(tmp_path, 1, 1) as one:
         zero.append(record(0, 40.0, 40.0), {})
         zero.append(record(2, 80.0, 20.0), {})
@@ -83,7 +81,7 @@ def test_ranks_of_an_earlier_run_do_not_count_for_the_rate(folder):
 
 
 def test_what_no_journal_tells_is_not_made_up(tmp_path):
-    plan(tmp_path)
+    write_manifest(tmp_path, PLAN)
     found = progress_of(tmp_path)
     assert found.left == 6
     assert found.rate is found.eta is found.kernel_share is found.idle_for is None
@@ -92,12 +90,10 @@ def test_what_no_journal_tells_is_not_made_up(tmp_path):
 
 
 def test_the_step_sets_the_time_left_and_no_step_no_weights(tmp_path):
-    base = BASE | {"solver.accuracy": 0.01}
-    settings = [{"duration": length} for length in LENGTHS]
-    digests = [f"d{case}" for case in range(len(LENGTHS))]
-    write_manifest(tmp_path, Manifest("e", base, ["duration"], digests, settings, "0"))
+    plan = plan_of(BASE | {"solver.accuracy": 0.01}, PLAN.swept, SETTINGS)
+    write_manifest(tmp_path, plan)
     with Journal(tmp_path, 1, 0) as journal:
-        journal.append(record(0, 40.0, 40.0), {})
+        journal.append(record(0, 40.0, 40.0) | {"digest": plan.digests[0]}, {})
     assert progress_of(tmp_path).eta == pytest.approx(5 * 40.0)
 
 
@@ -110,7 +106,9 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
     assert found["rate"] == pytest.approx(3600 * (2 / 80 + 1 / 30))
 
 
-def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, capsys):
+@pytest.mark.parametrize("extended", [[], [9.0]], ids=["plain", "extended"])
+def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, extended, capsys):
+    write_manifest(folder, replace(PLAN, extended=extended))
     unstable = record(5, 60.0, 1.0)
     unstable["row"] = {"regime": "none", "outcome": "unstable"}
     with Journal(folder, 2, 0) as journal:
@@ -131,8 +129,8 @@ def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, capsys):
 def test_what_ranks_compute_is_told_until_it_has_ended(folder, capsys, facts):
     before = time.time()
     with Running(folder, 2, 0) as zero, Running(folder, 2, 3) as three:
-        zero.begin(["d3"])
-        three.begin(["d4", "d5", "of another plan"])
+        zero.begin([PLAN.digests[3]])
+        three.begin([PLAN.digests[4], PLAN.digests[5], "of another plan"])
         now = time.time()
         first, second = progress_of(folder, now + 50.0).running
         assert (first.rank, first.cases, first.died) == (0, [3], False)
@@ -153,7 +151,7 @@ def test_what_ranks_compute_is_told_until_it_has_ended(folder, capsys, facts):
 
 def test_a_case_that_is_tried_again_is_running_although_it_has_a_result(folder):
     with Running(folder, 2, 0) as running:
-        running.begin(["d1"])
+        running.begin([PLAN.digests[1]])
         assert [one.cases for one in progress_of(folder).running] == [[1]]
 
 
@@ -162,8 +160,8 @@ def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
 ):
     with subprocess.Popen([sys.executable, "-c", ""]) as gone:
         gone.wait()
-    mine = {"host": socket.gethostname(), "digests": ["d3"], "since": BEGUN}
-    theirs = {"host": "elsewhere", "digests": ["d4"], "since": BEGUN + 1.0}
+    mine = {"host": socket.gethostname(), "digests": [PLAN.digests[3]], "since": BEGUN}
+    theirs = {"host": "elsewhere", "digests": [PLAN.digests[4]], "since": BEGUN + 1.0}
     (folder / "running").mkdir()
     for rank, who in enumerate(
         [
@@ -183,10 +181,15 @@ def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
 
 
 def test_of_many_ranks_those_at_work_for_longest_are_shown(tmp_path, capsys):
-    plan(tmp_path)
+    write_manifest(tmp_path, PLAN)
     (tmp_path / "running").mkdir()
     for rank in range(20):
-        note = {"rank": rank, "host": "elsewhere", "pid": 1, "digests": ["d0"]}
+        note = {
+            "rank": rank,
+            "host": "elsewhere",
+            "pid": 1,
+            "digests": [PLAN.digests[0]],
+        }
         note["since"] = time.time() - 10.0 * rank
         (tmp_path / f"running/0001-{rank:05d}.log").write_bytes(sealed(note))
     assert main(["status", str(tmp_path)]) == 0
@@ -247,7 +250,7 @@ def test_a_campaign_that_its_file_keeps_stopped_says_so(folder, capsys, facts):
     assert "stopped: STOP\n" in capsys.readouterr().out
     assert facts("status", str(folder), "--json")["stopped"] == "STOP"
     with Running(folder, 2, 0) as zero:
-        zero.begin(["d3"])
+        zero.begin([PLAN.digests[3]])
         assert main(["status", str(folder)]) == 0
         assert "stopping: STOP\n" in capsys.readouterr().out
 
@@ -260,7 +263,7 @@ def test_the_last_run_says_why_it_stopped_and_no_other_does(folder, capsys):
     keep_shares(folder, 1, tally, stopped=f"{folder / 'STOP'} is there")
     assert progress_of(folder).stopped == "STOP, removed since"
     with Running(folder, 1, 0) as zero:
-        zero.begin(["d3"])
+        zero.begin([PLAN.digests[3]])
         assert progress_of(folder).stopped == ""
     claim_run(folder)  # which was killed
     assert progress_of(folder).stopped == ""

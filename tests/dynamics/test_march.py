@@ -533,7 +533,7 @@ def test_delassus_rows_of_the_ring_of_elements():
     march = March(
         resolve(scene(scheme="general", discretization="elements", friction=0.3))
     )
-    w_rotor, compliance, _ = march.scheme.arrays.contact
+    w_rotor, compliance, *_ = march.scheme.arrays.contact
     model, step = march.model, march.scene.solver.time_step
     turned = 0.37
     index, shape = np.zeros((22, 4), np.int64), np.zeros((22, 4))

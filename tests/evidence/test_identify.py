@@ -17,6 +17,7 @@ from identify.space import (
     COORDINATES,
     GAP,
     PULSES,
+    allowed,
     default_engine,
     drawn,
     engine_at,
@@ -24,11 +25,19 @@ from identify.space import (
     neighbours,
     point_of,
     ring_mass,
+    scattered,
     swing,
 )
 
 from hpcwhirl.campaign.plan.design import design_of, load_design
-from hpcwhirl.scene import engine_inputs, engine_names, flatten, named_scene
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    engine_inputs,
+    engine_names,
+    flatten,
+    named_scene,
+)
 
 pytestmark = pytest.mark.evidence
 
@@ -419,14 +428,32 @@ def test_a_named_engine_is_that_of_its_job(name):
     assert named_scene(name).engine.name == name
 
 
+def test_engines_with_rotation_keep_it_and_a_damper_that_stands():
+    turning = default_engine() | {"engine.rotation": "full"}
+    turning["engine.rotor.suspension_damping"] = 0.0
+    least = allowed(turning)
+    assert allowed(default_engine()) == default_engine()
+    beside = neighbours(least, 0.05) + scattered(least, 0.05, 8)
+    for engine in [least, *beside]:
+        assert engine["engine.rotation"] == "full"
+        scene = apply_settings(Scene(), engine)  # accepted
+        assert scene.engine.rotor.suspension_damping >= scene.engine.rotor.damping
+    none, full = (linear_rows(e) for e in (default_engine(), least))
+    assert none != full
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("_signals_restored")
-def test_a_short_search_reports_and_is_not_repeated(tmp_path):
+@pytest.mark.parametrize("rotation", ["none", "full"])
+def test_a_short_search_reports_and_is_not_repeated(rotation, tmp_path):
     words = ["--out", str(tmp_path), "--short", "--minutes", "30"]
+    words += ["--rotation", rotation]
     assert engines.main(words) == 1  # none is found in so few
     facts = json.loads((tmp_path / "engines.json").read_text())
     assert facts["engines"] >= 8
-    assert [item["engine"] for item in facts["whole"]][-1] == default_engine()
+    held = {"engine.rotation": rotation} if rotation != "none" else {}
+    default = allowed(default_engine() | held)
+    assert [item["engine"] for item in facts["whole"]][-1] == default
     report = (tmp_path / "report.md").read_text()
     for heading in ("when screened", "Computed whole", "agrees"):
         assert heading in report

@@ -6,7 +6,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from on_engine import words_of
+from launch import words_of
 
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare

@@ -16,15 +16,24 @@ from scipy.linalg import eigh
 
 from hpcwhirl.cli import main
 from hpcwhirl.reduction import factors, sparse_modes
+from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.modes import modal_model
+from hpcwhirl.reduction.waves import tip_growth, wave_lines
 from hpcwhirl.scene import Rotor
 from hpcwhirl.store.models.wheel_file import TABLES as KNOWN
-from hpcwhirl.store.models.wheel_file import read_wheel
-from hpcwhirl.structure import bladed_disk
+from hpcwhirl.store.models.wheel_file import TURNING, read_wheel
+from hpcwhirl.structure import bladed_disk, rotation_of
 from hpcwhirl.structure.assembly import add_element, turn
 from hpcwhirl.structure.beams import beam
 from hpcwhirl.structure.bladed_disk import blade, rim, spoke
+from hpcwhirl.structure.rotation import (
+    coriolis_of,
+    load_of,
+    members,
+    stiffening_of,
+    tensions,
+)
 
 N, MODES = 6, 30
 ROTOR = Rotor(blades=N, elements=4)
@@ -37,16 +46,22 @@ def own_reduction():
     return modal_model(bladed_disk(ROTOR), 0.0, MODES)
 
 
-def wheel(place, name="wheel", turned=0.0, **changed):
-    """Write M and K of the whole wheel, tips and centre in x, y; return its TOML."""
+def in_plane(turned=0.0):
+    """Return the map to the rotor's axes from tips and centre in x, y."""
     disk = bladed_disk(ROTOR)
-    angle = turned + 2 * np.pi * np.arange(N) / N
     lift = np.eye(len(disk.mass))
-    tips = SIZE * np.arange(N)[:, None] + TIP
-    for pair, own in zip(tips, angle, strict=True):
+    angle = turned + 2 * np.pi * np.arange(N) / N
+    for pair, own in zip(SIZE * np.arange(N)[:, None] + TIP, angle, strict=True):
         lift[np.ix_(pair, pair)] = turn(own)
     hub = np.array(disk.centre)
     lift[np.ix_(hub, hub)] = turn(turned)
+    return lift
+
+
+def wheel(place, name="wheel", turned=0.0, **changed):
+    """Write M and K of the whole wheel, tips and centre in x, y; return its TOML."""
+    disk, lift = bladed_disk(ROTOR), in_plane(turned)
+    tips, hub = SIZE * np.arange(N)[:, None] + TIP, np.array(disk.centre)
     for file, matrix in (("m.mtx", disk.mass), ("k.mtx", disk.stiffness)):
         whole = sparse.csr_array(lift.T @ matrix @ lift)
         mmwrite(place / file, (whole + whole.T) / 2, symmetry="symmetric")
@@ -102,6 +117,41 @@ def sector(place, *, plane=False, name="sector", **changed):
         },
         changed,
     )
+
+
+def turning_wheel(place):
+    """Write the terms of rotation of `wheel`; return keys of its TOML."""
+    added, mass = rotation_of(ROTOR), bladed_disk(ROTOR).mass
+    lift = in_plane()
+    matrices = (
+        lift.T @ matrix @ lift for matrix in (added.coriolis, added.stiffening, mass)
+    )
+    return turning_files(place, *matrices, lift.T @ added.load)
+
+
+def turning_sector(place):
+    """Write the terms of rotation of `sector`; return keys of its TOML."""
+    parts, size = members(ROTOR), SIZE + 5
+    coriolis, taut, mass = (np.zeros((size, size)) for _ in range(3))
+    load = np.zeros(size)
+    for part, mean in zip(parts, tensions(parts, SIZE), strict=True):
+        length, section, lift = part.length, part.section, part.transform
+        stiff = stiffening_of(length, section, part.start[0], mean)
+        grid = np.ix_(part.dofs, part.dofs)
+        coriolis[grid] += lift.T @ coriolis_of(length, section) @ lift
+        taut[grid] += lift.T @ stiff @ lift
+        mass[grid] += lift.T @ beam(length, section)[0] @ lift
+        load[part.dofs] += lift.T @ load_of(length, section, part.start)
+    return turning_files(place, coriolis, taut, mass, load)
+
+
+def turning_files(place, coriolis, taut, mass, load):
+    files = {"coriolis": coriolis, "stress_stiffness": taut, "softening": mass}
+    for name, matrix in files.items():
+        sparse.save_npz(place / f"{name}.npz", sparse.csc_array(matrix))
+    mmwrite(place / "load.mtx", load[:, None])
+    names = {name: f"{name}.npz" for name in files}
+    return names | {"centrifugal_load": "load.mtx"}
 
 
 def write(path, document, changed):
@@ -163,6 +213,107 @@ def test_a_sector_gives_its_wheel(tmp_path, capsys, plane):
     )
     k = 2 * N + 2
     np.testing.assert_allclose(read.mass[:k, :k], truth.mass[:k, :k], atol=1e-9)
+
+
+def own_lines(model, speed, most=3000.0):
+    found = wave_lines(model, N, speed)
+    return [(x.nodal_diameter, x.rotating) for x in found if abs(x.rotating) < most]
+
+
+@pytest.fixture
+def turned(tmp_path):
+    """Return a function that writes a wheel or a sector with changed keys."""
+
+    def written(kind, **changed):
+        terms = (turning_wheel if kind == "wheel" else turning_sector)(tmp_path)
+        keys = {f"{kind}__{name}": file for name, file in terms.items()} | changed
+        return (wheel if kind == "wheel" else sector)(tmp_path, **keys)
+
+    return written
+
+
+@pytest.mark.parametrize("kind", ["wheel", "sector"])
+def test_a_wheel_turns_as_its_whole_matrices_do(turned, capsys, kind):
+    """One basis serves all speeds: frequencies to a thousandth."""
+    facts, out = imported(turned(kind), capsys)
+    assert facts["turns"]
+    found = rotor_from(str(out), N, 0.0, turns=True)
+    still = {"damping": 0.0, "suspension_damping": 0.0}
+    whole = len(bladed_disk(ROTOR).mass) - 2 * N - 2
+    own = rotor_model(ROTOR.model_copy(update=still), whole, "full")
+    assert found.cyclic
+    for speed in (0.0, 270.0, 520.0, -520.0):
+        one, other = (own_lines(model, speed) for model in (own, found))
+        assert [k for k, _ in one] == [k for k, _ in other]
+        lines = [[w for _, w in side] for side in (one, other)]
+        assert lines[1] == pytest.approx(lines[0], rel=1e-3)
+    assert tip_growth(found, N, 500.0) == pytest.approx(
+        tip_growth(own, N, 500.0), rel=1e-3
+    )
+
+
+def test_a_shaft_s_mass_is_part_of_all_terms(turned, capsys):
+    path = turned("wheel", centre__mass=20.0)
+    found = rotor_from(str(imported(path, capsys)[1]), N, 0.0, turns=True)
+    hub = 2 * N
+    with h5py.File(imported(turned("wheel"), capsys)[1]) as file:
+        bare = {name: file[f"rotor/{name}"][()] for name in ("coriolis", "mass")}
+    assert found.spin.coriolis[hub + 1, hub] == pytest.approx(
+        bare["coriolis"][hub + 1, hub] + 20.0
+    )
+    assert found.mass[hub, hub] == pytest.approx(bare["mass"][hub, hub] + 20.0)
+
+
+def test_a_wheel_told_at_two_speeds_is_the_same(turned, tmp_path, capsys):
+    disk, added = bladed_disk(ROTOR), rotation_of(ROTOR)
+    one = rotor_from(str(imported(turned("wheel"), capsys)[1]), N, 0.0, turns=True)
+    keys = {"speeds": [200.0, 500.0], "stress_stiffness": None, "softening": None}
+    for name, speed in zip("ab", keys["speeds"], strict=True):
+        at = disk.stiffness + speed**2 * (added.stiffening - disk.mass)
+        at = sparse.csr_array(in_plane().T @ (at + at.T) @ in_plane() / 2)
+        mmwrite(tmp_path / f"{name}.mtx", at, symmetry="symmetric", precision=17)
+        keys[f"stiffness_{name}"] = f"{name}.mtx"
+    path = turned("wheel", **{f"wheel__{name}": value for name, value in keys.items()})
+    other = rotor_from(str(imported(path, capsys)[1]), N, 0.0, turns=True)
+    for speed in (0.0, 350.0, 700.0):
+        lines = [own_lines(model, speed) for model in (one, other)]
+        assert np.array(lines[1]) == pytest.approx(np.array(lines[0]), rel=1e-5)
+
+
+def skewed(place, sign):
+    matrix = sparse.load_npz(place / "coriolis.npz")
+    sparse.save_npz(place / "coriolis.npz", sparse.csc_array(sign * matrix))
+
+
+@pytest.mark.parametrize(
+    ("sign", "told"), [(-1.0, "it has the other sign"), (2.0, "it is 2 C")]
+)
+def test_another_coriolis_matrix_is_one_line(turned, tmp_path, capsys, sign, told):
+    path = turned("sector")
+    skewed(tmp_path, sign)
+    assert told in told_wrong(path, capsys)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"coriolis": None}, "has no coriolis: all terms of rotation or none"),
+        ({"coriolis": "k.mtx"}, "(coriolis) must be skew-symmetric, got symmetric"),
+        ({"coriolis": "softening.npz"}, "(coriolis) must be skew to 1e-09"),
+        ({"softening": None}, "has no softening"),
+        ({"speeds": [1.0, 2.0]}, "got both"),
+        ({"centrifugal_load": "k.mtx"}, "must be real, "),
+        ({"centrifugal_load": "softening.npz"}, "must end in .mtx"),
+        (
+            {"speeds": [2.0, 1.0], "stiffness_a": "k.mtx", "stiffness_b": "k.mtx",
+             "stress_stiffness": None, "softening": None},
+            "speeds must be two, ascending",
+        ),
+    ],
+)  # fmt: skip
+def test_wrong_terms_of_rotation_are_one_line(turned, capsys, changed, told):
+    keys = {f"wheel__{name}": value for name, value in changed.items()}
+    assert told in told_wrong(turned("wheel", **keys), capsys)
 
 
 def test_lanczos_and_dense_modes_are_the_same(tmp_path, capsys, monkeypatch):
@@ -584,6 +735,7 @@ def test_the_example_has_every_key_and_is_read_as_it_stands(
     assert main(["import-model", "--example"]) == 0
     text = capsys.readouterr().out
     told = tomllib.loads(re.sub(r"^# (?=\[|\w+ = )", "", text, flags=re.MULTILINE))
+    told["sector"] |= dict.fromkeys(TURNING)  # as of a wheel
     assert {name: {*keys} for name, keys in told.items()} == {
         name: {*keys} for name, keys in KNOWN.items()
     }

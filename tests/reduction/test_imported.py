@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from evidence import imported
 from evidence.imported import SAME, compared, read_back, sound
-from on_engine import words_of
+from launch import words_of
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.stability import growth_of_diameter

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from on_engine import words_of
+from launch import words_of
 
 from hpcwhirl.analysis.stability import growth_of_diameter
 from hpcwhirl.case.resolve import resolve

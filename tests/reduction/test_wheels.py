@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
-from scipy.sparse.linalg import eigsh
+from scipy import sparse
+from scipy.sparse.linalg import eigs, eigsh
 
 from hpcwhirl.cli import main
 from hpcwhirl.reduction.imported import rotor_from
+from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.store.models.wheel_file import read_wheel
 
 ROOT = Path(__file__).parents[2]
@@ -61,6 +63,39 @@ def test_a_wheel_of_scikit_fem(job, tmp_path):
         got = frequencies(path, job.BLADES)[:46]
         np.testing.assert_allclose(got, truth, rtol=1e-6)
         assert (got > truth * (1 - 1e-7)).all()  # a reduction is too stiff, if at all
+
+
+def lines_of(path, blades, speed, most):
+    model = rotor_from(str(path.with_suffix(".h5")), blades, 0.0, turns=True)
+    assert model.cyclic
+    found = [x.rotating for x in wave_lines(model, blades, speed)]
+    return np.sort(np.abs(found))[:most]
+
+
+def turning_full(path, speed, count):
+    """Return the lowest frequencies at speed of the whole matrices, rad/s."""
+    wheel, size = read_wheel(path), read_wheel(path).mass.shape[0]
+    terms = wheel.turning
+    first = terms["stress_stiffness"] - terms["softening"]
+    stiffness = wheel.stiffness + speed**2 * first
+    gyro, same = 2 * speed * terms["coriolis"], sparse.eye_array(size)
+    left = sparse.block_array([[None, same], [-stiffness, -gyro]], format="csc")
+    right = sparse.block_array([[same, None], [None, wheel.mass]], format="csc")
+    roots = eigs(left, 2 * count, right, sigma=1.0, return_eigenvectors=False)
+    return np.sort(np.abs(roots.imag))
+
+
+def test_a_wheel_of_scikit_fem_turns_as_its_whole_matrices(job, tmp_path):
+    """To a thousandth at any speed, and its sector as well."""
+    pytest.importorskip("skfem", reason="pip install scikit-fem")
+    whole = written(tmp_path, "wheel", job.whole(tmp_path), 110)
+    sector = written(tmp_path, "sector", job.sector(tmp_path), 110)
+    for path in (whole, sector):
+        frequencies(path, job.BLADES)
+    truth = turning_full(whole, 500.0, 20)[::2]  # s and its conjugate
+    for path in (whole, sector):
+        got = lines_of(path, job.BLADES, 500.0, len(truth))
+        np.testing.assert_allclose(got[:18], truth[:18], rtol=1e-3)
 
 
 def test_a_wheel_of_calculix(job, tmp_path):

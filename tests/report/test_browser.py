@@ -145,7 +145,7 @@ def test_a_clicked_cell_shows_its_case(page, made):
     click(page, 7)
     assert data_of(page, "case") == "7"
     assert text_of(page, "#tip").startswith("case 7: ")
-    assert "Case 7 · speed 350 rad/s · gap 0.0002 m · friction 0.1" in text_of(
+    assert "Case 7 · speed 350 rad/s · gap 0.2 mm · friction 0.1" in text_of(
         page, "#case h3"
     )
     titles = [h.text for h in page.find_elements("css selector", "#case figure h4")]
@@ -468,6 +468,40 @@ def test_cases_saved_as_csv_are_those_of_the_file(page, made):
             assert float(line["late_lost"]) == row["late_lost"]
         assert line["message"] == row["message"]
     assert set(saved[0]) >= set(data.attrs["swept"].split())
+
+
+def test_what_twins_doubt_is_pale_told_and_listed_and_units_are_practical(
+    chromium, tmp_path
+):
+    """Of the twins of 350 rad/s half, and of 410 all are of another word."""
+
+    def field(given):
+        other = {350: given.get("twin", 0) % 2, 410: bool(given.get("twin"))}
+        return "sustained" if other.get(given["speed"]) else "damped"
+
+    document = {
+        "sweep": {"speed": [300, 350, 410], "gap": [2e-4]},
+        "twins": {"count": 4, "spread": {"force": 1e-6}, "sure": 0.9},
+    }
+    folder = made_up.refined_campaign(tmp_path / "out", document, field)
+    page = opened(chromium, write_page(folder))
+    cells_ = page.find_elements("css selector", "#map rect[data-case]")
+    pale = {int(c.get_attribute("data-case")) for c in cells_
+            if "unsure" in c.get_attribute("class").split()}  # fmt: skip
+    assert pale == {1, 2}
+    assert "pale: fewer than 90 % of twins have its word, 2 cases" in text_of(
+        page, "#legend"
+    )
+    find(page, "[data-list=unsure]").click()
+    listed = page.find_elements("css selector", "#list-body tr[data-case]")
+    order = [row.get_attribute("data-case") for row in listed]
+    assert order == ["2", "1"]  # the surest last
+    enter(page, "#filter", "gap > 1e-4")  # of metres
+    assert text_of(page, "#filter-note") == "3 of 3 cases"
+    assert main(["report", str(folder), "--units", "rpm,um"]) == 0
+    page = opened(chromium, folder / "report.html")
+    assert "Case 2 · speed 3915 rpm · gap 200 um" in text_of(page, "#case h3")
+    assert errors(page) == []
 
 
 @pytest.mark.parametrize("name", [HURT, f"</title>{SCRIPT}", "ab & 'c' \"d\""])

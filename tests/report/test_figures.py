@@ -13,11 +13,13 @@ from paper import text as paper_text
 from paper import veering
 from paper.reasons import REASONS, with_reason
 
+from hpcwhirl.analysis.rotation import critical_of, waves_over
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.report.figures import kinds, motions, shapes, sweeps, waves
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
@@ -243,6 +245,37 @@ def test_shapes_and_veering_are_drawn(tmp_path):
     assert "k = 1, f = 40.77 Hz" in texts(shapes.draw_shapes(Rotor()))
 
 
+def test_the_casing_stands_around_the_shapes_of_every_diameter():
+    """A ring's k lobes: its radius has k maxima around, and k = 1 moves it as one."""
+    scene = apply_settings(Scene(), {"blades": 8})
+    figure = shapes.draw_shapes_of(scene)
+    titles = [a.get_title().split(",")[0] for a in figure.axes]
+    assert titles == ["k = 0", "k = 1", "k = 2", "k = 3", "k = 4"]
+    for k, axes in enumerate(figure.axes):
+        (ring,) = (a for a in axes.lines if "casing" in str(a.get_label()))
+        z = np.array(ring.get_data()).T[:-1] @ [1.0, 1j]
+        lobes = np.abs(np.fft.rfft(np.abs(z - z.mean())))[1:]
+        if k > 1:
+            assert 1 + np.argmax(lobes) == k
+        assert (abs(z.mean()) > 1e-3) == (k == 1)
+        spokes = [a for a in axes.lines if len(a.get_xdata()) == 2]
+        assert len(spokes) == 2 * 8  # at rest and moved
+
+
+def test_a_legend_stands_beside_what_is_drawn(cases):
+    line = cases.slices()[0]
+    drawn = [
+        waves.draw_interaction(cases, line), sweeps.draw_growth(cases, line),
+        waves.draw_campbell(cases.scene(0), cases["speed"]),
+    ]  # fmt: skip
+    for figure in drawn:
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        box = legend.get_window_extent()
+        assert all(not box.overlaps(a.get_tightbbox()) for a in figure.axes)
+        assert not any(a.get_legend() for a in figure.axes)
+
+
 def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
     rigid = apply_settings(cases.scene(0), {"kind": "rigid"})
     monkeypatch.setattr(cases, "scene", lambda _: rigid)
@@ -419,3 +452,50 @@ def test_the_quick_paper_is_whole_and_continues(tmp_path):
     page = (tmp_path / "paper.md").read_text()
     assert page.count("\n| ") > 50
     assert str(tmp_path / "paper.md") in done.stdout
+
+
+def test_the_campbell_diagram_of_full_rotation_has_its_lines():
+    """Waves of k = 1 apart, Eq. 13 with the stiffened blades, the unbalance's speed."""
+    scene = apply_settings(Scene(), {"rotation": "full"})
+    case, speeds = resolve(scene), np.array([0.0, 270.0, 410.0])
+    figure = waves.draw_campbell(scene, speeds)
+    axes = figure.axes[0]
+    (row,) = [r for r in critical_of(case, 1) if r["nodal_diameter"] == 1]
+    assert [t.get_text() for t in axes.texts if "Eq" in t.get_text()] == [
+        f"Eq. 13: {row['speed']:.0f} rad/s"
+    ]
+    lines = {line.get_label(): line for line in axes.lines}
+    own = {
+        (x.family, "forward" if x.rotating > 0 else "backward"): abs(x.rotating)
+        for x in wave_lines(case.model.rotor, 22, 270.0)
+        if x.nodal_diameter == 1 and x.family in {"1F", "suspension"}
+    }
+    assert len(own) == 4
+    for (family, way), omega in own.items():
+        x, y = lines[f"{family}, k = 1, {way}"].get_data()
+        assert np.interp(270.0, x, y) == pytest.approx(omega / (2 * np.pi), rel=2e-3)
+    (speed,) = unbalance_speeds(case.model.rotor)
+    marked = axes.get_legend_handles_labels()[1]
+    assert (f"unbalance: {speed:.0f} rad/s" in marked) == (speed <= axes.get_xlim()[1])
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    box = legend.get_window_extent()
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.width
+    assert not box.overlaps(axes.get_window_extent())
+
+
+def test_waves_over_the_speed_are_those_at_each():
+    for kind in ("none", "full"):
+        case = resolve(apply_settings(Scene(), {"rotation": kind}))
+        found = waves_over(case, 1, np.array([270.0, 410.0]))
+        for place, speed in enumerate((270.0, 410.0)):
+            lines = wave_lines(case.model.rotor, 22, speed)
+            for family, both in found.items():
+                own = sorted(
+                    x.static
+                    for x in lines
+                    if (x.nodal_diameter, x.family) == (1, family)
+                )
+                told = sorted(wave[place] for wave in both)
+                assert told == pytest.approx(own, abs=1.0)  # damped, and not

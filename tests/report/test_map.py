@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import product
 from xml.etree import ElementTree as ET
 
+import made_up
 import numpy as np
 import pytest
 from synthetic import grid_of, synthetic
@@ -89,11 +90,9 @@ def in_file(folder):
 
 
 def in_artists(figure):
-    """Return {word: cases} of what the figure's first layer of panels draws."""
+    """Return {word: cases} of what the figure draws."""
     found = Counter()
     for axes in figure.axes:
-        if axes.get_title().startswith("whirl"):
-            continue
         for artist in axes.collections:
             kind, *names = (artist.get_gid() or "none").split()
             if kind == "words":
@@ -199,7 +198,7 @@ def test_between_scattered_cases_the_nearest_with_a_result_is_shown(made, scale)
     assert picture.scattered
     x = replace(picture.x, scale=scale)
     picture = replace(picture, x=x)
-    part = layout.sheet_of(picture).part(0, picture.colours)
+    part = layout.sheet_of(picture).part(0)
     mesh = drawing.raster_of(part)
     bad = np.isin(part.kind, ["missing", "failed", "unstable", "overloaded"])
     assert bad.any()
@@ -220,9 +219,9 @@ def test_between_scattered_cases_the_nearest_with_a_result_is_shown(made, scale)
 
 
 def test_points_stand_over_the_plane_of_the_nearest(made):
-    (axes, whirl) = drawn(made("random")).figure.axes
-    for shown in (axes, whirl):
-        gids = {str(c.get_gid()).split()[0] for c in shown.collections}
+    for colour in ("regime", "whirl"):
+        (axes,) = drawn(made("random"), colour=colour).figure.axes
+        gids = {str(c.get_gid()).split()[0] for c in axes.collections}
         assert gids == {"nearest", "points"}
 
 
@@ -451,17 +450,87 @@ def test_a_title_tells_engine_inputs_duration_and_preset(tmp_path):
     assert maps.save_map(map_, tmp_path)  # no mathematics is read into the name
 
 
-def test_few_cells_have_letters_and_many_a_panel_of_whirl(made):
+def test_few_cells_have_letters_and_many_their_whirl_when_asked(made):
     few, many = drawn(made("three inputs")), drawn(made("many"))
     letters = [t for t in texts(few.figure) if t in {"d", "S", "X", "?", "U", "!", "·"}]
     assert len(letters) == 84
-    assert [a.get_title() for a in many.figure.axes] == ["regime", "whirl"]
-    mesh = many.figure.axes[1].collections[0]
+    assert len(many.figure.axes) == 1
+    whirl = drawn(made("many"), colour="whirl")
+    mesh = whirl.figure.axes[0].collections[0]
     whirls = mesh.get_gid().split()[1:]
     good = ~np.isin(many.picture.word, ["unstable", "failed", "missing"])
     found = Counter(whirls[int(i)] for i in np.ma.compressed(mesh.get_array()))
     for word, count in Counter(many.picture.whirl[good].tolist()).items():
         assert found[word] == count
+
+
+@pytest.mark.parametrize(
+    ("colour", "across", "told"), [("regime", 0, "regimes"), ("whirl", 1, "whirl")]
+)
+def test_a_refined_map_has_the_boundary_of_what_it_shows(
+    tmp_path, colour, across, told
+):
+    """Regimes change at 250 rad/s, the whirl at 0.25 mm."""
+
+    def field(given):
+        regime = "damped" if given["speed"] < 250 else "sustained"
+        return f"{regime} {'forward' if given['gap'] < 2.5e-4 else 'backward'}"
+
+    document = {
+        "sweep": {"speed": [200, 240, 300, 400], "gap": [1e-4, 2e-4, 4e-4]},
+        "refine": {"over": ["speed", "gap"], "levels": 1},
+    }
+    folder = made_up.refined_campaign(tmp_path / "out", document, field)
+    figure = drawn(folder, colour=colour).figure
+    (lines,) = (c for c in figure.axes[0].collections if c.get_gid() == "boundary")
+    ends = np.array(lines.get_segments())
+    low, high = ((240, 300), (0.2, 0.4))[across]
+    assert len(ends) > 1
+    assert ((low < ends[..., across]) & (ends[..., across] < high)).all()
+    assert f"boundary of {told}, half way between cases" in texts(figure)
+
+
+@pytest.mark.parametrize("shape", ["three inputs", "random"])
+def test_a_case_under_the_mouse_is_told_with_its_numbers(made, shape):
+    folder = made(shape)
+    data = open_results(folder)
+    figure = data.hpcwhirl.hover(units=("si",))
+    told = {}
+    for trace in (t for t in figure.data if t.mode == "markers"):
+        texts_ = zip(trace.customdata, trace.x, trace.y, trace.text, strict=True)
+        told |= {case: found for case, *found in texts_}
+    assert sorted(told) == list(range(data.sizes["case"]))
+    for case, (x, y, text) in told.items():
+        row = data.isel(case=case)
+        assert (x, y) == (row.speed, row.gap)
+        assert f"Ω = {float(row.speed):.6g}" in text
+        if row.status == "ok" and row.outcome == "completed":
+            assert f"case {case}: {row.regime.item()}, {row.whirl.item()}" in text
+    own = {t.name for t in figure.data if t.mode == "lines" and t.showlegend}
+    assert {SHOWN[w].told for w in drawn(folder).picture.word} == own
+
+
+def test_cells_fill_a_map_to_hover_over(made):
+    figure = open_results(made("many")).hpcwhirl.hover(units=("si",))
+    area = 0.0
+    for trace in (t for t in figure.data if t.mode == "lines"):
+        x, y = (np.reshape(v, (-1, 6))[:, :5] for v in (trace.x, trace.y))
+        area += (np.ptp(x, axis=1) * np.ptp(y, axis=1)).sum()
+    picture = drawn(made("many"), units=("si",)).picture
+    whole = np.ptp(picture.x.edges()) * np.ptp(picture.y.edges())
+    assert area == pytest.approx(whole)
+
+
+def test_two_inputs_that_are_drawn_alone_are_the_axes(tmp_path):
+    law = {"distribution": "uniform", "low": 1e-4, "high": 2e-4}
+    speed = law | {"low": 300.0, "high": 400.0}
+    sample = {"method": "random", "count": 8, "gap": law}
+    two = made_up.campaign(tmp_path / "two", {"sample": sample | {"speed": speed}})
+    picture = drawn(two).picture
+    assert (picture.x.name, picture.y.name, len(picture)) == ("speed", "gap", 8)
+    assert picture.scattered
+    one = made_up.campaign(tmp_path / "one", {"sample": sample})
+    assert drawn(one).picture is None  # shares
 
 
 def test_failed_cases_are_marked_and_the_others_drawn(campaign, capsys):

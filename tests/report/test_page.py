@@ -25,6 +25,7 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.page import build, data, thin
 from hpcwhirl.scene import digest
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.reading import results_file
 from hpcwhirl.store.reading.results_file import Results
 
@@ -126,6 +127,12 @@ def test_what_comes_from_inputs_cannot_leave_its_place(tmp_path):
     assert page.count("hurt()") == len(re.findall(r"(u003c|&lt;)[^<]*?hurt\(\)", page))
     assert told(page)["messages"]["1"] == f"</script><script>hurt()</script>{HURT}"
     assert "{{style}}" in told(page)["engine"]
+
+
+def test_a_page_has_all_that_words_follow_from_and_no_messages(made):
+    names = {column["name"] for column in told(page_of(made))["columns"]}
+    assert set(rules.evidence_names()) & ROW.keys() <= names
+    assert names.isdisjoint({"message", "rank"})
 
 
 def test_the_policy_names_the_scripts_and_forbids_the_network(made):

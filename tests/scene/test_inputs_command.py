@@ -31,6 +31,7 @@ TOLD = {
     "speed": ("410", "rad/s", "Omega", "negative turns clockwise"),
     "nodal_diameter": ("1", "lobes k", "squeezes"),
     "gap": ("0.000128", "clearance", "m"),
+    "gap_at": ('"speed"', "rest", "grow"),
     "friction": ("0.1", "Coulomb coefficient"),
     "force": ("75000", "F sin(pi t / tau)", "N"),
     "pulse": ("0.00063", "s", "10 time steps at least"),
@@ -41,7 +42,7 @@ TOLD = {
     "revolutions": ("0", "not s"),
     "engine.name": ('"four_motions"', "engine"),
     "engine.file": ('""', "HDF5", "rotor", "relative path"),
-    "engine.rotation": ('"none"', "Coriolis", "stand", "at speed"),
+    "engine.rotation": ('"none"', "Coriolis", "stand", "gap_at"),
     "engine.casing.kind": ('"ring"', "rigid", "exp(sigma t)", "static frame"),
     "engine.casing.discretization": ('"fourier"', "elements"),
     "engine.casing.harmonics": ("20", "highest harmonic H", "two modes"),
@@ -75,6 +76,17 @@ TOLD = {
     "engine.rotor.damping": ("0.0085", "modal damping ratio"),
     "engine.rotor.suspension_damping": ("0.0275", "squeeze film", "-1"),
     "engine.rotor.cross_coupling": ("0", "k_q", "N/m", "forward"),
+    "engine.rotor.stiffness_difference": ("0", "(k_x - k_y)/2", "N/m", "static frame"),
+    "engine.rotor.bearing": ('""', "over speed", "frequency, rad/s", "cyy", "text"),
+    "engine.rotor.lost_blade": ("-1", "lost", "counted from 0", "unbalanced"),
+    "engine.rotor.shaft": ('"springs"', "cantilever", "two bearings", "tilts"),
+    "engine.rotor.shaft_length": ("0.6", "L_1", "m"),
+    "engine.rotor.shaft_overhang": ("0.4", "second bearing", "m"),
+    "engine.rotor.shaft_diameter": ("0.1", "round", "m"),
+    "engine.rotor.shaft_young": ("2.1e+11", "Pa"),
+    "engine.rotor.polar_inertia": ("0", "axis of rotation", "kg m^2"),
+    "engine.rotor.tilt_inertia": ("0", "diameter", "kg m^2", "thin disk"),
+    "engine.rotor.damping_difference": ("0", "(c_x - c_y)/2", "N s/m", "static frame"),
     "engine.rotor.mistuning": ("[]", "Young's modulus", "E_j = E (1 + delta_j)"),
     "solver.scheme": ('"modal"', "flights", "mode by mode", "Algorithm 1"),
     "solver.time_step": ("1e-06", "s", "stable"),
@@ -146,7 +158,7 @@ def test_a_limit_told_is_the_limit_held(name, sign, limit):
 
 def test_words_allowed_are_the_words_taken():
     words = {n: f.allowed for n, f in catalogue().items() if " | " in f.allowed}
-    assert len(words) == 10
+    assert len(words) == 12
     for name, allowed in words.items():
         with pytest.raises(InputError, match="must be one of") as refused:
             apply_settings(Scene(), {name: "sideways"})
@@ -156,7 +168,7 @@ def test_words_allowed_are_the_words_taken():
 def test_units_are_no_part_of_the_meaning():
     facts = catalogue().values()
     units = {fact.unit for fact in facts} - {""}
-    assert len(units) == 10
+    assert len(units) == 12
     assert not any(fact.meaning.endswith(tuple(f", {u}" for u in units))
                    for fact in facts)  # fmt: skip
 
@@ -204,7 +216,7 @@ def test_a_word_that_names_no_input_is_looked_for_in_meanings(capsys, word, name
 @pytest.mark.parametrize(
     ("word", "told"),
     [("imbalance", 'unbalance = "20 g mm"'), ("coating", "hpcwhirl manual trust"),
-     ("bearing", "centre_stiffness"),
+     ("bearings", "centre_stiffness"),
      ("rpm", 'speed = "3000 rpm"'), ("MM", 'gap = "0.8 mm"')],
 )  # fmt: skip
 def test_what_is_no_input_is_told_in_its_place(capsys, word, told):

@@ -44,9 +44,22 @@ WORDS = {
     "direction": "stretch",
     "engine.casing.families": "bending",
     "engine.rotation": "full",
+    "gap_at": "rest",
+    "engine.rotor.shaft": "cantilever",
+    "engine.rotor.bearing": (
+        "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy;0.0,1.0,0.0,0.0,1.0,1.0,0.0,0.0,1.0"
+    ),
 }
 TURNING = {"rotation": "full"}
-NEEDS = {"engine.rotor.cross_coupling": TURNING, "unbalance": TURNING}  # but for 0
+STANDING = [  # what supports do in the static frame
+    f"engine.rotor.{name}"
+    for name in ("cross_coupling", "stiffness_difference", "damping_difference")
+]
+BEARING = "engine.rotor.bearing"
+LOST = "engine.rotor.lost_blade"
+NEEDS = dict.fromkeys(  # but for 0
+    [*STANDING, "unbalance", "gap_at", "engine.rotor.shaft", LOST, BEARING], TURNING
+)
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),
     "nodal_diameter": st.integers(0, 20),
@@ -113,8 +126,8 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values = {name: another(name) for name in input_names()}
     values["engine.rotor.mistuning"] = []  # not with a file, and of another length
     values["engine.casing.families"] = "all"  # of elements
-    values |= {"engine.rotation": "none", "engine.rotor.cross_coupling": 0.0}  # a file
-    values |= {"unbalance": 0.0}
+    values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
+    values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values
@@ -236,6 +249,14 @@ def test_a_setting_is_a_name_and_one_value(text, got):
 )
 def test_a_number_may_be_set_as_engineers_write_it(raw, value):
     assert parse_setting(f" speed = {raw}") == ("speed", value)
+
+
+@pytest.mark.paper
+def test_named_scenes_are_those_of_the_papers_tables():
+    one, two = named_scene("table1"), named_scene("table2")
+    assert (one.gap, one.friction, one.revolutions) == (1e-3, 0.2, 20.0)
+    assert (two.gap, two.friction, two.end_time) == (1.28e-4, 0.1, 2.5)
+    assert one.speed == two.speed == 410.0
 
 
 def test_a_word_needs_no_quotes():

@@ -153,10 +153,22 @@ def _regime(numbers, limits):
         falling = value["growth_rate"] < 0.0
         falling = falling and all(rate <= 0.0 for rate in _parts(value, limits))
         return "damped" if clear and falling else "undecided"
-    if value["late_fed"] > 0.0 and clear and _diverges(value, limits):
+    steady = _rubs_steadily(value, limits)
+    grows = value["late_fed"] > 0.0 and clear and _diverges(value, limits)
+    if grows and not steady:
         return "divergent"
     most = limits.drift if clear else limits.unclear
-    return "sustained" if _is_kept_up(value, limits, most) else "undecided"
+    rise = min(value["growth_rate"], value["growth_rotor"]) * value["window"]
+    kept_up = _is_kept_up(value, limits, most)
+    kept_up |= steady and rise <= limits.rise and _is_kept_up(value, limits)
+    return "sustained" if kept_up else "undecided"
+
+
+def _rubs_steadily(value, limits):
+    """Return whether casing and shaft change by no more than the drift."""
+    _, casing, centre = _parts(value, limits)
+    still = max(abs(casing), abs(centre)) * value["window"] <= limits.drift
+    return casing != 0.0 and still
 
 
 def _parts(value, limits):
@@ -177,7 +189,7 @@ def _diverges(value, limits):
     return rising and onward and value["summit"] > limits.above
 
 
-def _is_kept_up(value, limits, most):
+def _is_kept_up(value, limits, most=np.inf):
     """Return whether a motion that changes by at most `most` is fed what it loses."""
     rotor, _, centre = _parts(value, limits)
     rates = value["growth_rate"], rotor, centre

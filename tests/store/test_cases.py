@@ -258,6 +258,12 @@ def test_cases_become_a_grid_over_what_was_swept(data):
     assert "centre" not in full
 
 
+def test_an_input_of_one_value_is_no_axis(tmp_path):
+    rows = [{"gap": 2e-4, "speed": s} for s in (300.0, 400.0)]
+    full = hpcwhirl.grid(hpcwhirl.open_results(synthetic(tmp_path / "out", rows)))
+    assert dict(full.sizes) == {"speed": 2}
+
+
 def test_what_a_zip_ties_together_is_one_axis(tmp_path):
     rows = [{"speed": s, "gap": g} for s, g in ((300.0, 2e-4), (400.0, 1e-4))]
     full = hpcwhirl.grid(hpcwhirl.open_results(synthetic(tmp_path / "out", rows)))

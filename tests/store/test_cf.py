@@ -15,12 +15,13 @@ import h5py
 import made_up
 import numpy as np
 import pytest
+from journals import plan_of
 from specimen import begin
 
 from hpcwhirl.cli import main
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import INPUTS, TRACES, variable_name
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.layout import CONVENTIONS
 
@@ -86,7 +87,7 @@ def test_every_variable_has_a_unit_and_a_meaning(made):
 
 def test_whatever_can_be_swept_has_the_unit_of_the_table(tmp_path):
     names, base = [*INPUTS], flatten(Scene())
-    write_manifest(tmp_path, Manifest("made", base, names, ["d0"], [base], "0"))
+    write_manifest(tmp_path, plan_of(base, names, [base]))
     told = variables(gather(tmp_path, {}))
     assert len({*map(variable_name, names)}) == len(names)
     for name, quantity in INPUTS.items():

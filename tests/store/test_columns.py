@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from journals import digest_of, drawn, journal_of
+from journals import digest_of, drawn, journal_of, plan_of
 from launch import kept
 from specimen import BASE
 
@@ -14,10 +14,10 @@ from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.columns import marched, told_by
 from hpcwhirl.store.directory.completions import ended_in
 from hpcwhirl.store.directory.journal import Journal, claim_run, journal_name
-from hpcwhirl.store.directory.manifest import Manifest, read_manifest, write_manifest
+from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
 from hpcwhirl.store.directory.reader import rows_at
 from hpcwhirl.store.results.blocks import ranges, read_block
 from hpcwhirl.store.results.contents import contents_of
@@ -77,7 +77,9 @@ def wanted(folder, digests):
 
 def columns(folder, digests):
     return [
-        line for _, told in told_by(folder, digests) for line in zip(*told, strict=True)
+        line
+        for _, told in told_by(folder, digests)
+        for line in zip(*told[:-1], strict=True)
     ]
 
 
@@ -116,6 +118,8 @@ def test_what_has_ended_is_the_same_of_few_and_of_all(made):
     assert one.ok.tolist() == two.ok.tolist()
     assert 0 < one.over.sum() < CASES
     np.testing.assert_array_equal(one.seconds, two.seconds)
+    np.testing.assert_array_equal(one.marched, two.marched)
+    assert np.isfinite(one.marched).any()
     assert one.told.keys() == two.told.keys() & set(asked)
     for name, end in one.told.items():
         assert (end.status, end.is_open) == (
@@ -135,16 +139,21 @@ def test_a_record_under_a_plan_that_has_grown_is_known_by_its_digest(made):
     assert moved != [line[0] for line in found if line[0] >= 0]
 
 
-def test_status_counts_the_same_of_a_listed_plan(made):
-    _, folder = made
-    plan = read_manifest(folder)
+def test_status_counts_what_columns_tell(made):
+    design, folder = made
+    newest = {line[0]: line for line in wanted(folder, design.digests)}
+    newest.pop(-1)
     found = progress_of(folder, 2e9)
-    listed = {"digests": list(plan.digests), "settings": list(plan.settings)}
-    write_manifest(folder, dataclasses.replace(plan, **listed))
-    assert not read_manifest(folder).is_arithmetic
-    assert progress_of(folder, 2e9) == found
-    assert 0 < found.left < found.cases == CASES
+    assert 0 < found.left == CASES - len(newest) < found.cases == CASES
+    done = sum(line[1] == "ok" for line in newest.values())
+    assert (found.done, found.failed) == (done, len(newest) - done)
     assert found.failed > 0
+
+
+def test_no_steps_follow_what_makes_a_case_certain_to_decay():
+    certificate = np.array([-1.0, 0.5, 2.0, np.nan])
+    found = marched(np.full(4, 1000), certificate, 2.0)
+    np.testing.assert_array_equal(found, [1000, 250, 1000, np.nan])
 
 
 def test_gather_finds_each_case_where_its_newest_whole_record_is(made):
@@ -195,10 +204,10 @@ def test_a_later_stage_stands_whatever_records_follow_it(made):
 # Rows into results
 
 
-def some_records(random):
+def some_records(random, digests):
     """Return records of some cases: failed ones, and values of other types."""
     for case in random.integers(0, CASES - 3, 60).tolist():
-        one = drawn(case, random)
+        one = drawn(case, random) | {"digest": digests[case]}
         kind = random.integers(5)
         if kind == 0:
             one |= {"status": "failed", "message": "why"}
@@ -212,14 +221,13 @@ def some_records(random):
 def journals(request, tmp_path):
     """Return a directory of journals with other fields, and its newest records."""
     random, newest = np.random.default_rng(request.param), {}
-    digests = [digest_of(case) for case in range(CASES)]
     settings = [{"speed": 1.0 + case, "direction": "squeeze"} for case in range(CASES)]
-    swept = ["speed", "direction"]
-    write_manifest(tmp_path, Manifest("e", BASE, swept, digests, settings, "0"))
+    plan = plan_of(BASE, ["speed", "direction"], settings)
+    write_manifest(tmp_path, plan)
     (tmp_path / "journal").mkdir()
     few = [("", "digest", "hex", ()), ("", "status", "word", ENUMS["status"])]
     for rank in range(2):
-        some = dict(enumerate(some_records(random)))
+        some = dict(enumerate(some_records(random, plan.digests)))
         newest |= dict(some.values())
         data = journal_of([one for _, one in some.values()], "",
                           few if rank == request.param else None)  # fmt: skip

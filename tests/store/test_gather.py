@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from journals import plan_of
 from launch import ENVIRONMENT, LIMIT, launch, root_variables
 from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
@@ -24,7 +25,7 @@ from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.journal import read_records, read_traces
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
 from hpcwhirl.store.directory.runs import write_run
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.results import blocks
@@ -142,16 +143,15 @@ def test_failed_and_missing_cases_are_rows_that_say_so(results):
 def test_a_case_without_a_result_shows_its_duration_in_seconds(tmp_path):
     # a tenth of a revolution at 400 rad/s and nothing integrated: not 2.5 s
     base = flatten(Scene()) | {"revolutions": 0.1}
-    plan = Manifest("made", base, ["speed"], ["d0"], [{"speed": 400.0}], "0")
-    write_manifest(tmp_path, plan)
+    write_manifest(tmp_path, plan_of(base, ["speed"], [{"speed": 400.0}]))
     with h5py.File(gather(tmp_path, {})) as file:
         assert file["duration"][0] == pytest.approx(0.1 * 2 * np.pi / 400.0)
 
 
 def test_traces_equal_the_journals_and_are_padded_to_the_longest(results, folder, axis):
-    found = read_records(folder)
+    found, names = read_records(folder), read_manifest(folder).digests
     for case, length in SAMPLES.items():
-        kept = read_traces(folder, found[f"d{case}"]["traces"])
+        kept = read_traces(folder, found[names[case]]["traces"])
         if axis == "time":
             assert np.array_equal(results["time"][:length], kept.pop("time"))
         for name, values in kept.items():

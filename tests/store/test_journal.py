@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from journals import journal_of
+from journals import journal_of, plan_of
 from launch import kept
 
 from hpcwhirl.errors import StoreError, WhirlError
@@ -26,7 +26,7 @@ from hpcwhirl.store.directory.journal import (
     read_records,
     read_traces,
 )
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.directory.record import (
     COPY,
     MAGIC,
@@ -150,11 +150,12 @@ def test_a_run_after_a_torn_one_writes_elsewhere_and_its_records_win(folder, log
 
 
 def test_a_record_of_no_case_of_the_plan_is_ignored(tmp_path):
-    write_manifest(tmp_path, Manifest("e", {}, [], ["known"], [{}], "0"))
+    plan = plan_of({}, [], [{}])
+    write_manifest(tmp_path, plan)
     where = {"status": "failed", "message": "why", "performance": {}}
     with Journal(tmp_path, 1, 0) as journal:
         journal.append({"digest": "alien", **where}, TRACES)
-        journal.append({"digest": "known", **where}, {})
+        journal.append({"digest": plan.digests[0], **where}, {})
     path = gather(tmp_path, {})
     with h5py.File(path) as file:
         assert file["message"][:].tolist() == [b"why"]

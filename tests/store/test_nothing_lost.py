@@ -269,7 +269,7 @@ def edited(folder, old, new):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [('"speed": 350.0', '"speed": 351.0'), ("{", "{ "), ("\n}", " }")]
+    ("old", "new"), [("350.0", "351.0"), ("{", "{ "), ("\n}", " }")]
 )
 def test_an_edited_plan_is_refused_by_all_who_read_it(tmp_path, capsys, old, new):
     begin(tmp_path, one_interval=True)
@@ -307,8 +307,9 @@ def test_a_plan_without_a_seal_is_refused(tmp_path):
 @pytest.mark.parametrize(
     "change",
     [
-        {"settings": [{}]}, {"settings": 3}, {"swept": [1]}, {"digests": [None] * 5},
-        {"base": []}, {"engine": 1}, {"more": 1},
+        {"cases": [{}]}, {"cases": 3}, {"cases": [[{"weight": [1]}]]}, {"swept": [1]},
+        {"reads": [None] * 5}, {"base": []}, {"engine": 1}, {"more": 1},
+        {"settings": [{}]},
     ],
 )  # fmt: skip
 def test_a_plan_of_other_types_is_one_line(tmp_path, capsys, change):

@@ -153,8 +153,9 @@ def test_an_owner_elsewhere_is_dead_once_it_has_been_silent(tmp_path):
 
 @pytest.mark.usefixtures("hasty")
 def test_an_owner_elsewhere_is_dead_whatever_its_clock_says(tmp_path):
-    foreign(tmp_path, age=-1e6)  # its file server's clock was put back since
+    dead = foreign(tmp_path, age=-1e6)  # its file server's clock was put back since
     claim(tmp_path, "campaign").release()
+    assert not dead.exists()
 
 
 @pytest.mark.usefixtures("hasty")
@@ -226,7 +227,9 @@ def test_what_is_no_claim_is_in_nobody_s_way(tmp_path):
     (tmp_path / "owners/README").write_text("")
     (tmp_path / f"owners/campaign.{'b' * 32}.claim").mkdir()
     os.mkfifo(tmp_path / f"owners/campaign.{'c' * 32}.claim")
+    there = sorted(tmp_path.rglob("*"))
     claim(tmp_path, "campaign").release()
+    assert sorted(tmp_path.rglob("*")) == there
 
 
 @pytest.mark.usefixtures("hasty")

@@ -14,7 +14,7 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
 from hpcwhirl.campaign import begin as beginning
 from hpcwhirl.campaign import resume
-from hpcwhirl.campaign.begin import Manner
+from hpcwhirl.campaign.begin import StartOptions
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare
@@ -70,7 +70,7 @@ def test_a_longer_plan_of_who_took_over_stays(tmp_path, monkeypatch, moment):
     else:
         around(monkeypatch, atomic.os, "fsync", act)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
-        beginning.begin(design(300, 310), tmp_path, Policy(), stopping, Manner())
+        beginning.begin(design(300, 310), tmp_path, Policy(), stopping, StartOptions())
     assert len(read_manifest(tmp_path).settings) == 3
     assert not list(tmp_path.glob("*.part"))
 
@@ -98,7 +98,7 @@ def test_a_directory_of_who_took_over_is_not_put_aside(tmp_path, monkeypatch):
 
     monkeypatch.setattr(beginning, "claimed", stopped)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
-        beginning.begin(design(400), out, Policy(), stopping, Manner(fresh=True))
+        beginning.begin(design(400), out, Policy(), stopping, StartOptions(fresh=True))
     assert len(read_manifest(out).settings) == 3
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
@@ -137,7 +137,7 @@ def test_words_of_who_took_over_stay(tmp_path, monkeypatch):
 
 def test_who_has_lost_its_directory_before_it_computes_says_so(tmp_path):
     with Stopping() as stopping:
-        own = beginning.begin(design(300), tmp_path, Policy(), stopping, Manner())
+        own = beginning.begin(design(300), tmp_path, Policy(), stopping, StartOptions())
         own.path.unlink()
         with pytest.raises(StoreError, match=LOST):
             run_campaign(design(300), tmp_path, stopping=stopping, own=own)

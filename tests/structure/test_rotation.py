@@ -12,7 +12,6 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.waves import (
-    HUB,
     largest_growth,
     stiff_up_to,
     tip_growth,
@@ -268,11 +267,9 @@ def test_blades_lose_their_stiffness_at_an_overspeed():
     if np.isinf(most):
         pytest.fail("no speed at which blades buckle")
     held = model.spin.waves[2]
-    squared = eigh(
-        held.stiffness + most**2 * held.stiffening, held.mass, eigvals_only=True
-    )
+    stiffness = np.diag(held.omega**2) + most**2 * held.stiffening
+    squared = np.linalg.eigvalsh(stiffness)
     assert squared[0] > -1e-6 * squared[-1]
-    assert HUB == 2
 
 
 def test_model_tells_lines_of_the_rotation_asked_for(capsys):
@@ -299,7 +296,6 @@ def test_model_tells_lines_of_the_rotation_asked_for(capsys):
     [
         ({"rotation": "some"}, "engine.rotation must be one of 'none' or 'full'"),
         ({"cross_coupling": 1.0}, "must be 0 where rotation is none"),
-        ({"rotation": "full", "engine.file": "a.h5"}, "none with a rotor from file"),
         ({"rotation": "full", "suspension_damping": 0.001}, "must be >= damping"),
     ],
 )

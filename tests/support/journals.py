@@ -1,11 +1,22 @@
-"""Journals of records as they are given, by the program's own writer."""
+"""Plans and journals of what they are given, by the program's own writer."""
 
 import numpy as np
 
+from hpcwhirl.scene.digests import CaseDigests
+from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW
 from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.table import Table
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.record import fields_of, header_of
+
+
+def plan_of(base, swept, settings, engine="e"):
+    """Return a plan of made-up inputs: those that all share, and those of each case."""
+    shared, table = {FILE: ""} | base, Table.of(settings)
+    digests = CaseDigests(shared, table, {"": ""}, PHYSICS_VERSION)
+    return Manifest(engine, shared, swept, digests, table, "0")
 
 
 def journal_of(records, plan="", fields=None):

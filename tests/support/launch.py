@@ -30,6 +30,11 @@ sweep = {speed = [300, 340, 380, 420, 460, 500]}
 ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it
 
 
+def words_of(settings):
+    """Return the words by which a command is given inputs."""
+    return [w for name, value in settings.items() for w in ("--set", f"{name}={value}")]
+
+
 def start(words, ranks=0, **options):
     """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0."""
     front = [*MPIRUN, "-n", str(ranks)] if ranks else []

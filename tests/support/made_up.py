@@ -130,8 +130,8 @@ def refined_campaign(folder, document, field, seed=1):
 
     Parameters
     ----------
-    field : (settings of a case) -> its regime, None for a case that failed; where it
-        has twins, their settings have `twin` beside, its number
+    field : (settings of a case) -> its regime, or regime and whirl, None for a case
+        that failed; where it has twins, their settings have `twin` beside, its number
     """
     random, design = np.random.default_rng(seed), design_of(document)
     folder.mkdir(parents=True, exist_ok=True)
@@ -149,7 +149,9 @@ def refined_campaign(folder, document, field, seed=1):
             made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
             scene = design.scene(case)
             made |= {n: getattr(scene, n) for n in ("speed", "gap", "friction")}
-            made |= {"outcome": "completed", "regime": word, "window": 1.0}
+            regime, _, whirl = (word or "").partition(" ")
+            made |= {"outcome": "completed", "regime": regime, "window": 1.0}
+            made |= {"whirl": whirl or "none"}
             told = {"status": "ok", "message": "", "row": made}
             if word is None:
                 told = {"status": "failed", "message": "made up"}

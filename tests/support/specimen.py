@@ -1,11 +1,12 @@
 """A campaign directory of made-up results: nothing is integrated."""
 
 import numpy as np
+from journals import plan_of
 
 from hpcwhirl.scene.quantities import ROW, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.journal import Journal
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import write_manifest
 
 SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
 SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result
@@ -38,18 +39,15 @@ def begin(folder, *, one_interval):
     """Journal three results, a failure and a record of another campaign, two ranks."""
     settings = [{"speed": speed} for speed in SPEEDS]
     settings[2] |= {"direction": "stretch"}
-    digests = [f"d{case}" for case in range(len(SPEEDS))]
-    plan = Manifest(
-        "four_motions", BASE, ["speed", "direction"], digests, settings, "0"
-    )
+    plan = plan_of(BASE, ["speed", "direction"], settings, "four_motions")
     write_manifest(folder, plan)
     where = {"rank": 1, "host": "node-ä", "seconds": 0.5}
     with Journal(folder, 1, 0) as zero, Journal(folder, 1, 1) as one:
         for case, journal in zip(SAMPLES, (one, zero, one), strict=True):
-            record = {"digest": f"d{case}", "status": "ok", "message": ""}
+            record = {"digest": plan.digests[case], "status": "ok", "message": ""}
             interval = 1e-4 if one_interval else 1e-4 * (1 + case)
             record |= {"row": row(case, interval), "performance": where}
             journal.append(record, traces(case, interval))
         bad = {"status": "failed", "message": MESSAGE, "performance": where}
-        zero.append({"digest": f"d{FAILED}", **bad}, {})
+        zero.append({"digest": plan.digests[FAILED], **bad}, {})
         one.append({"digest": "alien", **bad}, traces(4, 1e-4))

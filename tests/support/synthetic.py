@@ -11,6 +11,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from journals import plan_of
 
 from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.files import full_name
@@ -48,8 +49,7 @@ def synthetic(
     full = [{full_name(n): v for n, v in row.items()} for row in settings]
     swept = list(dict.fromkeys(n for row in full for n in row))
     base = Scene()
-    digests = [f"made-up-{case}" for case in range(len(full))]
-    plan = Manifest(base.engine.name, flatten(base), swept, digests, full, "0")
+    plan = plan_of(flatten(base), swept, full, base.engine.name)
     write_manifest(folder, plan)
     contents = Contents(folder, plan)
     if samples:

@@ -1,1 +1,1 @@
-"""What a campaign will take, before it runs."""
+"""Forecast of the time and disk space of a campaign."""

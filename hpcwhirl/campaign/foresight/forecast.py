@@ -1,4 +1,4 @@
-"""What a campaign will cost, before it runs: time on so many ranks, bytes on disk.
+"""Forecast of a campaign: wall time on a number of ranks, bytes on disk.
 
 The number of steps follows from the inputs. The time of a step, the time of a case
 beside its steps and the share of cases that end early are learned from the finished
@@ -33,11 +33,8 @@ from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.store.directory.blades import DETAIL
-from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import planned_cases
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
-from hpcwhirl.store.directory.reader import rows_of
 from hpcwhirl.store.directory.runs import COSTS, read_runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
@@ -59,28 +56,26 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Forecast:
-    """What is left of a campaign.
+    """Forecast of the rest of a campaign.
 
     Attributes
     ----------
-    cases, left : all, and those without a result; of those that words will ask for,
-        see `more`
-    steps : of those that are left, if they run to their end
-    seconds : of one core in the kernel for them; of those that go on while they are
-        undecided, to the next time that their word is asked for
-    most : the same if all run to their end, and those that are undecided for as long as
-        they may
-    range : least and most of `seconds` by what was measured; None: nothing was
-    computations : how many there are, of cases and twins
-    overhead : s of a core for each beside its kernel
-    before, after : {what: s} that no further rank makes shorter
-    launch : s until ranks know each other, where there are several
-    more : cases that words ask for, or may, and that have not ended: as many as those
-        of the nearest known cases would, least, most; (0, 0, 0) where there are none
-    beyond : cases beyond the coarse level that have ended
-    finished : cases that the cost is learned from
-    longest : s of the longest case
-    disk : of the whole campaign, if no case ends early
+    cases, left : number of planned cases, and of those without a result; for refined
+        cases see `more`
+    steps : steps of the cases left, if none ends early
+    seconds : kernel time of the cases left on one core, s; a case with `until =
+        "decided"` counts up to the next time at which its regime is determined
+    most : upper bound, s: no early end, and every undecided case runs to `longest`
+    range : lower and upper limit of `seconds` by measured cases; None: none measured
+    computations : number of cases and twins left
+    overhead : time of a core for each computation beyond its kernel, s
+    before, after : {stage: s} before and after the cases, independent of the ranks
+    launch : time until several ranks are connected, s
+    more : refined cases left: (expected, least, most); (0, 0, 0) if there are none
+    beyond : refined cases that have ended
+    finished : number of finished cases that the forecast is learned from
+    longest : kernel time of the longest case, s
+    disk : bytes of the whole campaign, if no case ends early
     """
 
     cases: int
@@ -126,16 +121,16 @@ def forecast(
     started: float | None = None,
     loaded: float | None = None,
 ) -> Forecast:
-    """Return what is left to compute of a design, and the bytes it will all take.
+    """Return the forecast of a design in its directory.
 
     Parameters
     ----------
     design : the campaign
-    folder : its directory; if it has finished cases, they are learned from
-    shard : whose cases alone are counted
-    extended : s, to what undecided cases go on
-    started, loaded : s that this process took until its inputs were checked, and until
-        it read them; None: all the time that it has been there
+    folder : its directory; the forecast learns from finished cases in it
+    shard : counts the cases of this shard alone; None: all cases
+    extended : end times to which undecided cases are extended, s
+    started, loaded : time from the start of this process until its inputs were checked,
+        and until it began to read them, s; None: its age now
     """
     since, step = age(), time_steps(design)
     started = since if started is None else started
@@ -147,7 +142,7 @@ def forecast(
     costs.learn_all(ended.seconds)
     left, spans = spans_of(design, ended, longest, mine)
     known = costs.factor[np.isfinite(costs.factor)]
-    whole = _to_their_end(folder, design, costs)
+    whole = _to_their_end(ended, costs)
     most = float(whole.predict(left) @ spans[:, 1])
     each = costs.predict(left)
     seconds = float(each @ spans[:, 0])
@@ -176,7 +171,7 @@ def forecast(
 
 
 def age() -> float:
-    """Return for how many seconds this process has been there."""
+    """Return the age of this process, s."""
     ticks = begun(os.getpid())
     if ticks is None:  # no Linux
         return time.process_time()
@@ -184,12 +179,12 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return how long this machine takes over the one that constants are of."""
+    """Return the time of this machine relative to the one of the constants above."""
     return min(max(loaded / LOADED, 0.3), 10.0)
 
 
 def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
-    """Return the seconds of what follows the last case."""
+    """Return {stage: s} of gathering, map and page."""
     page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
@@ -200,9 +195,9 @@ def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
 
 
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:
-    """Return least and most seconds by the cases that ended.
+    """Return the lower and upper limit of a time by the scatter of finished cases.
 
-    factors : of those, their seconds over the nominal ones
+    factors : measured over nominal time of each finished case
     """
     error = 1.0
     if len(factors) > 1 and factors.any():
@@ -211,32 +206,18 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
     return seconds * max(1.0 - SIDES * error, 0.0), seconds * (1.0 + SIDES * error)
 
 
-def _to_their_end(folder: Path, design: Design, costs: Costs) -> Costs:
-    """Return what cases cost if none ends early, by the steps of those that ended."""
+def _to_their_end(ended: Ended, costs: Costs) -> Costs:
+    """Return the costs of cases that run to their end, by finished cases."""
     whole = Costs(costs.nominal, costs.places, costs.steps)
-    known, steps = CaseIndex(design.digests), np.asarray(costs.steps)
-    seconds = np.full(len(steps), np.nan)
-    for rows in rows_of(folder):
-        case = planned_cases(rows, known)
-        own = np.flatnonzero((case >= 0) & (rows.words("status") == "ok"))
-        made, proved, end, took = (
-            rows.numbers(name, np.nan)[own]
-            for name in ("row.steps", "row.certificate", "row.duration",
-                         "performance.seconds")
-        )  # fmt: skip
-        case = case[own]
-        part = made / np.maximum(steps[case], 1.0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            part = np.where(proved < 0.0, part, part * proved / end)  # no steps after
-        seconds[case] = took / np.maximum(part, LITTLE)
-    whole.learn_all(seconds)
+    part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)
+    whole.learn_all(ended.seconds / np.maximum(part, LITTLE))
     return whole
 
 
 def _beside(folder: Path, pace: float) -> tuple[float, float]:
-    """Return the s that a case takes beside its kernel, and the first of a rank.
+    """Return the overhead of a case and the extra of a rank's first case, s.
 
-    Of the last run that tells; before any, what it nominally is.
+    Measured by the last run that recorded it; nominal before any has.
     """
     shares = [share for share in read_runs(folder) if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -247,12 +228,12 @@ def _beside(folder: Path, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean seconds of what is left of the coarse level."""
+    """Return the mean kernel time of a coarse case that is left, s."""
     return found.seconds / max(found.computations, 1.0)
 
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
-    """Return a forecast with the cases beyond the coarse ones."""
+    """Return a forecast to which the refined cases are added."""
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
@@ -273,7 +254,7 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return how long each case is marched at most, over its time, (cases,)."""
+    """Return the longest end time of each case over its first end time, (cases,)."""
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -284,19 +265,19 @@ def longest_of(design: Design, extended: Sequence[float]) -> Floats:
 def spans_of(
     design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
 ) -> tuple[list[int], Floats]:
-    """Return the coarse cases of which something is left, and for how long each.
+    """Return the coarse cases with jobs left, and the time that these cover.
 
     Parameters
     ----------
     design, ended : of the campaign
     longest : see `longest_of`
-    mine : the cases to be looked at
+    mine : the cases to consider
 
     Returns
     -------
     cases : ascending
-    spans : (cases, 2), how long each and its twins are marched at least, at most, over
-        its time; of a refined campaign without twins
+    spans : (cases, 2), least and most engine time of the jobs left of each case and its
+        twins, over its end time; without twins in a refined campaign
     """
     planner, twins = ended.planner(), design.twins
     jobs = planner.left()
@@ -320,7 +301,7 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return how long a case is marched from a later stage on, at least, at most."""
+    """Return (least, most) engine time from a later stage on, over the end time."""
     ends = design.scene(case).end_times
     before = max([ends[-1], *extended[: stage - 1]])
     soon = min(2.0 * before, extended[stage - 1])
@@ -328,7 +309,7 @@ def _span(
 
 
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
-    """Return the bytes of the campaign, if every case runs to its longest end."""
+    """Return the bytes of the campaign if every case runs to its longest end time."""
     columns = design.columns
     samples = np.zeros(len(design.settings), dtype=np.int64)
     intervals = np.full(len(design.settings), np.nan)
@@ -343,9 +324,9 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
 
 
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
-    """Return samples and the seconds between them, see `case.limits.step_counts`.
+    """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
-    They are 0 and NaN where there is no step: those cases will fail as rows.
+    They are 0 and NaN for a case without a time step, which will fail.
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
@@ -368,7 +349,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return, of each detail with traces, the cases of most blades and harmonics."""
+    """Return the cases with most blades or harmonics for each setting of traces."""
     found = set[int]()
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

@@ -1,4 +1,4 @@
-"""How many cases words will ask for in a refined campaign, guessed from known words."""
+"""Estimate of how many refined cases will follow, from the regimes known so far."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ MOST = 200_000  # cases of a guess
 
 @dataclass(frozen=True)
 class Beyond:
-    """The cases beyond the coarse level of a refined campaign.
+    """The refined cases of a campaign, that is those beyond the coarse level.
 
     Attributes
     ----------
-    ended : of these
-    count : that have not, of those that words ask for or may ask for
-    guessed : of `count`, those that the words there are do not ask for yet
-    most : that may be left, if every cell is split
-    steps, seconds : of `count`; the seconds of one core
-    most_seconds : of `most`
+    ended : number that have ended
+    count : expected number that are left
+    guessed : part of `count` that known regimes do not request yet
+    most : number left if every cell is split
+    steps, seconds : steps, and kernel time on one core, s, of `count` cases
+    most_seconds : kernel time of `most` cases, s
     """
 
     ended: int
@@ -41,20 +41,20 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its word, None without one, and the seconds it took."""
+    """A case that has ended: its regime, None without one, and its kernel time, s."""
 
     word: str | None
     seconds: float
 
 
 def grown(design: Design, ended: Ended, mean: float) -> Beyond:
-    """Return what there is, and may be, beyond the coarse level.
+    """Return the estimate of the refined cases.
 
     Parameters
     ----------
     design : of the campaign
     ended : what has ended in its directory
-    mean : s of a coarse case, where no finished one tells
+    mean : kernel time of a coarse case, used if none has finished, s
     """
     known, asked = _known(design, ended)
     words: dict[Address, str | None] = {a: one.word for a, one in known.items()}
@@ -74,10 +74,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return the cases that have ended, and how many more their words ask for.
-
-    Of the latter, those beyond the coarse level.
-    """
+    """Return the cases that have ended, and how many refined cases they request."""
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():
@@ -93,7 +90,7 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the seconds of a case beyond the coarse level, by each fidelity."""
+    """Return the kernel time of a refined case of each fidelity, s."""
     taken: tuple[list[float], list[float]] = ([], [])
     for address, one in known.items():
         if (address.level or address.fidelity) and math.isfinite(one.seconds):
@@ -108,7 +105,7 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the steps of a coarse case in the middle, by each fidelity."""
+    """Return the steps of the middle coarse case for each fidelity."""
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
     first = design.predicted(family.number(middle))[0]
@@ -118,16 +115,16 @@ def _steps(design: Design) -> tuple[float, float]:
 
 
 def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int, int]:
-    """Return how many cases beyond the coarse ones there would be, by each fidelity.
+    """Return the number of refined cases of each fidelity, by nearest known regimes.
 
-    The rule of the refinement is applied as if every case had the word of that one of
-    some which lies nearest to it: boundaries then are about as long as real ones where
-    the few lie evenly, and where motions wander they are too short.
+    The rule of refinement is applied as if every case had the regime of the nearest
+    known case. If these lie evenly, boundaries are about as long as real ones; where
+    regimes are scattered, they are too short.
 
     Parameters
     ----------
     design : the campaign
-    words : of the cases that are known, None without one
+    words : regimes of the known cases, None without one
     """
     if not words:
         return 0, 0
@@ -150,7 +147,7 @@ def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int,
 
 
 def _place(design: Design, address: Address) -> NDArray[np.float64]:
-    """Return where a case lies, each refined input and the panels over 0 ... 1."""
+    """Return the coordinates of a case, 0 to 1 along each refined input and panels."""
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)
     along = [side.position(x) / len(side.depths) for side, x in both]

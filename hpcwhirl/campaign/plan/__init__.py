@@ -1,1 +1,1 @@
-"""Which cases a campaign has, as what each is computed, and what it may cost."""
+"""The cases of a campaign, the computations of each, and their predicted costs."""

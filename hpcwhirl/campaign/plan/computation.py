@@ -1,4 +1,4 @@
-"""What a job computes: its scene, and by which digests it stands in the journals."""
+"""The computation of a job: its scene, and the digests of its record."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Computation:
-    """What a job computes.
+    """The computation of a job.
 
     Attributes
     ----------
-    job : of which it is
-    scene, digest : of what is computed
-    before : digest of the stage before, whose last state it may go on from; "": none
-    facts : that its record has beside: the digest of the case, number of the twin, s
-    lasts : whether a longer one may follow: its last state is kept for that
+    job : the job
+    scene, digest : the scene to integrate, and its digest
+    before : digest of the stage before, whose last state it continues; "": none
+    facts : entries of its record: digest of the case, number of the twin, end time, s
+    lasts : whether a longer run may follow, for which its last state is saved
     """
 
     job: Job
@@ -38,12 +38,12 @@ class Computation:
 def computation(
     design: Design, job: Job, extended: Sequence[float] = ()
 ) -> Computation:
-    """Return what a job computes.
+    """Return the computation of a job.
 
     Parameters
     ----------
     design, job : of the campaign
-    extended : s, times that it was extended to, ascending
+    extended : end times of the extensions, s, ascending
     """
     scene, own = design.scene(job.case), design.digest(job.case)
     last, name, facts = scene.end_times[-1], own, dict[str, Any]()

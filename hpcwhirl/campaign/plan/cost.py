@@ -1,4 +1,4 @@
-"""What cases cost: seconds learned from finished cases that lie near by.
+"""Predicted costs of cases, learned from finished cases with similar inputs.
 
 Regimes differ in seconds a step, and a case that diverges ends early: both are learned
 as one factor on a nominal cost. Costs decide what is handed out first and when a
@@ -40,13 +40,13 @@ OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
 
 
 class Costs:
-    """Predicted seconds of every case, better with every case that finishes.
+    """Predicted kernel time of every case, updated with every finished case.
 
     Parameters
     ----------
-    nominal : (n,), s, of each case before anything is known
-    places : (n, d), where each case lies among the swept inputs, or `Places`
-    steps : (n,), of each case that runs to its end
+    nominal : (n,), s, of each case before any has finished
+    places : (n, d), scaled swept inputs of each case, or `Places`
+    steps : (n,), steps of each case without an early end
     """
 
     def __init__(
@@ -60,11 +60,11 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return the costs of no case: what a rank that hands nothing out has."""
+        """Return empty costs, for ranks that hand nothing out."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, cases: Sequence[int], seconds: float) -> None:
-        """Take in that cases together took some seconds."""
+        """Learn the time that some cases took together, s."""
         if len(cases) == 1:  # nearly always, and rank 0 hears of all
             alone = float(self.nominal[cases[0]])
             if alone > 0.0 and math.isfinite(seconds):
@@ -76,15 +76,15 @@ class Costs:
             self.factor[chosen] = seconds / expected
 
     def learn_all(self, seconds: Floats) -> None:
-        """Take in the seconds of all cases, (n,); NaN where they are not known."""
+        """Learn the times of all cases, (n,), s; NaN for unfinished ones."""
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
     def cover(self, planner: Planner) -> None:
-        """Add the cases that a planner has come to want since."""
+        """Append the cases that the planner has added since the last call."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
-        """Return the seconds that each of the cases is expected to take, (m,)."""
+        """Return the predicted time of some cases, (m,), s."""
         chosen = np.asarray(cases, dtype=np.intp)
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
@@ -107,9 +107,9 @@ class Costs:
 class RefinedCosts(Costs):
     """Costs of a refined design's cases, in the rows of its planner.
 
-    Those beyond the coarse ones are added as they come. A case is expected to cost what
-    the coarse one nearest to it does; by the second fidelity, in the proportion of a
-    first such case of its panel.
+    Refined cases are appended as the planner requests them. Their nominal cost is that
+    of the nearest coarse case; that of the second fidelity is scaled by the ratio of a
+    first such case in its panel.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class RefinedCosts(Costs):
         self._ratio: dict[int, float] = {}
 
     def cover(self, planner: Planner) -> None:
-        """Add the cases that a planner has come to want since."""
+        """Append the cases that the planner has added since the last call."""
         rows = range(len(self.nominal), len(planner))
         if not rows:
             return
@@ -138,7 +138,7 @@ class RefinedCosts(Costs):
         self.factor = np.append(self.factor, np.full(len(added), np.nan))
 
     def _added(self, address: Address) -> tuple[float, Floats]:
-        """Return the nominal cost and the place of a case."""
+        """Return the nominal cost and the scaled inputs of a case."""
         near = self._near(address)
         place = self.places[np.array([near])][0].copy()
         both = zip(self.design.family.lattice.sides, address.point, strict=True)
@@ -149,7 +149,7 @@ class RefinedCosts(Costs):
         return float(self.nominal[near]) * self._dearer(address, near), place
 
     def _near(self, address: Address) -> int:
-        """Return the coarse case nearest to another one."""
+        """Return the coarse case nearest to a refined one."""
         sides = zip(self.design.family.lattice.sides, address.point, strict=True)
         point = tuple(round(side.position(x)) << side.depth for side, x in sides)
         return self.design.family.row_of[Address(0, 0, address.panel, point)]
@@ -166,7 +166,7 @@ class RefinedCosts(Costs):
 
 
 class Places:
-    """Where cases lie among the swept inputs, worked out from their numbers.
+    """Scaled swept inputs of cases, computed from the case numbers.
 
     The distinct numbers of an input are spread evenly over 0 .. 1; words and lists are
     `APART`, so that another scheme's cases are asked only where no others are known.
@@ -186,7 +186,7 @@ class Places:
         return self._cases
 
     def __getitem__(self, cases: NDArray[np.intp]) -> Floats:
-        """Return the places of some cases, (m, swept inputs)."""
+        """Return the scaled inputs of some cases, (m, swept inputs)."""
         if not self._known:
             return np.zeros((len(cases), 1))
         return np.column_stack(
@@ -205,9 +205,9 @@ def _to_unit(values: Values) -> Floats:
 
 
 def costs_of(design: Design, step: Floats | None = None) -> Costs:
-    """Return the costs of a design of which nothing is known yet.
+    """Return the nominal costs of a design.
 
-    step : (cases,), where `time_steps` are known already
+    step : (cases,), result of `time_steps`, if known already
     """
     many, count = design.columns, len(design.settings)
     steps, seconds = np.zeros(count), np.zeros(count)
@@ -223,7 +223,7 @@ def costs_of(design: Design, step: Floats | None = None) -> Costs:
 
 
 def _nominal(schemes: Any, rotations: Any) -> Any:
-    """Return the s of a step by scheme and rotation, before anything is known.
+    """Return the nominal time of a step by scheme and rotation, s.
 
     Either is a word, or one for each case.
     """
@@ -234,7 +234,7 @@ def _nominal(schemes: Any, rotations: Any) -> Any:
 
 
 def time_steps(design: Design) -> Floats:
-    """Return the time step of each case, s; NaN where there is no model to ask.
+    """Return the time step of each case, s; NaN for cases without a model.
 
     Where an accuracy asks for steps, one case is asked for all that have the same
     model, friction, speed, gap and load; of more than `MOST_MODELS` such kinds, one for
@@ -267,7 +267,7 @@ def _asked_step(design: Design, case: int) -> float:
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return numbers of cases, the same where their steps are thought to be."""
+    """Return labels of cases, equal for cases that are taken to have the same step."""
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)
     ends = MOST_MODELS + 1, len(kind)  # mostly the first ones are enough to tell

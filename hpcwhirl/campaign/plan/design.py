@@ -1,4 +1,4 @@
-"""Which cases a campaign has: grids, zips and lists of any scene input, in TOML."""
+"""The cases of a campaign: grids, zips and lists of any scene input, in TOML."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.campaign.plan.given import plain
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
@@ -76,7 +75,7 @@ MOST_TOLD = 200  # letters of what two cases share
 
 
 class Scenes(OfCases[Scene]):
-    """The scenes of a design, each made when it is asked for."""
+    """Sequence of the scenes of a design, each made on access."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
         self.base, self.settings = base, settings
@@ -96,18 +95,18 @@ class Design:
 
     Attributes
     ----------
-    base : what all cases share but for what is swept
+    base : scene with the inputs that are not swept
     settings : {dotted input: value} of each case, in the order of the dimension `case`
     swept : dotted names of the swept inputs, in the order of the file
     rules : the table [campaign]; no result depends on it
-    contents : {engine file: SHA-256} as the design was made; cases are known by it
-    begun : what the plan of the directory that it is of shares beside; not sent
-    measure : a user's own function of a case; not sent to others
-    sample : how inputs were drawn; not sent to others
+    contents : {engine file: SHA-256} when the design was made; part of the digests
+    begun : `base` of the plan of an existing directory; not sent to other ranks
+    measure : a user's own function of a case; not sent to other ranks
+    sample : how inputs were drawn; not sent to other ranks
     twins : of the table [twins], None for none
-    rule : by which further cases follow from words, None for none; `scenes`, `settings`
-        and `digests` are those of the coarse level then, and a case beyond it has the
-        number of its address, see `Family.number`
+    rule : rule by which refined cases follow from regimes, None for none. With a rule,
+        `scenes`, `settings` and `digests` are those of the coarse level, and a refined
+        case has the number of its address, see `Family.number`
     """
 
     base: Scene
@@ -122,7 +121,7 @@ class Design:
     begun: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Read the engines' files that nobody has told the contents of."""
+        """Digest the engine files whose contents were not given."""
         own = self.base.engine.file
         files = listed(self.settings.column(FILE, own).values)
         for file in dict.fromkeys([*files, own]):
@@ -130,7 +129,7 @@ class Design:
                 self.contents[file] = content_digest(file)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Send what others need of it."""
+        """Pickle the part that other ranks need."""
         kept = {"contents": self.contents, "twins": self.twins, "rule": self.rule}
         return _sent, (self.base, self.settings, self.swept, kept)
 
@@ -168,12 +167,12 @@ class Design:
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of one case."""
+        """Return the design of one case, with its engine's file as it is now."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
     def digests(self) -> CaseDigests:
-        """Digest of each case, that of the plan on any rank at any time."""
+        """Digests of the planned cases, the same on any rank at any time."""
         reads = {file: read_as(content) for file, content in self.contents.items()}
         return CaseDigests(flatten(self.base), self.settings, reads, PHYSICS_VERSION)
 
@@ -185,7 +184,7 @@ class Design:
     def check_shards(self, none: str) -> None:
         """Raise InputError if shards cannot be computed independently.
 
-        none : which options are refused, for the message
+        none : text on the refused options, for the message
         """
         twins = self.twins
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
@@ -196,24 +195,24 @@ class Design:
 
     @cached_property
     def family(self) -> Family:
-        """All cases that there may be, of a design that grows."""
+        """All possible cases of a refined design."""
         if self.rule is None:
             raise TypeError
         return Family(self.rule, self.settings, WHOLE)
 
     @property
     def most(self) -> int:
-        """Cases that there may be in the end."""
+        """Largest possible number of cases."""
         return self.family.most if self.grows else len(self.settings)
 
     @property
     def code(self) -> JobCode:
-        """The numbers of jobs."""
+        """The numbering of jobs."""
         cases = self.family.span if self.grows else len(self.settings)
         return JobCode(cases, self.twins.count if self.twins else 0)
 
     def name(self, case: int) -> str:
-        """Return what a case is called in messages: those beyond have no row yet."""
+        """Return the name of a case in messages: its number, or inputs if refined."""
         if self.rule is None or case < len(self.settings):
             return f"case {case}"
         own = self.settings_of(case)
@@ -222,13 +221,13 @@ class Design:
         return f"case {', '.join([*told, *([self.rule.confirm] if again else [])])}"
 
     def settings_of(self, case: int) -> Settings:
-        """Return what a case sets."""
+        """Return {input: value} that a case sets."""
         if case < len(self.settings):
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
     def scene(self, case: int) -> Scene:
-        """Return the scene of a case, one of the last as it was."""
+        """Return the scene of a case; the last ones are cached."""
         return self._last_scenes(case)
 
     @cached_property
@@ -243,13 +242,13 @@ class Design:
         return Digests(self.base, self.contents)
 
     def digest(self, case: int) -> str:
-        """Return the digest of a case, that of the manifest on any rank at any time."""
+        """Return the digest of a case, planned or refined, the same on any rank."""
         if case < len(self.settings):
             return self.digests[case]
         return self._digests.planned(self.settings_of(case))
 
     def check_engine(self, case: int) -> None:
-        """Raise where the engine's file of a case is not what was planned.
+        """Raise if the engine file of a case has changed since the campaign began.
 
         Raises
         ------
@@ -262,9 +261,9 @@ class Design:
             raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
     def resolved(self, case: int) -> Case:
-        """Return a case, one of the last as it was; of an engine's file always anew.
+        """Return a resolved case; the last ones are cached, except those with a file.
 
-        That file may have changed meanwhile.
+        An engine file may have changed meanwhile.
         """
         return self._resolved(case) if self.file(case) else self._kept(case)
 
@@ -284,7 +283,7 @@ class Design:
         return str(self.settings_of(case).get(FILE, self.base.engine.file))
 
     def predicted(self, case: int) -> tuple[float, float]:
-        """Return steps and seconds of a case up to its end; 0 without a model."""
+        """Return predicted steps and kernel time, s, of a case; 0 without a model."""
         try:
             resolved = self.resolved(case)
             known = resolved.steps, resolved.cost
@@ -293,7 +292,7 @@ class Design:
         return known
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted seconds of coarse cases, by each fidelity."""
+        """Return the mean predicted time of coarse cases for each fidelity, s."""
         refined = replace(self, rule=rule)
 
         def mean(cases: Iterable[int]) -> float:
@@ -336,7 +335,7 @@ def _sent(
 
 
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
-    """Return the design of what was given, see `Design.of`."""
+    """Return the design of any source that `Design.of` takes."""
     if isinstance(source, Design):
         if settings:
             msg = f"a Design takes no settings: it is made, got {shown(settings)}"
@@ -350,6 +349,17 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
         return design_of(plain(source), settings)
     msg = f"design must be {ALLOWED}, got {shown(source)}"
     raise InputError(msg)
+
+
+def plain(value: Any) -> Any:
+    """Return a value from Python as TOML would have given it: no arrays, no NumPy."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | range):
+        return [plain(one) for one in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
@@ -402,7 +412,7 @@ def design_of(
 
 
 def _anchored(rows: Table, folder: Path | str) -> Table:
-    """Return settings whose engines' files are named from a folder."""
+    """Return settings in which paths of engine files start from a folder."""
     if FILE not in rows.names:
         return rows
     return rows.mapped(
@@ -411,7 +421,7 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins that are their case, and boundaries where none are neighbours."""
+    """Refuse twins equal to their case, and boundaries without neighbours."""
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return
@@ -421,7 +431,7 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
 
 
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
-    """Refuse to set for all cases what they differ in."""
+    """Refuse to set a swept input for all cases."""
     clash = set(swept) & set(names)
     if clash:
         msg = f"{what} {min(clash)}: the campaign sweeps this input"
@@ -429,7 +439,7 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
 
 
 def _check_distinct(columns: Many) -> None:
-    """Refuse two cases of the same inputs; a product of distinct values has none."""
+    """Refuse two cases with the same inputs."""
     found = columns.twice()
     if found:
         both = columns.table[found[0]].items()

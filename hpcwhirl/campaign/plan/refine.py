@@ -1,4 +1,4 @@
-"""The table [refine] of a campaign: what it may hold, and the rule that it makes."""
+"""The table [refine] of a campaign, its checks, and the rule that follows from it."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ def first_inputs(
 
 
 class Coarse(Protocol):
-    """The design of a coarse level, as far as its refinement depends on it."""
+    """Part of a coarse design that its refinement needs."""
 
     @property
     def base(self) -> Scene:
-        """What all cases share but for what is swept."""
+        """Scene with the inputs that are not swept."""
 
     @property
     def settings(self) -> Sized:
-        """What each case sets."""
+        """{dotted input: value} of each case."""
 
     @property
     def swept(self) -> Sequence[str]:
@@ -70,7 +70,7 @@ class Coarse(Protocol):
 
     @property
     def twins(self) -> Twins | None:
-        """Of the table [twins], None for none."""
+        """Table [twins], None for none."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean predicted seconds of its cases, by each fidelity."""
@@ -122,7 +122,7 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
 
 
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
-    """Refuse twins beside a budget, and those that refining may lead to their case.
+    """Refuse twins with a budget, and relative changes of inputs that may become 0.
 
     over : {refined input: its values}
     """
@@ -138,7 +138,7 @@ def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
 
 
 def _check_side(name: str, grid: Listed) -> None:
-    """Refuse what has no cells between its values."""
+    """Refuse a refined input without two different numbers in [sweep]."""
     if name not in grid:
         msg = f"[refine] over {name}: not in [sweep], which has {', '.join(grid)}"
         raise InputError(msg if grid else f"[refine] over {name}: there is no [sweep]")
@@ -173,7 +173,7 @@ def _depths(
 def _bisections(
     name: str, low: Decimal, high: Decimal, finest: Decimal, scale: str
 ) -> int:
-    """Return how often an interval is bisected down to a resolution.
+    """Return the number of bisections of an interval down to a resolution.
 
     On a logarithmic scale that is the relative step: 0.01 is one percent.
     """
@@ -188,7 +188,7 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels that lead to no whole number, or to values that are one."""
+    """Refuse levels with broken whole numbers, or values equal but for round-off."""
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():
@@ -203,7 +203,7 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
 def _budget(
     given: Mapping[str, float] | None, design: Coarse, rule: Rule
 ) -> tuple[float, ...]:
-    """Return (total, of a case of each fidelity); empty for no limit.
+    """Return (total, cost of a case of each fidelity); empty for no budget.
 
     Parameters
     ----------

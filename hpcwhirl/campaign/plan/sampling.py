@@ -1,13 +1,13 @@
 """[sample]: draws of inputs by their distributions, at each point of a sweep.
 
 Every point gets the same draws, so that points differ by what was swept alone. All
-methods but `latin_hypercube` go on where they were: a larger `count` keeps the draws
-that there are. With `saltelli` each of `count` draws is a pair A, B of independent
+methods but `latin_hypercube` can be continued: a larger `count` keeps the earlier
+draws. With `saltelli` each of `count` draws is a pair A, B of independent
 ones, and for each sampled input a copy of A with this input of B (Saltelli et al.,
 Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
 
-A directory keeps the draws: one that is continued has those it was begun with, whatever
-another version of SciPy would draw.
+A directory stores the draws. A continued campaign uses these, even if another version
+of SciPy would draw differently.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Sample(SampleTable):
         return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
-        """Return what a directory keeps of it: what draws depend on."""
+        """Return the part that draws depend on, which the directory keeps."""
         laws = {name: law.model_dump() for name, law in self.laws.items()}
         found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
@@ -131,7 +131,7 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse to compare a tuned engine that would be modelled otherwise."""
+    """Refuse a tuned engine whose modes or time step would be chosen separately."""
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
@@ -143,7 +143,7 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 
 
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
-    """Refuse cases of which one is no scene; of a draw, say which it was."""
+    """Refuse a design with an invalid scene; name the draw if it was drawn."""
     many = Many(base, rows)
     try:
         many.check()

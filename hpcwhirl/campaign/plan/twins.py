@@ -1,6 +1,6 @@
-"""Perturbed twins of cases, which tell how sure a word is.
+"""Perturbed twins of cases, by which the certainty of a regime is estimated.
 
-A twin is its case with inputs that nobody knows so well multiplied by 1 + spread u, u
+A twin is its case with uncertain inputs multiplied by 1 + spread u, u
 evenly within -1 .. 1 and a function of the case's motion (`identity`), the number of
 the twin, the input's name and the seed alone: the same wherever and whenever it is
 computed.
@@ -29,7 +29,7 @@ class Twins(TwinsTable):
 
     @property
     def is_late(self) -> bool:
-        """Whether the words of all cases tell which of a grid have twins."""
+        """Whether the twins of a grid follow from the regimes of all its cases."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
@@ -46,9 +46,9 @@ class Twins(TwinsTable):
 
 
 def identity(scene: Scene, content: str) -> str:
-    """Return what the twins of a case are drawn by: a digest of its motion alone.
+    """Return the key by which twins of a case are drawn: a digest of its motion alone.
 
-    How long it goes on while it is undecided and what is kept of it change no twin.
+    Inputs on longer runs while undecided, and on traces, do not change a twin.
     """
     return digest(apply_settings(scene, ASIDE), content)
 
@@ -79,11 +79,11 @@ def twins_of(document: Mapping[str, Any]) -> Twins | None:
 
 
 def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse a relative spread about 0, of which all twins would be the case itself.
+    """Refuse a relative spread of an input that is 0: twins would equal their case.
 
     Parameters
     ----------
-    rows : {dotted input: value} of what each case sets
+    rows : {dotted input: value} that each case sets
     """
     values = flatten(base)
     for name in twins.spread:

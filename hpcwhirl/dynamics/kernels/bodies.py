@@ -41,10 +41,13 @@ from hpcwhirl.dynamics.kernels.verbs import (
     read,
     read_tips,
     slide,
+    stand,
+    yielded,
 )
 
 FLUSH_EVERY = 256  # steps; see `flush`
 TINY = 1e-150
+NOWHERE = 1.0  # m, gap of a blade that is not there
 
 
 @njit(cache=True)
@@ -68,8 +71,11 @@ def place_blades(ring, turned, index, shape):
 
 
 @njit(cache=True)
-def read_gaps(u, radial, wall, ring, index, shape, turned, time, gaps):
-    """Set the N gaps from tips and radial coordinates; return the lowest."""
+def read_gaps(u, radial, wall, ring, index, shape, turned, time, lost, gaps):
+    """Set the N gaps from tips and radial coordinates; return the lowest.
+
+    lost : blade that is lost, whose gap is `NOWHERE`; -1: none
+    """
     n = len(gaps)
     lowest = 1.0
     for j in range(n):
@@ -77,7 +83,7 @@ def read_gaps(u, radial, wall, ring, index, shape, turned, time, gaps):
             w = rigid_radial(wall, time, turned + 2.0 * math.pi * j / n)
         else:
             w = read_ring(radial, index, shape, j)
-        gaps[j] = wall.gap + w - u[j]
+        gaps[j] = wall.gap + w - u[j] if j != lost else NOWHERE
         lowest = min(lowest, gaps[j])
     return lowest
 
@@ -141,7 +147,7 @@ def march_bodies(
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
-    w_rotor, compliance, ring = contact
+    w_rotor, compliance, ring, lost = contact
     (
         q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
         impulse,
@@ -150,7 +156,7 @@ def march_bodies(
     b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
     u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
     gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
-    slid = np.zeros(blades)
+    slid, stood = np.zeros(blades), np.zeros(2)
     width = 4 if ring.kind == ELEMENTS else coordinates
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
@@ -161,16 +167,21 @@ def march_bodies(
         turned = (speed * following) % (2.0 * math.pi)
         predict(rotor, b)
         predict(casing, c)
+        stand(rotor, b, now, stood)
         push = pulse_of(now, loading.force, loading.pulse)
         if push != 0.0:
             load(casing, c, push, loading.modal)
         read(rotor, b.following, u)
         read(casing, c.following, w)
         place_blades(ring, turned, index, shape)
-        lowest = read_gaps(u, w, wall, ring, index, shape, turned, following, gaps)
+        lowest = read_gaps(
+            u, w, wall, ring, index, shape, turned, following, lost, gaps
+        )
         counter[STEP] += 1
         if counter[STEP] >= counter[NEXT_LOOK]:
             read_tips(rotor, b.following, u, tips)
+            if lost >= 0:
+                tips[lost] = 0.0
             watch(farthest(tips), limit, counter)
         if lowest < 0.0:
             space.have[:] = 0  # W changes as the blades pass
@@ -180,6 +191,8 @@ def march_bodies(
             if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
+            if lost >= 0:
+                opened[lost] = NOWHERE
             collect(rotor, b, lam, own, inward)
             collect(casing, c, lam, index, shape)
             meet(rotor, b, mu, ledger)
@@ -198,6 +211,7 @@ def march_bodies(
             opened[:] = gaps
         if push != 0.0:
             ledger[PULSE] += pulse_work(push, loading.modal, c.ahead, d_c)
+        yielded(rotor, b, stood)
         accept(rotor, b, step)
         accept(casing, c, step)
         older[:] = last
@@ -210,9 +224,11 @@ def march_bodies(
         if keep or judge:
             read(rotor, q_b, u)
             read_tips(rotor, q_b, u, tips)
+            if lost >= 0:
+                tips[lost] = 0.0
             if judge and lowest < 0.0:
                 read(casing, q_c, w)
-                read_gaps(u, w, wall, ring, index, shape, turned, following, gaps)
+                read_gaps(u, w, wall, ring, index, shape, turned, following, lost, gaps)
                 note_miss(gaps, last, u, wall.gap, ledger)
             write_sample(
                 counter, ledger, impulse, tips, q_c,

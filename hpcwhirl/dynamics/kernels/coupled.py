@@ -48,7 +48,7 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """By blocks."""
+    """Predict a step of each block of modes."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)
@@ -59,7 +59,7 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Sum the modes."""
+    """Read the radial coordinates, as sums over the modes."""
     rows = body.read
     out[:] = 0.0
     for m in range(len(values)):
@@ -79,12 +79,15 @@ for _verb, _function in _of_modes:
 
 @does(verbs.meet, CoupledBody)
 def meet(body, motion, mu, ledger):
-    """By blocks; what steps to is not needed any more and is work space."""
+    """Add the contact forces by blocks, and their work on the body's own modes.
+
+    Those that read a circle or an ellipse have no energy. `following` is work space.
+    """
     _, d, _, ahead, work, normal, drag = motion
     for m in range(len(work)):
         work[m] = normal[m] + mu * drag[m]
     apply_blocks(body.give, body.starts, work, 1.0, ahead)
-    for m in range(len(ahead)):
+    for m in range(body.own):
         mean = 0.5 * (ahead[m] + d[m])
         ledger[ROTATION] += normal[m] * mean
         ledger[FRICTION] += mu * drag[m] * mean
@@ -92,7 +95,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, CoupledBody)
 def accept(body, motion, step):
-    """By blocks: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
+    """End the step by blocks: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
     q, d, lost, ahead, _, _, _ = motion
     for m in range(len(q)):
         d[m] += ahead[m]
@@ -105,10 +108,10 @@ def accept(body, motion, step):
 
 @does(verbs.energy, CoupledBody)
 def energy(body, values, increments, step):
-    """Jacobi's: 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}."""
+    """Return Jacobi's energy, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}."""
     before = values - increments
     total = 0.5 * form(body.stiffness, body.starts, values, before)
-    for m in range(len(values)):
+    for m in range(body.own):
         speed = increments[m] / step
         total += 0.5 * speed * speed
     return total

@@ -23,7 +23,7 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """By matrices."""
+    """Predict a step with the full matrices."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -34,7 +34,7 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """By the inverse."""
+    """Add the load by the inverse of A."""
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Pick the radial coordinates."""
+    """Read the radial coordinates."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -51,7 +51,7 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Pick the coordinates."""
+    """Read the coordinates of tips and centre."""
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
         tips[j, 0], tips[j, 1] = radial[j], values[along[j]]
@@ -61,7 +61,7 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """On the coordinates."""
+    """Add the multipliers to the coordinates that they load."""
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
     normal[:] = 0.0
@@ -75,7 +75,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Of the coordinates."""
+    """Add the motion of the coordinates along the rotation."""
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -86,7 +86,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """By the inverse."""
+    """Add the contact forces by the inverse of A, and their work."""
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
@@ -102,7 +102,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """By D and S; what the step led to is not needed any more and is work space."""
+    """End the step; losses by D and S. `following` is overwritten as work space."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]
@@ -124,7 +124,7 @@ def accept(body, motion, step):
 
 @does(verbs.energy, DenseBody)
 def energy(body, values, increments, step):
-    """By M and K."""
+    """Return the energy by M and K."""
     work = np.zeros_like(values)
     apply_dense(body.mass, increments, 0.5 / step**2, work)
     total = 0.0

@@ -1,8 +1,8 @@
 """The passes of the exact flow: what they book of a step, and its energy.
 
-Works and losses are quadratic in (d', q') and the d before (`timestep.exact_flow`). A
-step that a jump has ended waits no more; sums of the ring have a fourth part, the
-normal forces over what the ring's shape passes below the blades in a second.
+Works and losses are quadratic in (d', q') and the d before (`timestep.exact_flow`).
+After a jump no step is left to be ended. Sums of the ring have a fourth part: the
+normal forces times the rate at which the ring's shape passes below the blades.
 """
 
 from __future__ import annotations

@@ -146,11 +146,12 @@ class Ring(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """W of the rotor (N, N) and compliance (R, R), m/N; the ring."""
+    """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade."""
 
     w_rotor: Floats
     compliance: Floats
     ring: Ring
+    lost: int
 
 
 class ContactSpace(NamedTuple):
@@ -223,6 +224,27 @@ class ModalBody(NamedTuple):
     tangential: Floats
 
 
+class Stand(NamedTuple):
+    """What supports do at the centre that differ by direction, see `standing`.
+
+    Attributes
+    ----------
+    hub : (2, n), x_o and y_o of a body's coordinates; (0, 0) where there are none
+    moved : (2, n), what a unit force at x_o, y_o adds to d'
+    give : (2, 2), that of x_o, y_o itself
+    stiffness, damping : k_d, N/m; c_d, N s/m
+    speed, step : Omega, rad/s; dt, s
+    """
+
+    hub: Floats
+    moved: Floats
+    give: Floats
+    stiffness: complex
+    damping: complex
+    speed: float
+    step: float
+
+
 class CoupledBody(NamedTuple):
     """A rotor's modes that its rotation couples, see `turning`.
 
@@ -231,8 +253,10 @@ class CoupledBody(NamedTuple):
     keep, pull, give, stiffness, damping, push : blocks of each diameter one after the
         other, each by columns, flat
     starts : (b + 1,), the first mode of each block, and m
+    own : modes that move; further ones read an unbalanced rotor's circle
     read : (m, N + 2), radial coordinates by modes: tips, then x_o, y_o
     radial, tangential : (N, m)
+    stand : of supports that differ by direction
     """
 
     keep: Floats
@@ -242,9 +266,11 @@ class CoupledBody(NamedTuple):
     damping: Floats
     push: Floats
     starts: Integers
+    own: int
     read: Floats
     radial: Floats
     tangential: Floats
+    stand: Stand
 
 
 class DenseBody(NamedTuple):
@@ -255,6 +281,7 @@ class DenseBody(NamedTuple):
     keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
     mass, stiffness, damping : M, K, D
     push : S (n, n), circulatory; (0, 0) of a body that has none
+    stand : of supports that differ by direction
     radial, tangential, centre : places of coordinates; the last of x_o, y_o, if any
     """
 
@@ -265,6 +292,7 @@ class DenseBody(NamedTuple):
     stiffness: Floats
     damping: Floats
     push: Floats
+    stand: Stand
     radial: Integers
     tangential: Integers
     centre: Integers

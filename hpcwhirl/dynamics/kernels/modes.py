@@ -48,7 +48,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Mode by mode."""
+    """Predict a step of each mode."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -59,7 +59,7 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Mode by mode."""
+    """Add the load to each mode."""
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -69,13 +69,13 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Sum the modes."""
+    """Read the radial coordinates, as sums over the modes."""
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Sum the modes."""
+    """Read tips and centre, as sums over the modes."""
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -88,14 +88,14 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Through the rows of modes."""
+    """Add the modal forces of the multipliers."""
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Sum the modes."""
+    """Add the motion along the rotation, as a sum over the modes."""
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -108,7 +108,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Mode by mode."""
+    """Add the contact forces to each mode, and their work."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
@@ -121,7 +121,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """Mode by mode: 2 xi w (d' + d)^2 / (4 dt)."""
+    """End the step of each mode; its loss is 2 xi w (d' + d)^2 / (4 dt)."""
     rate = body.rate
     q, d, loss, ahead, _, _, _ = motion
     for m in range(len(q)):
@@ -133,5 +133,5 @@ def accept(body, motion, _):
 
 @does(verbs.energy, ModalBody)
 def energy(body, values, increments, step):
-    """Sum the modes."""
+    """Return the energy, as a sum over the modes."""
     return modal_energy(values, increments, body.omega, step)

@@ -147,7 +147,7 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Keep the last two of works, of drag, of a column: slip (2 size,)."""
+    """Store the last two works of a column, those of drag, in slip (2 size,)."""
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
 

@@ -60,6 +60,16 @@ def load(body, motion, push, modal):
     raise NotImplementedError
 
 
+def stand(body, motion, time, force):
+    """Set force (2,), N, of supports that differ by direction; add its increments."""
+    raise NotImplementedError
+
+
+def yielded(body, motion, force):
+    """Add what that force takes in a step to `loss`, J."""
+    raise NotImplementedError
+
+
 def read(body, values, out):
     """Set out (r,) to the radial coordinates of amplitudes (n,)."""
     raise NotImplementedError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.kernels.contact import PULSE
@@ -17,12 +17,13 @@ from hpcwhirl.dynamics.schemes.integrator import (
     reader,
     unfold,
 )
+from hpcwhirl.dynamics.unbalance import amplitudes_at_start
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
-    """Return a state at rest of two bodies."""
+    """Return the kernel's state with rotor and casing at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
     rotor = int(own.starts[-1]) if isinstance(own, CoupledBody) else len(own.keep)
     gaps = np.full(model.blades, scene.gap)
@@ -33,7 +34,9 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     )  # fmt: skip
 
 
-def started(whole: Integrator, model: Model, scene: Scene, own: Floats) -> Integrator:
+def started(
+    whole: Integrator, model: Model, scene: Scene, own: Floats, rises: Floats
+) -> Integrator:
     """Return the march of an unbalanced rotor from where it begins.
 
     The energy that it has there, of the motion about its circle, is that of a load that
@@ -41,16 +44,16 @@ def started(whole: Integrator, model: Model, scene: Scene, own: Floats) -> Integ
 
     Parameters
     ----------
-    whole : march of arrays with the coordinate s of `dynamics.unbalance`, at rest
-    own : (m,), its other coordinates, in those of the kernel
+    whole : march of arrays with the coordinates of `dynamics.unbalance`, at rest
+    own, rises : (m,), its other coordinates, in those of the kernel, and increments
     """
-    places, state = circle(model, scene), whole.state
-    if places is None:
-        raise TypeError(places)
-    share = share_at_start(model, scene, places)
-    state.q_b[:-1], state.q_b[-1] = own, 1.0
+    state, m, share = whole.state, len(own), share_at_start(model, scene)
+    state.q_b[:m], state.d_b[:m] = own, rises
+    state.q_b[m:], state.d_b[m:] = amplitudes_at_start(len(state.q_b) - m, scene)
     for gaps in (state.gaps, state.older):
-        gaps[:] = scene.gap - share * places[0 : 2 * model.blades : 2]
+        gaps[:] = (
+            scene.gap - share * steady_at(model, scene, 0.0)[0 : 2 * model.blades : 2]
+        )
     if share < 1.0:
         state.ledger[PULSE] = whole.balance(state).energy
     return whole

@@ -9,8 +9,9 @@ from typing import Any, cast
 import numpy as np
 
 import hpcwhirl.dynamics.kernels.coupled
-import hpcwhirl.dynamics.kernels.modes  # noqa: F401 - what modes do
-from hpcwhirl.case.unbalance import circle, share_at_start
+import hpcwhirl.dynamics.kernels.modes
+import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what modes and supports do
+from hpcwhirl.case.unbalance import is_unbalanced, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import differences, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import (
@@ -62,22 +63,22 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
     With an unbalance the modes are those of its motion about its circle x_s.
     """
     body, order = model.rotor, by_diameter(model.rotor)[0]
-    place, places = np.argsort(order), circle(model, scene)
+    place, step = np.argsort(order), scene.solver.time_step
     whole = two_bodies(model, scene, modal_arrays(model, scene))
-    if places is None:
+    if not is_unbalanced(scene):
         return replace(
             whole, displacements=lambda s, _: unfold(model, s.q_b[place], s.q_c)
         )
 
-    def displacements(state: BodiesState, _: int) -> tuple[Floats, Floats]:
+    def displacements(state: BodiesState, steps: int) -> tuple[Floats, Floats]:
         rotor, casing = unfold(model, state.q_b[place], state.q_c)
-        return rotor + places, casing
+        return rotor + steady_at(model, scene, steps * step), casing
 
-    less = share_at_start(model, scene, places) - 1.0
-    own = less * (body.shapes[:, order].T @ (body.mass @ places))
+    less = share_at_start(model, scene) - 1.0
+    lift = less * body.shapes[:, order].T @ body.mass
+    now, before = (lift @ steady_at(model, scene, time) for time in (0.0, -step))
     return replace(
-        started(whole, model, scene, own),
-        displacements=displacements,
+        started(whole, model, scene, now, now - before), displacements=displacements
     )
 
 

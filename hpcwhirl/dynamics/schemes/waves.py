@@ -52,7 +52,7 @@ def _circling(
     places, steady = circle(model, scene), circle_of(model, scene, diameters)
     if places is None or steady is None:
         return whole
-    share, state, own = share_at_start(model, scene, places), whole.state, diameters[1]
+    share, state, own = share_at_start(model, scene), whole.state, diameters[1]
     less = (share - 1.0) * steady.amplitude * steady.shape
     rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
     rows = state.rotor[: -2 * k * waves.SEEN].reshape(-1, 2, k)
@@ -73,11 +73,20 @@ def has_waves(model: Model) -> bool:
     """Return whether a rotor's motion is of waves: rotation couples equal sectors.
 
     With fewer than three blades k = 1 has both of the centre's coordinates, and a ring
-    of elements is not the same at every angle.
+    of elements is not the same at every angle, nor are supports of two stiffnesses.
     """
-    spin = model.rotor.spin
-    round_ring = not isinstance(model.ring, RingOperator)
-    return spin is not None and bool(spin.waves) and round_ring and model.blades > 2
+    spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
+    return alike and spin is not None and bool(spin.waves) and spin.support.is_round
+
+
+def folds_well(model: Model, scene: Scene) -> bool:
+    """Return whether a model of one sector can be marched: all that couples is waves.
+
+    Where two waves nearly coincide, only all sectors together are.
+    """
+    if model.folds == 1 or model.rotor.spin is None:
+        return True
+    return has_waves(model) and is_basis(diameters_of(model, scene))
 
 
 def waves_apart(model: Model, scene: Scene) -> Integrator | None:
@@ -133,5 +142,6 @@ def waves_apart(model: Model, scene: Scene) -> Integrator | None:
         displacements=displacements,
         casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
+        ended=None if exact else ended,
     )
     return _circling(whole, model, scene, diameters)

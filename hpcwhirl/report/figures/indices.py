@@ -29,7 +29,7 @@ HIGH = 0.38  # of a bar
 
 
 def title_of(quantity: str) -> str:
-    """Return what a quantity is called: of a regime, its probability."""
+    """Return the title of a quantity; of a regime, that of its probability."""
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 
@@ -38,8 +38,8 @@ def draw_sensitivity(
 ) -> list[Path]:
     """Draw Sobol' indices as bars into sensitivity.png and .svg; return their paths.
 
-    Quantities that do not vary, or whose indices too few draws tell, are left out; if
-    none is left, there is no figure.
+    Quantities that do not vary, or with too few draws, are left out; if none is left,
+    there is no figure.
 
     Parameters
     ----------
@@ -69,12 +69,12 @@ def draw_sensitivity(
 
 
 def _is_told(one: xarray.Dataset) -> bool:
-    """Return whether a quantity has indices, and enough draws tell them."""
+    """Return whether a quantity has indices, from enough draws."""
     return bool(np.isfinite(one["total"]).any()) and not pairs_needed(one)
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return the engine and what the indices rest on."""
+    """Return the engine and the number of draws as a heading."""
     least, most = int(found["draws"].min()), int(found["draws"].max())
     draws = f"{least}" if least == most else f"{least} to {most}"
     dropped = int(found["dropped"].max())
@@ -119,7 +119,7 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
-    """Return an index and how far its interval reaches to both sides."""
+    """Return an index and the lengths of its interval to both sides."""
     value, low, high = (
         one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
     )
@@ -127,7 +127,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Say where there is no index."""
+    """Write why there is no index."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

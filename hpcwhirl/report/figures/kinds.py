@@ -1,4 +1,4 @@
-"""Which figures a campaign directory can give, and what traces each needs."""
+"""The kinds of figures of a campaign, and the traces that each needs."""
 
 from __future__ import annotations
 
@@ -28,9 +28,10 @@ class Kind:
     Attributes
     ----------
     draw : (results, line or case) -> figure
-    needs : traces without which there is none
-    of : a case; speeds, a line of cases that differ in speed alone; the engine, once
-    transient : whether `draw` takes `transient`, to show what is before the window
+    needs : traces that it requires
+    of : subject: a case; speeds, a line of cases that differ in speed alone; or the
+        engine, once
+    transient : whether `draw` takes `transient`, to show the time before the window
     """
 
     draw: Callable[..., Any]
@@ -44,7 +45,8 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 
 def _campbell(results: Results, line: list[int]) -> Any:
-    return waves.draw_campbell(results.scene(line[0]), results["speed"][line])
+    speeds = results["speed"][results.finished()]
+    return waves.draw_campbell(results.scene(line[0]), speeds)
 
 
 KINDS = {
@@ -72,7 +74,7 @@ def draw_figures(
     transient: bool = False,
     units: Sequence[str] = ("practical",),
 ) -> Iterator[Path | str]:
-    """Draw figures of a campaign; yield the path of each, or why there is none.
+    """Draw figures of a campaign; yield the path of each, or the reason for none.
 
     Parameters
     ----------
@@ -80,7 +82,7 @@ def draw_figures(
     out : directory of the figures
     kinds : names of `KINDS`; all if None
     only : cases of the figures that show one case
-    transient : show what is before the window of the words, too
+    transient : also show the time before the window
     units : of titles and axes, see `scene.units.showing`
     """
     for name in kinds or []:
@@ -115,7 +117,7 @@ def cases_at(folder: Path, settings: list[str]) -> list[int]:
 
 
 def _check(results: Results, only: list[int] | None) -> None:
-    """Raise one line where there is nothing to draw, or not the case asked for."""
+    """Raise InputError if nothing can be drawn, or a requested case is missing."""
     whole = results.finished()
     if not whole:
         msg = f"{results.path} has no finished case: nothing to draw"
@@ -127,7 +129,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return why a campaign's traces do not give a kind of figure; "" where they do."""
+    """Return why a campaign's traces do not allow a kind of figure, "" if they do."""
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
@@ -138,7 +140,7 @@ def _lacking(results: Results, kind: Kind) -> str:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {part of a file's name: line or case} of a kind, or why it is too much."""
+    """Return {part of the file name: line or case} of a kind, or why too many."""
     finished = only or results.finished()
     if kind.of == "engine":
         return {"": finished}
@@ -162,7 +164,7 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Return the path of the figure of a line or a case, or why there is none."""
+    """Return the path of the figure of a line or a case, or the reason for none."""
     kind = KINDS[name]
     try:
         more = {"transient": transient} if kind.transient else {}

@@ -10,12 +10,15 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.poincare import section
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.figures.waves import legend_below
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene.quantities import TRACES
@@ -30,13 +33,13 @@ WINDOW = "window of the words"  # steady or not: a divergent orbit is not
 
 
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
-    """Return the centre in the rotating frame, (n, 2), m: Eq. (12) undone."""
+    """Return the centre in the rotating frame, (n, 2), m: the inverse of Eq. (12)."""
     z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
     return np.column_stack([z.real, z.imag])
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window of the words."""
+    """Return which samples lie in the window, on which the regime is judged."""
     return np.asarray(time > row["end_time"] - row["window"])
 
 
@@ -54,7 +57,7 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
     Parameters
     ----------
     cases, case : a campaign with traces, and a case of it
-    transient : draw what is before the window of the words, too
+    transient : also draw the time before the window
     """
     return orbits_of(cases.traces(case), cases.rows[case], transient=transient)
 
@@ -62,7 +65,7 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
 def orbits_of(
     traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
 ) -> Any:
-    """Return what `draw_orbits` does, of the traces and the row of a case."""
+    """Return the figure of `draw_orbits` from the traces and the row of a case."""
     figure = Figure(figsize=(11, 5.4), layout="constrained")
     frames = {
         "static": (traces["centre"], "$X_o$", "$Y_o$"),
@@ -75,22 +78,15 @@ def orbits_of(
         draw_orbit(axes, path, late, row["gap"], transient=transient)
         unit = axes.get_label()
         axes.set(xlabel=f"{x}, {unit} ({name} frame)", ylabel=f"{y}, {unit}")
-    _legend_below(figure, figure.axes[0])
+    legend_below(figure, figure.axes[0])
     figure.suptitle(title_of(row))
     return figure
-
-
-def _legend_below(figure: Any, axes: Any) -> None:
-    """Put the legend of some axes below the figure, where it covers nothing."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8,
-                  frameon=False)  # fmt: skip
 
 
 def is_coarse(path: Floats) -> bool:
     """Return whether a path (n, 2) turns by more than `TURNED` at half its samples.
 
-    Between them it is not known then: lines from one to the next are polygons.
+    It is then not resolved: lines between samples would look like polygons.
     """
     steps = np.diff(path @ np.array([1.0, 1j]))
     steps = steps[np.abs(steps) > 0.0]
@@ -107,13 +103,13 @@ def draw_orbit(
     *,
     transient: bool,
 ) -> None:
-    """Draw one orbit and, where it fits, the gap; the axes' label is the unit.
+    """Draw one orbit and, if it fits, the gap; the label of the axes has the unit.
 
     Parameters
     ----------
     axes : of matplotlib
     path : (n, 2), m
-    late : (n,), which samples are in the window
+    late : (n,), whether a sample is in the window
     gap : m
     transient : whether the others are drawn
     """
@@ -177,6 +173,10 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start = 0.0 if transient else row["end_time"] - row["window"]
     shown = found.time >= start
+    if not shown.any():
+        where = "" if transient else " in the window; --transient shows earlier ones"
+        msg = f"no contact{where}"
+        raise InputError(msg)
     figure = Figure(figsize=(11, 6.5), layout="constrained")
     places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
     for axes, (label, value) in zip(
@@ -184,14 +184,12 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     ):
         _dots(axes, found.time[shown], value[shown], found.impulse[shown])
         axes.set(ylabel=label)
+    figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
     axes.set_xlim(start, row["end_time"])
     figure.axes[0].set_title(f"Contacts. {title_of(row)}")
-    if not shown.any():
-        figure.axes[0].text(0.5, 0.5, "no contact", transform=figure.axes[0].transAxes)
-        return figure
     interval = 1e3 * row["sample_interval"]
-    label = f"normal impulse in {interval:g} ms, {TRACES['impulse'].unit}"
+    label = f"normal impulse in {interval:.3g} ms, {TRACES['impulse'].unit}"
     figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
     return figure
 
@@ -221,7 +219,7 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def draw_ledger(cases: Results, case: int) -> Any:
-    """Return where energy comes from and goes to over time."""
+    """Return the figure of energy inputs and losses over time."""
     traces, row = cases.traces(case), cases.rows[case]
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
@@ -249,7 +247,7 @@ def draw_ledger(cases: Results, case: int) -> Any:
         xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)
     )
     axes.set_ylabel(f"{TRACES['energy'].unit}, cumulative")
-    _legend_below(figure, axes)
+    legend_below(figure, axes)
     return figure
 
 
@@ -271,7 +269,7 @@ def draw_case(
     unit = axes.get_label()
     axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
     axes.set_title(title_of(row), fontsize=9)
-    _legend_below(orbit, axes)
+    legend_below(orbit, axes)
     figures = {"orbit": orbit, "traces": draw_traces(traces, row)}
     return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
 

@@ -1,4 +1,4 @@
-"""Speed against accuracy: table, Pareto front and figure of what was measured."""
+"""Cost against accuracy: table, Pareto front and figure of measured settings."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ class Row:
 
     Attributes
     ----------
-    axis, label : which
+    axis, label : its name
     cost : computing time over that of the scenes as given
-    spread : largest less smallest of the repeats' times, over the median
-    agree, runs : runs whose words are the reference's, and all
+    spread : range of the repeats' times, over their median
+    agree, runs : number of runs with the words of the reference, and of all runs
     errors : {number: (median over the scenes, largest)}, relative
     score : median over the scenes of the largest error of a scene
     ledger : largest |ledger_error|
-    refused : why scenes did not take the setting
-    unstable : whether a run was
-    front : nothing measured is both sooner and closer with as many right words
+    refused : why scenes refused the setting
+    unstable : whether a run was unstable
+    front : whether no other setting is faster and closer with as many right words
     """
 
     axis: str
@@ -104,7 +104,7 @@ def _row(
 
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no other beats in cost, words and score; cheapest first."""
+    """Return the rows that no other one beats in cost, words and score; by cost."""
     whole = [
         row
         for row in rows
@@ -123,7 +123,7 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {number: (median, largest)} over the scenes of what twins differ by."""
+    """Return {number: (median, largest)} over the scenes of differences of twins."""
     floors, out = facts["floors"].values(), {}
     for name in COLUMNS:
         values = [floor[name] for floor in floors if name in floor]

@@ -1,4 +1,4 @@
-"""Shapes of the rotor's first family of modes."""
+"""Shapes of the first family of modes, of the rotor and of the casing around it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
@@ -18,23 +20,46 @@ NODE = 3  # DoF a node: radial, tangential, rotation
 LARGEST = 0.2  # of a drawn displacement, tip radii
 MIN_BLADES = 3
 HUB = 10.0  # the centre is amplified so much more
+AROUND, SWING = 1.22, 0.12  # the casing's drawn radius and its motion, tip radii
+ACROSS = 4  # panels
+BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
 
 
-def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
-    """Return a figure of the first family's mode shapes, amplified, by diameter."""
+def draw_shapes(
+    rotor: Rotor,
+    diameters: tuple[int, ...] = (0, 1, 3, 4),
+    model: Model | None = None,
+) -> Any:
+    """Return a figure of the first family's mode shapes, amplified, by diameter.
+
+    Parameters
+    ----------
+    rotor : its blades equal
+    diameters : k, a panel each
+    model : whose casing's first mode of k is drawn around the rotor's, if it has one
+    """
     whole = bladed_disk(rotor.model_copy(update={"centre": "free"}))
-    model = modal_model(whole, 0.0)
-    figure = Figure(figsize=(9, 9.4), layout="constrained")
-    panels = figure.subplots(2, 2).ravel()
+    own = modal_model(whole, 0.0)
+    columns = min(ACROSS, len(diameters)) if len(diameters) > 4 else 2
+    rows = -(-len(diameters) // columns)
+    size = (9.0 if columns == 2 else 13.0) / columns
+    figure = Figure(figsize=(size * columns, 0.7 + 1.06 * size * rows),
+                    layout="constrained")  # fmt: skip
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in panels[len(diameters) :]:
+        axes.remove()
+    for axes in panels[: len(diameters)]:
         axes.axis("off")
+        axes.set_aspect("equal")
     for axes, k in zip(panels, diameters, strict=False):
-        own = (model.diameter == k) & (model.rank == 0) & (model.phase == 0)
-        mode = int(np.flatnonzero(own)[0])
-        _shape(axes, rotor, model.shapes[:, mode])
-        hertz = model.omega[mode] / (2 * np.pi)
-        axes.set_title(f"k = {k}, f = {hertz:.2f} Hz")
-    panels[0].legend(fontsize=8, loc="upper left")
+        mode = np.flatnonzero((own.diameter == k) & (own.rank == 0) & (own.phase == 0))
+        _shape(axes, rotor, own.shapes[:, mode[0]])
+        title = f"k = {k}, f = {own.omega[mode[0]] / (2 * np.pi):.2f} Hz"
+        around = _casing(axes, rotor.radius, model, k) if model else None
+        axes.set_title(title + (f"\ncasing {around:.2f} Hz" if around else ""))
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8,
+                  frameon=False)  # fmt: skip
     figure.suptitle(
         "First family, displacements amplified, the centre's "
         f"{HUB:g} times more; full model"
@@ -45,30 +70,58 @@ def draw_shapes(rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4)) -> Any:
 def draw_shapes_of(scene: Scene) -> Any:
     """Return the shapes of 1F of a scene's rotor, if its blades are equal."""
     rotor = scene.engine.rotor
-    if scene.engine.file or rotor.mistuning or rotor.blades < MIN_BLADES:
+    if scene.engine.file or rotor.is_uneven or rotor.blades < MIN_BLADES:
         msg = f"shapes need equal blades, {MIN_BLADES} at least, and no rotor from file"
         raise InputError(msg)
-    found = [k for k in (0, 1, 3, 4) if k <= rotor.blades // 2]
-    rest = [k for k in range(rotor.blades // 2 + 1) if k not in found]
-    return draw_shapes(rotor, tuple(sorted([*found, *rest][:4])))
+    return draw_shapes(rotor, tuple(range(rotor.blades // 2 + 1)), resolve(scene).model)
 
 
 def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
-    """Draw a shape (n,): blades by their nodes, the centre, and where they rest."""
+    """Draw a shape (n,): blades by their nodes, the disk, and where they rest.
+
+    The disk is that of the model: spokes from the centre to the roots, and the rim
+    from root to root.
+    """
     size = NODE * (rotor.elements + 1)
     motion = shape[: size * rotor.blades].reshape(rotor.blades, -1, NODE)
     scale = LARGEST * rotor.radius / np.abs(motion[..., :2]).max()
     hub = shape[size * rotor.blades :] @ np.array([1.0, 1j])
     along = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
-    for j in range(rotor.blades):
-        turn = np.exp(2j * np.pi * j / rotor.blades)
-        moved = (along + scale * (motion[j, :, 0] + 1j * motion[j, :, 1])) * turn
-        axes.plot((along * turn).real, (along * turn).imag, c="#CCCCCC", lw=0.6)
-        axes.plot(moved.real, moved.imag, c="#08306b", lw=1.0)
+    turn = np.exp(2j * np.pi * np.arange(rotor.blades) / rotor.blades)[:, None]
+    rest = along * turn
+    moved = (along + scale * (motion[..., 0] + 1j * motion[..., 1])) * turn
+    for place, colour, centre in ((rest, PALE, 0.0), (moved, BLUE, scale * hub)):
+        root = place[:, 0]
+        for blade in place:
+            axes.plot(blade.real, blade.imag, c=colour, lw=1.0)
+        rim = np.append(root, root[0])
+        axes.plot(rim.real, rim.imag, c=colour, lw=1.6)
+        spokes = np.column_stack([np.full(len(root), centre), root])
+        axes.plot(spokes.real.T, spokes.imag.T, c=colour, lw=0.5)
     axes.plot(0, 0, "o", c="black", ms=9, mfc="none", label="centre at rest")
     placed = HUB * scale * hub
-    axes.plot(
-        placed.real, placed.imag, "o", c="#D55E00", ms=5, label="centre displaced"
-    )
-    axes.set_aspect("equal")
-    axes.axis("off")
+    axes.plot(placed.real, placed.imag, "o", c=ORANGE, ms=5, label="centre displaced")
+
+
+def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
+    """Draw the casing's first mode of k around the rotor; return its frequency, Hz.
+
+    None, and nothing drawn, where it has no such mode.
+    """
+    casing, ring = model.casing, model.ring
+    if casing is None or ring is None:
+        return None
+    found = np.flatnonzero((casing.diameter == k) & (casing.phase == 0))
+    if not len(found):
+        return None
+    mode = found[np.argmin(casing.omega[found])]
+    angle = np.linspace(0.0, 2 * np.pi, 361)
+    w, u = (rows @ casing.shapes[:, mode] for rows in ring.rows(angle))
+    scale = SWING / np.abs([w, u]).max()
+    rest = AROUND * radius * np.exp(1j * angle)
+    moved = radius * (AROUND + scale * (w + 1j * u)) * np.exp(1j * angle)
+    axes.plot(rest.real, rest.imag, c=PALE, lw=1.0)
+    axes.plot(moved.real, moved.imag, c=ORANGE, lw=1.8, label="casing, first mode of k")
+    marks = moved[:-1:20]  # a turn of the whole ring is seen by these alone
+    axes.plot(marks.real, marks.imag, ".", c=ORANGE, ms=4)
+    return float(casing.omega[mode] / (2 * np.pi))

@@ -9,9 +9,13 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.cascade import after_revolutions, cascade
 from hpcwhirl.analysis.poincare import section
-from hpcwhirl.analysis.spectrum import amplitude_spectrum, full_spectrum
+from hpcwhirl.analysis.spectrum import (
+    after_revolutions,
+    amplitude_spectrum,
+    cascade,
+    full_spectrum,
+)
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.figures.motions import in_window, rotating
@@ -31,6 +35,7 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
 FEW_TURNS = 50  # drawn as larger dots
+PLAIN = 10.0  # of shares of power: up to here an axis is linear
 DECADES = 4.0  # shown below the largest amplitude
 AT_REST = 1e-9  # mm
 
@@ -40,7 +45,7 @@ def _mesh(
 ) -> Any:
     """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades.
 
-    What is nowhere above `least` is at rest, and nothing of it is drawn.
+    A column nowhere above `least` is taken as at rest and not drawn.
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
@@ -64,7 +69,7 @@ def frequency_spectra(
     Parameters
     ----------
     cases : a campaign with `tips`
-    line : its cases, in the order wanted
+    line : its cases, in order
     """
     out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
     for case in line:
@@ -144,26 +149,27 @@ def draw_bifurcation(
         points = section(traces["time"][part], traces["centre"][part], row["speed"])
         at = np.full(len(points), row["speed"])
         colour = SHOWN[shown_word(row)].stroke
-        look = {"c": colour, "mew": 0, "ms": 2 if len(points) > FEW_TURNS else 5}
+        look = {"c": colour, "mew": 0, "ms": 4 if len(points) > FEW_TURNS else 6}
         upper.plot(at, 1e3 * points[:, 0], ".", **look)
         lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
     gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
-    upper.set_yscale("symlog", linthresh=gap)
+    linear = 10.0 ** np.ceil(np.log10(gap))  # a power of ten: ticks do not crowd
+    upper.set_yscale("symlog", linthresh=linear)
     lower.axhline(gap, c="k", ls="--", lw=0.8)
     lower.set(yscale="log", xlabel=axis_of("speed"), ylabel="|Z|, mm (dashed: gap)")
     if lower.get_ylim()[0] < 1e-6 * gap:
         lower.set_ylim(bottom=1e-6 * gap)
-    upper.set_ylabel("$X_o$, mm, static frame\n(linear within the gap)")
+    upper.set_ylabel(f"$X_o$, mm, static frame\n(linear within {linear:g} mm)")
     upper.set_title(f"Once a revolution, {heading(cases, line)}")
     regime_legend(figure, cases, line)
     return figure
 
 
 def draw_growth(cases: Results, line: list[int]) -> Any:
-    """Return measured growth over the speed beside the linear check, and its feeding.
+    """Return growth over the speed, measured and by linear theory, and energy input.
 
-    Linear: contacts of nodal diameter k = the lobes held closed, and the springs in
-    their place that let motion grow fastest; both of roots below `SLOW`.
+    Linear theory: contacts of nodal diameter k held closed, and replaced by the springs
+    with which motion grows fastest; both for roots below `SLOW`.
     """
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]
@@ -171,19 +177,20 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     figure = Figure(figsize=(10, 7), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     for name, look in (("slow", "k-"), ("sprung", "k:")):
-        label = {"slow": "linear, all closed", "sprung": "linear, worst springs"}[name]
+        label = {"slow": "linear, contacts closed",
+                 "sprung": "linear, contacts as worst springs"}[name]  # fmt: skip
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
         shown = SHOWN[shown_word(row)]
         upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
                    mec=shown.stroke, ms=5)  # fmt: skip
-    upper.axhline(0.0, c="grey", lw=0.6)
     unit = ROW["growth_rate"].unit
     upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
-    upper.set_title(f"Growth, {heading(cases, line)}")
-    upper.legend(fontsize=8, title=f"roots below {SLOW / 2 / np.pi:g} Hz")
+    below = f"linear: roots below {SLOW / 2 / np.pi:g} Hz"
+    upper.set_title(f"Growth, {heading(cases, line)}; {below}")
+    upper.axhline(0.0, c="grey", lw=0.6)
     _feeding(lower, rows)
-    regime_legend(figure, cases, line)
+    regime_legend(figure, cases, line, upper, lower)
     return figure
 
 
@@ -195,7 +202,7 @@ def _linear(cases: Results, case: int) -> dict[str, float]:
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
-    """Draw work of friction and of transport over what is lost, in the window."""
+    """Draw work of friction and of transport over the losses, in the window."""
     touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
     speeds = [r["speed"] for r in touching]
     for name, label, marker in (
@@ -205,7 +212,7 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
         share = [r[name] / r["late_lost"] for r in touching]
         axes.plot(speeds, share, marker, ms=5, mfc="none", label=label)
     axes.axhline(1.0, c="grey", lw=0.6, ls="--")
-    axes.set_yscale("symlog", linthresh=1.0)
+    if max(map(abs, axes.dataLim.intervaly), default=0.0) > PLAIN:
+        axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
     axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
-    axes.legend(fontsize=8)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.critical import campbell, coincidences, critical_of_families
-from hpcwhirl.case.resolve import resolve
+from hpcwhirl.analysis.critical import coincidences
+from hpcwhirl.analysis.rotation import (
+    Waves,
+    bands_over,
+    beside,
+    critical_of,
+    waves_over,
+)
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import (
     Line,
@@ -19,6 +26,7 @@ from hpcwhirl.reduction.families import (
     modal_table,
     moving_families,
 )
+from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
 from hpcwhirl.report.labels import axis_of, eq13_of, value_of
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
@@ -28,57 +36,101 @@ from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
 MARGIN = 1.2
+POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")
 COLOURS = dict(zip(FAMILIES, ("#0072B2", "#56B4E9", "#009E73"), strict=True))
+INWARD = 0.75  # of a span of speeds, behind which names stand to the left
 MOST_ORDERS = 12  # of the engine, and of the casing's super-harmonics
 
 
 def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     """Return frequencies over the speed: blades, casing as blades see it, orders.
 
-    The rotor's frequencies do not depend on the speed (no centrifugal terms). A wave of
-    the casing with k lobes passes the blades at |omega_c -+ k Omega|; where one meets
-    1F or the suspension of the same k against the rotation is Eq. 13.
+    A wave of the casing with k lobes passes the blades at |omega_c -+ k Omega|; where
+    one meets 1F or the suspension of the same k against the rotation is Eq. 13. With
+    full rotation the rotor's frequencies depend on the speed; those without it are
+    dotted, and speeds are marked at which an unbalance excites a wave, and from which a
+    free motion grows.
 
     Parameters
     ----------
     scene : engine and nodal diameter
     speeds : (n,), rad/s, of the campaign
     """
-    check_at_rest(scene, "the Campbell diagram")
-    table, k = modal_table(resolve(scene).model), scene.nodal_diameter
+    case = resolve(scene)
+    table, k = modal_table(case.model), scene.nodal_diameter
     if not any(m.body == "rotor" for m in table):
         msg = "a Campbell diagram needs modes of the rotor"
         raise InputError(msg)
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
-    span = np.linspace(0.0, most, 201)
+    span = np.linspace(0.0, most, POINTS)
     figure = Figure(figsize=(9.5, 6.2), layout="constrained")
     axes = figure.subplots()
-    top = _families(axes, table, span)
-    _orders(axes, span, top)
+    top = _families(axes, bands_over(case, span), span)
     _casing(axes, table, k, span)
-    _marks(axes, table, k, most)
-    axes.axvspan(*(np.abs(speeds).min(), np.abs(speeds).max()), color="#EEEEEE", lw=0,
-                 zorder=0, label="speeds of the campaign")  # fmt: skip
+    _marks(axes, case, first_family(table, "casing").get(k, 0.0), most)
+    if case.model.rotor.spin is not None:
+        top = max(top, _of_centre(axes, case, span))
+        _beside(axes, case, span)
+        _at_speed(axes, case, most)
+    _orders(axes, span, top)
+    ends, look = (np.abs(speeds).min(), np.abs(speeds).max()), {"lw": 0.5, "zorder": 0}
+    axes.axvspan(*ends, fc="#EEEEEE", ec="#999999", label="speeds of the campaign",
+                 **look)  # fmt: skip
     axes.set(xlim=(0.0, most), ylim=(0.0, top), xlabel=axis_of("speed"),
              ylabel=axis_of("frequency") + " (rotating frame)")  # fmt: skip
     name = title_of(scene.engine.name, scene.engine.file)
     axes.set_title(f"{name}: casing of k = {k}", parse_math=False)
-    axes.legend(fontsize=8, loc="upper left")
+    legend_below(figure, axes)
     return figure
 
 
-def _families(axes: Any, table: list[Line], span: Floats) -> float:
+def _families(axes: Any, bands: Waves, span: Floats) -> float:
     """Draw the rotor's families as bands over all k; return the top of the axis, Hz."""
     top = 0.0
     for name, colour in COLOURS.items():
-        own = [m.frequency_hz for m in table if m.body == "rotor" and m.family == name]
-        if not own:
-            continue
-        axes.fill_between(span, min(own), max(own), color=colour, lw=1.2,
-                          label=f"rotor {name}")  # fmt: skip
-        top = max(top, MARGIN * max(own))
+        if name in bands:
+            low, high = (edge / (2 * np.pi) for edge in bands[name])
+            axes.fill_between(span, low, high, color=colour, lw=1.2,
+                              label=f"rotor {name}")  # fmt: skip
+            top = max(top, MARGIN * float(high.max()))
     return top or 1.0
+
+
+def _of_centre(axes: Any, case: Case, span: Floats) -> float:
+    """Draw both waves of k = 1, which move the centre; return the axis' top, Hz."""
+    top = 0.0
+    for name, waves in waves_over(case, 1, span).items():
+        ways = ("-", "forward"), ("--", "backward")
+        for wave, (look, told) in zip(waves, ways, strict=True):
+            seen = np.abs(wave - span) / (2 * np.pi)
+            axes.plot(span, seen, look, lw=1.6,
+                      c=COLOURS.get(name, "#56B4E9"),
+                      label=f"{name}, k = 1, {told}")  # fmt: skip
+            top = max(top, MARGIN * float(seen.max()))
+    return top
+
+
+def _beside(axes: Any, case: Case, span: Floats) -> None:
+    """Draw the rotor's families without the effects of rotation, dotted."""
+    other, told = beside(case), "without effects of rotation"
+    for name, edges in bands_over(other, span).items() if other else ():
+        if name in COLOURS:
+            for edge in edges:
+                axes.plot(span, edge / (2 * np.pi), ":", c=COLOURS[name], lw=1.0,
+                          label=told)  # fmt: skip
+                told = ""
+
+
+def _at_speed(axes: Any, case: Case, most: float) -> None:
+    """Mark speeds of unbalance, and that from which a free motion grows."""
+    unstable = unstable_from(case.model.rotor, case.model.blades)
+    marks = [("unbalance", unbalance_speeds(case.model.rotor)),
+             ("unstable from", [unstable] if unstable else [])]  # fmt: skip
+    for (told, speeds), look in zip(marks, ("-.", "--"), strict=True):
+        for speed in [speed for speed in speeds if speed <= most]:
+            axes.axvline(speed, color="#CC79A7", lw=1.2, ls=look,
+                         label=f"{told}: {_speed(speed)}")  # fmt: skip
 
 
 def _orders(axes: Any, span: Floats, top: float) -> None:
@@ -93,7 +145,7 @@ def _orders(axes: Any, span: Floats, top: float) -> None:
 
 
 def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
-    """Draw the casing's first wave of k as the blades meet it, both ways."""
+    """Draw the casing's first wave of k as seen by the blades, both directions."""
     first = first_family(table, "casing").get(k)
     if first is None:
         return
@@ -103,13 +155,16 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
                   label=f"casing, k = {k}, wave {told} the rotation")  # fmt: skip
 
 
-def _marks(axes: Any, table: list[Line], k: int, most: float) -> None:
-    """Mark Eq. 13 on the families of the rotor that have it."""
-    rotor = own_waves(table, k)
-    for row in critical_of_families(table):
+def _marks(axes: Any, case: Case, first: float, most: float) -> None:
+    """Mark the coincidences of Eq. 13 on the rotor's families.
+
+    first : omega of the casing's 1F, rad/s
+    """
+    k = case.given.nodal_diameter
+    for row in critical_of(case, 1):
         if row["nodal_diameter"] == k and row["speed"] <= most:
             name, speed = row["family"], row["speed"]
-            at = speed, rotor[name] / (2 * np.pi)
+            at = speed, (k * speed - first) / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
             axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
                           (6, 8 if name == "1F" else -14), fontsize=8,
@@ -120,10 +175,11 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     """Return the interaction diagram: waves and regimes over the speed (Eq. 13).
 
     Casing's frame, n omega_c = |k Omega +- omega_bd|; strips below are the regimes.
+    With full rotation omega_bd depends on the speed; waves without it are dotted.
     """
     scene = cases.scene(line[0])
-    check_at_rest(scene, "the interaction diagram")
-    table = modal_table(resolve(scene).model)
+    case = resolve(scene)
+    table = modal_table(case.model)
     k = scene.nodal_diameter
     if k == 0 or not any(m.body == "casing" for m in table):
         msg = "the interaction diagram needs k > 0 lobes and an elastic casing"
@@ -133,76 +189,111 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     cells = cell_edges(np.array([cases.rows[i]["speed"] for i in line]))
     span = cells[[0, -1]]
     first = first_family(table, "casing").get(k, 0.0)
-    limits = wave_limits(own_waves(table, k), k, span)
+    speeds = np.linspace(span[0], span[1], POINTS)
+    own = waves_over(case, k, speeds)
+    limits = wave_limits(own, k, span)
     orders = highest_order(first, limits)
-    _waves(axes, own_waves(table, k), k, span)
+    _waves(axes, own, speeds)
+    _waves_beside(axes, case, speeds)
     _harmonics(axes, first, orders)
     axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
     axes.set_ylim(limits)
-    _crossings(axes, table, k, span, orders)
-    for i, case in enumerate(line):
-        fill = SHOWN[shown_word(cases.rows[case])].colour
+    _crossings(axes, case, span, orders)
+    for i, place in enumerate(line):
+        fill = SHOWN[shown_word(cases.rows[place])].colour
         strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
     strip.set_xlim(span)
     strip.set(yticks=[], xlabel=axis_of("speed"), ylabel="regime")
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
-    axes.legend(loc="upper left", fontsize=8)
-    regime_legend(figure, cases, line)
+    regime_legend(figure, cases, line, axes)
     return figure
 
 
-def _waves(axes: Any, own: dict[str, float], k: int, span: Floats) -> None:
-    """Draw both waves of each family, {family: rad/s}, over a span of speeds."""
+def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
+    """Draw both waves of each family over speeds (n,), rad/s."""
     colours = {"1F": "#0072B2", "suspension": "#009E73"}
-    for name, (plus, minus) in campbell(own, k, span).items():
-        label = f"{name}: kΩ ± ω$_{{bd}}$"
+    for name, (plus, minus) in waves.items():
         colour = colours.get(name, "#56B4E9")
-        axes.plot(span, plus, c=colour, lw=1.2, label=label)
-        axes.plot(span, minus, c=colour, lw=1.2, ls="--")
+        for wave, sign, look in ((plus, "+", "-"), (minus, "−", "--")):
+            axes.plot(speeds, wave, look, c=colour, lw=1.2,
+                      label=f"{name}: kΩ {sign} ω$_{{bd}}$")  # fmt: skip
+
+
+def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
+    """Draw the waves without the effects of rotation, dotted, where they are drawn."""
+    other = None if case.model.rotor.spin is None else beside(case)
+    if other is None:
+        return
+    look, told = {"ls": ":", "c": "#666666", "lw": 0.8}, "without effects of rotation"
+    for pair in waves_over(other, case.given.nodal_diameter, speeds).values():
+        for wave in pair:
+            axes.plot(speeds, wave, label=told, **look)
+            told = ""
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
-    """Draw the casing's frequency and its multiples, of waves both ways."""
-    told = "±ω$_c$" if orders == 1 else f"±n ω$_c$, n = 1..{orders}"
+    """Draw the casing's frequency and its multiples, for waves in both directions."""
+    told = {1: "±ω$_c$", 2: f"±n ω$_c$, n = 2..{orders}"}
     for n in range(1, orders + 1):
+        look = {"lw": 1.2} if n == 1 else {"lw": 0.6, "alpha": 0.4}
         for sign in (-1, 1):
-            label = told if n == sign == 1 else None
-            axes.axhline(sign * n * first, c="#D55E00", lw=0.6, label=label)
+            label = told.get(n) if sign == 1 else None
+            axes.axhline(sign * n * first, c="#D55E00", label=label, **look)
 
 
-def _crossings(axes: Any, table: list[Line], k: int, span: Floats, orders: int) -> None:
-    """Mark the coincidences of 1F, and of other families those of n = 1."""
+def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
+    """Mark the coincidences of 1F, and of other families those of n = 1.
+
+    With full rotation those of Eq. 13 and its super-harmonics alone.
+    """
+    table, k = modal_table(case.model), case.given.nodal_diameter
     casing = first_family(table, "casing")
-    for family, own in own_waves(table, k).items():
-        rows = coincidences({k: own}, casing, orders if family == "1F" else 1)
+    found: dict[str, list[dict[str, Any]]] = {}
+    if case.model.rotor.spin is None:
+        for family, own in own_waves(table, k).items():
+            most = orders if family == "1F" else 1
+            found[family] = list(coincidences({k: own}, casing, most))
+    else:
+        for row in critical_of(case, orders):
+            if row["nodal_diameter"] == k:
+                found.setdefault(row["family"], []).append(row | {"side": -1})
+    for family, rows in found.items():
         seen = [
             row for row in rows
             if span[0] <= row["speed"] <= span[-1] and row["side"] != 1
         ]  # fmt: skip
-        _marked(axes, family, seen, casing.get(k, 0.0))
+        _marked(axes, family, seen, casing.get(k, 0.0), span)
 
 
 def _marked(
-    axes: Any, family: str, seen: list[dict[str, float | int]], first: float
+    axes: Any,
+    family: str,
+    seen: list[dict[str, float | int]],
+    first: float,
+    span: Floats,
 ) -> None:
-    """Mark coincidences; the speed is told for the first and last in view."""
+    """Mark coincidences; write the speed at the first and the last one in view."""
     named = [int(row["order"]) for row in seen if row["side"] == -1]
+    told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
     for row in seen:
         speed, n = float(row["speed"]), int(row["order"])
         height = (1.0 if row["side"] == -1 else -1.0) * n * first
-        axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3)
+        axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3, **told)
+        told = {}
         if row["side"] == -1 and n in {named[0], named[-1]}:
             name = eq13_of(family) if n == 1 else f"n = {n}"
-            place = (6, -34) if n == named[0] else (6, 18)
+            up = -34 if n == named[0] else 18
             main = family == "1F"  # the others' names stand on the line's other side
+            left = not main or speed > span[0] + INWARD * (span[-1] - span[0])
             axes.annotate(f"{name}: {_speed(speed)}", (speed, height),
-                          place if main else (-6, 26), ha="left" if main else "right",
+                          (-6 if left else 6, up if main else 26),
+                          ha="right" if left else "left",
                           textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5})  # fmt: skip
 
 
 def _speed(speed: float) -> str:
-    """Return a speed, rad/s, as it stands beside a mark, in the unit shown."""
+    """Return a speed, rad/s, as text in the unit shown."""
     unit, factor = shown_in("rad/s")
     return f"{factor * speed:.0f} {unit}"
 
@@ -216,12 +307,22 @@ def heading(cases: Results, line: list[int]) -> str:
 
 
 def shown_word(row: dict[str, Any]) -> str:
-    """Return the word that a finished case is shown by."""
+    """Return the word by which a finished case is shown."""
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
-def regime_legend(figure: Any, cases: Results, line: list[int]) -> None:
-    """Tell the colours of the regimes below a figure."""
+def legend_below(figure: Any, *panels: Any, more: Sequence[Any] = ()) -> None:
+    """Add one legend of all panels below a figure, where it covers nothing.
+
+    more : further entries
+    """
+    keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
+    figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=4,
+                  fontsize=8, frameon=False)  # fmt: skip
+
+
+def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:
+    """Add a legend of the panels and of the regimes' colours below a figure."""
     found = {shown_word(cases.rows[i]) for i in line}
     keys = [
         Line2D(
@@ -230,24 +331,14 @@ def regime_legend(figure: Any, cases: Results, line: list[int]) -> None:
         for word, look in SHOWN.items()
         if word in found
     ]
-    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=8)
-
-
-def check_at_rest(scene: Scene, what: str) -> None:
-    """Raise InputError where lines of the rotor at rest are not those at speed."""
-    if scene.engine.rotation != "none":
-        msg = (
-            f"{what} is drawn with the lines at rest: rotation must be none, got "
-            f"{scene.engine.rotation}; hpcwhirl model tells those at a speed"
-        )
-        raise InputError(msg)
+    legend_below(figure, *panels, more=keys)
 
 
 def rotating_top(cases: Results, line: Sequence[int]) -> float:
     """Return the highest frequency of a map in the rotating frame, Hz.
 
-    Above both bending families of the blades and the suspension, up to what the
-    samples tell.
+    It lies above both bending families of the blades and the suspension, but at most
+    at the Nyquist frequency.
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
@@ -271,7 +362,7 @@ def centre_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def nyquist(cases: Results, line: Sequence[int]) -> float:
-    """Return the highest frequency that the samples of all cases tell, Hz."""
+    """Return the lowest Nyquist frequency of all cases, Hz."""
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
 
@@ -281,9 +372,9 @@ def own_waves(table: list[Line], k: int) -> dict[str, float]:
     return {family: own[k] for family, own in found.items() if k in own}
 
 
-def wave_limits(own: Mapping[str, float], k: int, span: Floats) -> tuple[float, float]:
+def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
     """Return the least and the largest omega of an interaction diagram, rad/s."""
-    waves = [*campbell(own, k, span).values()]
+    waves = [*own.values()]
     ends = np.concatenate([np.ravel(w) for w in waves]) if waves else k * span
     low, high = min(ends.min(), 0.0), max(ends.max(), 0.0)
     more = (MARGIN - 1.0) / 2 * ((high - low) or 1.0)

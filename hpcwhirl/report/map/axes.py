@@ -1,4 +1,4 @@
-"""An axis of a map: where cases lie on it, how far cells reach, what ticks say."""
+"""An axis of a map: positions of cases, edges of cells, ticks."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class Axis:
 
     Attributes
     ----------
-    name : variable of the file, "" where nothing is swept
+    name : variable of the file, "" if nothing is swept
     label : with unit
     place : (n,), position of each case
-    levels : (m,), the positions there are, ascending
-    names : (m,) of texts; empty where the axis is to scale
+    levels : (m,), distinct positions, ascending
+    names : (m,), names of texts; empty if the axis is to scale
     scale : "linear" or "log"
-    whole : whether only whole numbers mean something
-    factor : of the input's own unit, to that of the label
+    whole : whether the input takes whole numbers only
+    factor : from the input's own unit to that of the label
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What a map says in words: title, panels, legend, notes."""
+"""Texts of a map: title, panel titles, legend, notes."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 NO_BREAK = "\xa0"
 LETTERS_AN_INCH = 13  # of a title
+NAMED = {"regime": "regimes", "whirl": "whirl", "both": "regimes and whirl"}
 KEY = 0.7  # in, of a key of a legend without its words
 LETTERS_OF_KEY = 14  # an inch, of these
 
@@ -46,7 +47,7 @@ def engine_of(data: xarray.Dataset) -> str:
 def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
     """Return engine, inputs that all cases share, duration, preset; notes below.
 
-    Of a campaign with twins these tell how many cases keep their word in them.
+    For a campaign with twins a note has the share of cases whose twins agree.
     """
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
@@ -78,7 +79,7 @@ def shared(
 
 
 def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
-    """Return what twins say of the words of the cases shown."""
+    """Return a note on how many cases shown keep their word in all twins."""
     if COUNT not in data:
         return []
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
@@ -89,7 +90,7 @@ def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
 
 
 def _confirming(data: xarray.Dataset) -> str:
-    """Return by which preset boundaries are confirmed, if any."""
+    """Return a note on the preset that confirms boundaries, if any."""
     if "fidelity" not in data or not (data["fidelity"] == 1).any():
         return ""
     second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
@@ -97,51 +98,39 @@ def _confirming(data: xarray.Dataset) -> str:
 
 
 def panel_title(values: dict[str, Any]) -> str:
-    """Return what the cases of a panel share, with units."""
+    """Return the inputs that the cases of a panel share, with units."""
     return ", ".join(value_of(name, value) for name, value in values.items())
 
 
 def add_legend(
-    figure: Any,
-    blocks: Sequence[Any],
-    layers: Sequence[Colours],
-    picture: Picture,
-    more: Sequence[Any],
-    *,
-    lettered: bool,
+    figure: Any, picture: Picture, more: Sequence[Any], *, lettered: bool
 ) -> None:
-    """Tell the words that occur, and how many cases have each.
-
-    Below the panels, or beside those of each layer where there are several.
+    """Add a legend of the words that occur, with the number of cases of each.
 
     Parameters
     ----------
     figure : of the map
-    blocks : (rows, columns) of axes for each layer
-    layers, picture : what they show
-    more : further lines of the first layer's legend
+    picture : its content
+    more : further entries
     lettered : whether letters and markers of whirl are drawn in the cells
     """
-    for block, colours in zip(blocks, layers, strict=True):
-        counts = Counter(colours.kind.tolist())
-        keys = [_key(word, counts[word], colours, picture, lettered=lettered)
-                for word in colours.looks if counts[word]]  # fmt: skip
-        keys += _refined_keys(picture.refined)
-        if lettered and colours.name != "whirl":
-            good = ~np.isin(picture.word, list(HATCHES))
-            keys += _whirl_keys(set(picture.whirl[good].tolist()))
-        keys += more if colours is layers[0] else []
-        if len(layers) > 1:
-            block[0, -1].legend(handles=keys, loc="upper left", fontsize=8,
-                                bbox_to_anchor=(1.0, 1.0), frameon=False)  # fmt: skip
-        elif keys:
-            figure.legend(handles=keys, loc="outside lower center", fontsize=8,
-                          ncols=_columns(keys, figure.get_figwidth()),
-                          frameon=False)  # fmt: skip
+    colours = picture.colours
+    counts = Counter(colours.kind.tolist())
+    keys = [_key(word, counts[word], colours, picture, lettered=lettered)
+            for word in colours.looks if counts[word]]  # fmt: skip
+    keys += _refined_keys(picture.refined)
+    if lettered and colours.name != "whirl":
+        good = ~np.isin(picture.word, list(HATCHES))
+        keys += _whirl_keys(set(picture.whirl[good].tolist()))
+    keys += more
+    if keys:
+        figure.legend(handles=keys, loc="outside lower center", fontsize=8,
+                      ncols=_columns(keys, figure.get_figwidth()),
+                      frameon=False)  # fmt: skip
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:
-    """Return into how many columns of a legend, as wide as its longest, a width goes.
+    """Return how many columns of a legend, as wide as its longest text, fit a width.
 
     width : of the figure, in
     """
@@ -163,13 +152,13 @@ def _key(
 
 
 def _refined_keys(refined: Refined | None) -> list[Any]:
-    """Return the keys of what the map of a refined campaign marks."""
+    """Return the legend entries of a refined campaign's map."""
     if refined is None:
         return []
     cells = refined.cells
     keys: list[Any] = []
     if len(refined.lines) or (len(refined.over) == 1 and len(refined.panel)):
-        label = "boundary, half way between cases"
+        label = f"boundary of {NAMED[refined.by]}, half way between cases"
         keys.append(Line2D([], [], c="black", lw=1.0, label=label))
     if cells.confirmed.any():
         label = f"confirmed cell: {int(cells.confirmed.sum())}"
@@ -193,12 +182,12 @@ def _whirl_keys(found: set[str]) -> list[Any]:
 def twin_keys(
     data: xarray.Dataset, picture: Picture, unsure: NDArray[np.bool_]
 ) -> list[Any]:
-    """Return lines of a legend: unsure cells, and those of another word than their own.
+    """Return legend lines: unsure cells, and cells coloured by their twins' word.
 
     Parameters
     ----------
-    data, picture : the results, and what is shown of them
-    unsure : (n,), which cases' words too few of their twins share
+    data, picture : the results, and the part that is shown
+    unsure : (n,), whether too few twins of a case share its word
     """
     labels = {}
     if unsure.any():

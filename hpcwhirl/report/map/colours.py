@@ -1,4 +1,4 @@
-"""What the colour of a case tells: its regime, its whirl, or a number."""
+"""Meaning of a case's colour: its regime, its whirl, or a number."""
 
 from __future__ import annotations
 
@@ -30,18 +30,19 @@ INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
 UNSURE = "\\\\\\\\", "#3A3A3A"  # of cases whose word too few of their twins share
+TINT = "#FFFFFF70"  # over these
 
 
 @dataclass(frozen=True)
 class Colours:
-    """What the colours tell.
+    """Meaning of the colours of a map.
 
     Attributes
     ----------
-    name, label : what is shown, and with its unit
-    kind : (n,), the word by which a case is coloured; "" for its number
+    name, label : quantity shown, and its name with unit
+    kind : (n,), the word by which a case is coloured; "" if by its number
     number : (n,) or None
-    looks : of the words that may be kinds
+    looks : look of each possible word
     """
 
     name: str
@@ -60,9 +61,9 @@ class Colours:
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
-        """Return (pattern, colour) of a word's hatch; None where its colour is enough.
+        """Return (pattern, colour) of a word's hatch; None if its colour is enough.
 
-        Beside colours of words `missing` alone has one.
+        If words are coloured, only `missing` is hatched.
         """
         if word not in HATCHES or (self.number is None and word != "missing"):
             return None
@@ -90,7 +91,7 @@ class Colours:
         return Normalize(least, most)
 
     def map(self) -> str:
-        """Return the name of the colour map: about zero where numbers have signs."""
+        """Return the name of the colour map; a diverging one if signs differ."""
         known = self._known()
         signed = known.min(initial=0) < 0 < known.max(initial=0)
         return DIVERGING if signed else SEQUENTIAL
@@ -107,14 +108,14 @@ def colours_of(
     word: NDArray[np.str_],
     whirl: NDArray[np.str_],
 ) -> Colours:
-    """Return what the colours of a map tell.
+    """Return the colours of a map.
 
     Parameters
     ----------
     data : results
-    name : "regime", where there are twins that of most of them and the case, "whirl",
-        or a number: an expression over the file's variables
-    case, word, whirl : (n,), of the cases shown, their own
+    name : "regime", with twins the one of their majority, "whirl", or a number: an
+        expression over the file's variables
+    case, word, whirl : (n,), numbers and own words of the cases shown
     """
     bad = np.isin(word, list(BAD))
     if name == "regime":
@@ -130,12 +131,12 @@ def colours_of(
 def by_majority(
     data: xarray.Dataset, case: NDArray[np.intp], word: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the word that each case is coloured by: of most of its twins and itself.
+    """Return the word of the majority of each case and its twins.
 
     Parameters
     ----------
     data : of `open_results`
-    case, word : (n,), numbers of some cases, and their own words: those of cases
+    case, word : (n,), numbers of some cases, and their own words, which count for cases
         without twins
     """
     if MAJORITY not in data:
@@ -173,7 +174,7 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
 def _label(
     data: xarray.Dataset, text: str, variable: Callable[[str], str]
 ) -> tuple[str, float]:
-    """Return what a colour bar says, units where they are plain, and a factor to it."""
+    """Return the label of a colour bar, with unit if known, and the factor to it."""
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
         return text.strip(), 1.0

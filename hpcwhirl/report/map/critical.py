@@ -28,7 +28,7 @@ Rows = list[dict[str, Any]]  # of `critical_of_families`
 
 @dataclass(frozen=True)
 class _Level:
-    """A level of the axis across the speed: its cell's ends, and a case there."""
+    """A level of the axis across the speed: ends of its cell, and a case there."""
 
     low: float
     high: float
@@ -40,8 +40,8 @@ def mark_critical(panels: Iterable[Any], picture: Picture, folder: Path) -> None
 
     Parameters
     ----------
-    panels : axes, those of further panels than there are not used
-    picture : what is shown
+    panels : axes; surplus ones are not used
+    picture : content of the map
     folder : the campaign's directory, whose plan has the scenes
     """
     if "speed" not in {picture.x.name, picture.y.name}:
@@ -65,7 +65,7 @@ def speeds_of(scene: Scene) -> Rows:
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return levels at which models are made: all of few, some of many."""
+    """Return the levels at which models are made: all if few, else some."""
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]
     chosen = np.unique(index)
@@ -127,7 +127,7 @@ def _piece(
 
 
 def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> None:
-    """Write which line it is at its end, on white."""
+    """Write the name of a line at its end, on white."""
     look = {"fontsize": 6.5, "textcoords": "offset points"}
     box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
     if upright:  # two lines: a wide name is over the neighbours'

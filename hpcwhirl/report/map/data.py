@@ -1,4 +1,4 @@
-"""What a map shows, before anything is drawn: axes, panels and a word for each case."""
+"""Content of a map before it is drawn: axes, panels and a word for each case."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Cells = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked of a map; what is not said is chosen.
+    """Options of a map; missing ones are chosen.
 
     Attributes
     ----------
@@ -79,12 +79,12 @@ class Picture:
     x, y : axes
     panel : (n,), number of each case's panel
     panels : values of the panels' inputs, {variable: value} each
-    word, whirl : (n,), of each case
-    majority : (n,), word of most of a case's twins and itself; None without twins
-    colours : what the colour tells
+    word, whirl : (n,), words of each case
+    majority : (n,), word of the majority of a case and its twins; None without twins
+    colours : meaning of the colours
     along : notes on inputs that differ and are neither axis nor panel
-    scattered : whether the cases are no grid
-    free : whether an input differs that no axis and no panel tells
+    scattered : whether the cases form no grid
+    free : whether an input varies that is no axis and no panel
     refined : cells and boundaries of a refined campaign; None: each case has its own
     """
 
@@ -105,7 +105,7 @@ class Picture:
 
     @property
     def gridded(self) -> bool:
-        """Whether each case has a cell of a grid."""
+        """Whether each case has its own cell of a grid."""
         return not self.scattered and self.refined is None
 
     def __len__(self) -> int:
@@ -113,12 +113,12 @@ class Picture:
         return len(self.case)
 
     def counts(self) -> Counter[str]:
-        """Return {word: cases} of what is shown."""
+        """Return {word: number of cases shown}."""
         return Counter(self.word.tolist())
 
 
 def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
-    """Return what a map of a campaign shows.
+    """Return the content of a campaign's map.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
 def with_cells(
     picture: Picture, data: xarray.Dataset, refined: Refined | None
 ) -> Picture:
-    """Return a picture that is drawn by cells, where an axis is a refined input."""
+    """Return a picture drawn by cells, if an axis is a refined input."""
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
     x, y = (_scaled(axis, data, refined) for axis in (picture.x, picture.y))
@@ -156,7 +156,7 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis with the scale of its coarse values: finer ones crowd."""
+    """Return an axis with the scale of its coarse values, not of refined ones."""
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -167,8 +167,8 @@ def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
 def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     """Return which cases a map shows: of a refined campaign the finest of each point.
 
-    Where three inputs are refined, panels are coarse values of the one that is no axis,
-    unless `at` asks for others.
+    If three inputs are refined, panels are coarse values of the one that is no axis,
+    unless `at` selects others.
     """
     found = np.ones(data.sizes["case"], dtype=bool)
     if "final" not in data:
@@ -187,12 +187,12 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
 
 
 def varied(inputs: Columns) -> list[str]:
-    """Return the inputs that differ between the cases."""
+    """Return the inputs that vary between the cases."""
     return [name for name, values in inputs.items() if len(set(values.tolist())) > 1]
 
 
 def levels(values: NDArray[Any]) -> list[Any]:
-    """Return the values there are: numbers ascending, texts as they come."""
+    """Return distinct values: numbers ascending, texts in their order."""
     found = list(dict.fromkeys(values.tolist()))
     return found if isinstance(found[0], str) else sorted(found)
 
@@ -225,10 +225,10 @@ def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
 
 
 def _follows(inputs: Columns, name: str, by: str) -> bool:
-    """Return whether an input is told by another, as in [zip].
+    """Return whether an input is a function of another, as in [zip].
 
-    Where no value of `by` comes twice, everything would follow it: then it has to
-    rise or fall with it.
+    If no value of `by` occurs twice, everything would be; then it must rise or fall
+    with `by`.
     """
     pairs = set(zip(inputs[by].tolist(), inputs[name].tolist(), strict=True))
     known = {value for value, _ in pairs}
@@ -244,7 +244,7 @@ def _follows(inputs: Columns, name: str, by: str) -> bool:
 
 
 def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
-    """Return the inputs of the panels, and notes on those that are told by neither."""
+    """Return the inputs of the panels, and notes on inputs that are not shown."""
     panels = [variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
     for name in varied(inputs):
@@ -268,7 +268,7 @@ def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], lis
 
 
 def span(values: NDArray[Any]) -> str:
-    """Return from where to where values go."""
+    """Return the range of values as text."""
     known = levels(values)
     if isinstance(known[0], str):
         return f"{len(known)} values"
@@ -276,7 +276,7 @@ def span(values: NDArray[Any]) -> str:
 
 
 def _hidden(inputs: Columns, names: Sequence[str]) -> int:
-    """Return how many cases share all of the named inputs with one before them."""
+    """Return how many cases share all named inputs with an earlier one."""
     keys = [inputs[n].tolist() for n in names if n]
     count = len(next(iter(inputs.values()), np.zeros(1)))
     return count - len(set(zip(*keys, strict=True))) if keys else count - 1
@@ -285,7 +285,7 @@ def _hidden(inputs: Columns, names: Sequence[str]) -> int:
 def _check_panels(
     inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
-    """Raise one line that says which --at is wanted where panels are too many."""
+    """Raise InputError if there are too many panels; it names the --at needed."""
     count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
     most = MOST_PANELS if asked else AUTOMATIC
     if count > most:
@@ -308,7 +308,7 @@ def _some(values: NDArray[Any]) -> str:
 def _numbered(
     inputs: Columns, panels: list[str], count: int
 ) -> tuple[Cells, list[dict[str, Any]]]:
-    """Return the panel of each case, and what each panel has in common."""
+    """Return the panel number of each case, and the shared inputs of each panel."""
     if not panels:
         return np.zeros(count, dtype=np.intp), [{}]
     order = [{v: i for i, v in enumerate(levels(inputs[n]))} for n in panels]
@@ -329,7 +329,7 @@ def _axis(data: xarray.Dataset, name: str, inputs: Columns, case: Cells) -> Axis
 
 
 def label_of(data: xarray.Dataset, name: str) -> tuple[str, float]:
-    """Return what an axis of a variable says, and the factor to its unit."""
+    """Return the label of a variable's axis, and the factor to its unit."""
     unit, factor = shown_in(str(data[name].attrs.get("units", "")))
     return with_unit(name_of(name), unit), factor
 

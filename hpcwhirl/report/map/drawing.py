@@ -1,4 +1,4 @@
-"""Panels of a map: a cell for each case of a grid, or points over the nearest case."""
+"""Panels of a map: a cell for each case of a grid, or points over nearest cases."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Part:
     Attributes
     ----------
     x, y : axes of the whole map
-    rows : (n,), numbers of the panel's cases among those of the map
-    colours : what the colours tell
+    rows : (n,), positions of the panel's cases among those of the map
+    colours : meaning of the colours
     whirl : (n,), of these cases
     size : of the panel, points
-    lettered : whether letters and markers tell what the colour tells, too
+    lettered : whether letters and markers repeat the meaning of the colours
     """
 
     x: Axis
@@ -54,12 +54,12 @@ class Part:
 
     @property
     def kind(self) -> NDArray[np.str_]:
-        """Return the words of these cases, "" where a number is shown."""
+        """Return the words of these cases, "" if a number is shown."""
         return self.colours.kind[self.rows]
 
     @property
     def number(self) -> Floats:
-        """Return the numbers of these cases, NaN where a word is shown."""
+        """Return the numbers of these cases, NaN if a word is shown."""
         if self.colours.number is None:
             return np.full(len(self.rows), np.nan)
         return np.where(self.kind == "", self.colours.number[self.rows], np.nan)
@@ -72,7 +72,7 @@ class Mesh:
     Attributes
     ----------
     x, y : (m + 1,) and (k + 1,), edges of the cells
-    case : (k, m), among those of the part; `NO_CELL` where there is none
+    case : (k, m), position among the cases of the part; `NO_CELL` for none
     """
 
     x: Floats
@@ -88,9 +88,9 @@ def grid_of(part: Part) -> Mesh:
 
 
 def raster_of(part: Part) -> Mesh:
-    """Return small cells that each show the nearest case that gave a result.
+    """Return small cells that each show the nearest case with a result.
 
-    Distances are those on the paper, both axes one long.
+    Distances are measured with both axes scaled to length 1.
     """
     from scipy.spatial import cKDTree
 
@@ -129,10 +129,10 @@ def draw_grid(axes: Any, part: Part) -> Any:
 
 
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
-    """Draw a point for each case, over the nearest one; return that of numbers.
+    """Draw a point for each case, over the nearest one; return the artist of numbers.
 
-    free : whether an input differs that the axes do not tell, so that the plane
-        between cases means nothing
+    free : whether an input varies that is no axis, so that the plane between cases has
+        no meaning
     """
     axes.set(xlim=limits_of(part.x), ylim=limits_of(part.y))
     if not free:
@@ -141,7 +141,7 @@ def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
 
 
 def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
-    """Colour cells as the cases that they show; return the mesh of numbers, if any."""
+    """Colour cells by the cases that they show; return the mesh of numbers, if any."""
     colours, drawn = part.colours, None
     look |= {"rasterized": True}
     if colours.number is not None:
@@ -163,13 +163,13 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
 
 
 def _codes(words: Sequence[str], kind: NDArray[np.str_]) -> Ints:
-    """Return each case's place among the words, `NO_CELL` for none."""
+    """Return the index of each case's word, `NO_CELL` for none."""
     place = {word: i for i, word in enumerate(words)}
     return np.array([place.get(word, NO_CELL) for word in kind.tolist()], dtype=np.intp)
 
 
 def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
-    """Return rectangles that cover the wanted cells, one for each run in a row."""
+    """Return rectangles that cover chosen cells, one for each run in a row."""
     boxes = []
     for row in np.flatnonzero(wanted.any(axis=1)):
         ends = np.flatnonzero(np.diff(np.r_[0, wanted[row].astype(int), 0]))
@@ -182,25 +182,30 @@ def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
 
 
 def hatch(
-    axes: Any, polygons: Sequence[Floats], look: tuple[str, str], name: str
+    axes: Any,
+    polygons: Sequence[Floats],
+    look: tuple[str, str],
+    name: str,
+    tint: str = "none",
 ) -> None:
-    """Hatch polygons as one patch: many of them cost little more than one.
+    """Hatch polygons as one patch, which costs little more than one polygon.
 
     look : pattern and colour
+    tint : a colour laid over them
     """
     whole = Path.make_compound_path(*(Path(p, closed=False) for p in polygons))
-    axes.add_artist(PathPatch(whole, facecolor="none", edgecolor=look[1], lw=0.0,
+    axes.add_artist(PathPatch(whole, facecolor=tint, edgecolor=look[1], lw=0.0,
                               hatch=look[0], gid=name, rasterized=True))  # fmt: skip
 
 
 def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
-    """Return rectangles that cover a panel's cells which show chosen cases of a map."""
+    """Return rectangles that cover the cells of chosen cases in a panel."""
     mesh = raster_of(part) if picture.scattered else grid_of(part)
     return runs(mesh, np.append(chosen[part.rows], [False])[mesh.case])
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return which cells have room for a letter over a marker, which for a row."""
+    """Return which cells have room for letter over marker, and for both in a row."""
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
     stacked = (wide >= NARROW) & (high >= 2 * NARROW)
@@ -232,7 +237,7 @@ def _letters(axes: Any, part: Part) -> None:
 
 
 def _points(axes: Any, part: Part) -> Any:
-    """Draw a point for each case, its shape the word's; return that of numbers."""
+    """Draw a point for each case, shaped by its word; return the artist of numbers."""
     x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
     size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
     look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",

@@ -1,4 +1,4 @@
-"""A map on paper: how many panels of what size, and what stands around them."""
+"""Arrangement of a map on paper: number and size of panels, and their surroundings."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
-from hpcwhirl.report.map.colours import UNSURE, Colours, colours_of
+from hpcwhirl.report.map.colours import TINT, UNSURE
 from hpcwhirl.report.map.critical import mark_critical
 from hpcwhirl.report.map.data import Picture, Wish
 from hpcwhirl.report.map.drawing import (
@@ -35,17 +35,18 @@ READABLE = 0.5  # share of the cells that a letter must fit into
 WIDEST, LOWEST = 9.5, 5.6  # in, of the only panel
 PAGE = 13.0  # in, of all columns together
 A_LEVEL = 1.1  # in, of a level on an axis of few
+MOST_DECADES = 3.0  # of an axis whose numbers are written out
 BESIDE = 0.9, 0.45  # in, of a panel's width and height that ticks and labels take
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """How a map is laid out.
+    """Layout of a map.
 
     Attributes
     ----------
-    picture : what is shown
-    rows, columns : of panels
+    picture : content of the map
+    rows, columns : numbers of rows and columns of panels
     width, height : of a panel with its labels, in
     lettered : whether letters and markers are drawn in the cells
     """
@@ -62,17 +63,16 @@ class Sheet:
         """Width and height of a panel without its labels, points."""
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
 
-    def part(self, number: int, colours: Colours) -> Part:
+    def part(self, number: int) -> Part:
         """Return the cases of a panel."""
         picture = self.picture
         rows = np.flatnonzero(picture.panel == number)
-        return Part(picture.x, picture.y, rows, colours, picture.whirl[rows],
+        return Part(picture.x, picture.y, rows, picture.colours, picture.whirl[rows],
                     self.points, self.lettered)  # fmt: skip
 
     def fits(self) -> NDArray[np.bool_]:
         """Return which cells have room for a letter and a marker."""
-        colours, numbers = self.picture.colours, range(len(self.picture.panels))
-        parts = [self.part(number, colours) for number in numbers]
+        parts = [self.part(number) for number in range(len(self.picture.panels))]
         return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
 
 
@@ -92,13 +92,13 @@ def sheet_of(picture: Picture) -> Sheet:
 
 
 def _narrower(axis: Axis, width: float) -> float:
-    """Return a panel's width, less where an axis has few levels."""
+    """Return a panel's width, smaller if an axis has few levels."""
     few = BESIDE[0] + A_LEVEL * (len(axis.levels) + 1)
     return float(min(width, max(few, 3.4)))
 
 
 def _rows(picture: Picture) -> int:
-    """Return the rows of panels; of two inputs, one along each side."""
+    """Return the rows of panels; with two inputs, one along each side."""
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]
@@ -113,84 +113,65 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     Parameters
     ----------
     data : results
-    picture, wish : what is shown, and what was asked
+    picture, wish : content and options of the map
     folder : the campaign's directory
     """
     sheet = sheet_of(picture)
-    layers = _layers(data, sheet)
-    beside = 1.7 if len(layers) > 1 else 0.0  # legends
-    size = sheet.width * sheet.columns + beside, sheet.height * sheet.rows * len(layers)
-    figure = Figure(figsize=(size[0], size[1] + 1.1), layout="constrained")
-    grid = figure.subplots(sheet.rows * len(layers), sheet.columns, squeeze=False,
+    size = sheet.width * sheet.columns, sheet.height * sheet.rows + 1.1
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(sheet.rows, sheet.columns, squeeze=False,
                            sharex=True, sharey=True)  # fmt: skip
-    blocks = np.split(grid, len(layers))
-    for block, colours in zip(blocks, layers, strict=True):
-        _layer(figure, block.ravel(), sheet, colours, named=len(layers) > 1)
-    more = _mark_unsure(data, blocks[0].ravel(), sheet)
+    panels = grid.ravel()
+    _fill(figure, panels, sheet)
+    more = _mark_unsure(data, panels, sheet)
     _decorate(grid, sheet)
-    for block in blocks if wish.critical else []:
-        mark_critical(block.ravel(), picture, folder)
-    add_legend(figure, blocks, layers, picture, more, lettered=sheet.lettered)
+    if wish.critical:
+        mark_critical(panels, picture, folder)
+    add_legend(figure, picture, more, lettered=sheet.lettered)
     figure.suptitle(title_of(data, picture, size[0]), fontsize=10,
                     parse_math=False)  # fmt: skip
     return figure
 
 
 def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
-    """Hatch cases whose word too few of their twins share; return a legend's lines."""
+    """Hatch and fade cases whose word too few twins share; return legend lines."""
     picture = sheet.picture
     if "word_share" not in data or SURE not in data.attrs:
+        return []
+    if picture.colours.name == "whirl":  # a share is that of regimes
         return []
     if picture.scattered and picture.free:  # points alone
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
     for number, axes in enumerate(panels[: len(picture.panels)]):
-        part = sheet.part(number, picture.colours)
+        part = sheet.part(number)
         if picture.refined is not None:
             cells: Any = refined_cells(part, picture, picture.refined, unsure)
         else:
             cells = cells_of(part, picture, unsure)
         if len(cells):
-            hatch(axes, cells, UNSURE, "hatch chosen")
+            hatch(axes, cells, UNSURE, "hatch chosen", tint=TINT)
     return twin_keys(data, picture, unsure)
 
 
-def _layers(data: xarray.Dataset, sheet: Sheet) -> list[Colours]:
-    """Return what is shown in rows of panels below each other.
-
-    Where a marker does not tell the whirl of every case, it has panels of its own
-    below the regimes.
-    """
-    picture = sheet.picture
-    if picture.colours.name != "regime" or len(np.unique(picture.whirl)) == 1:
-        return [picture.colours]
-    if sheet.lettered and sheet.fits().all():
-        return [picture.colours]
-    whirls = colours_of(data, "whirl", picture.case, picture.word, picture.whirl)
-    return [picture.colours, whirls]
-
-
-def _layer(
-    figure: Any, panels: NDArray[Any], sheet: Sheet, colours: Colours, *, named: bool
-) -> None:
-    """Draw all panels of one layer, titles and colour bar."""
-    drawn = None
-    for axes in panels[len(sheet.picture.panels) :]:
+def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
+    """Draw all panels, their titles and a colour bar."""
+    picture, drawn = sheet.picture, None
+    for axes in panels[len(picture.panels) :]:
         axes.set_visible(False)
-    for number, values in enumerate(sheet.picture.panels):
-        axes, part = panels[number], sheet.part(number, colours)
-        if sheet.picture.refined is not None:
-            found = draw_refined(axes, part, sheet.picture, sheet.picture.refined)
-        elif sheet.picture.scattered:
-            found = draw_scattered(axes, part, free=sheet.picture.free)
+    for number, values in enumerate(picture.panels):
+        axes, part = panels[number], sheet.part(number)
+        if picture.refined is not None:
+            found = draw_refined(axes, part, picture, picture.refined)
+        elif picture.scattered:
+            found = draw_scattered(axes, part, free=picture.free)
         else:
             found = draw_grid(axes, part)
         drawn = found or drawn
-        parts = [colours.name if named else "", panel_title(values)]
-        axes.set_title(": ".join(filter(None, parts)), fontsize=9, parse_math=False)
+        axes.set_title(panel_title(values), fontsize=9, parse_math=False)
     if drawn is not None:
         bar = figure.colorbar(drawn, ax=list(panels), pad=0.01, aspect=30)
-        bar.set_label(colours.label, parse_math=False)
+        bar.set_label(picture.colours.label, parse_math=False)
 
 
 def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
@@ -213,6 +194,16 @@ def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
             above.set_xlabel(picture.x.label, parse_math=False)
 
 
+def _plain_decades(own: Any, axis: Axis) -> None:
+    """Write numbers beside a logarithmic axis as people do, if it has few decades."""
+    decades = np.ptp(np.log10(axis.place[axis.place > 0]))
+    if decades <= MOST_DECADES:
+        subs = (1.0, 2.0, 5.0) if decades > 1.0 else (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+        own.set_major_locator(LogLocator(subs=subs))
+        own.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        own.set_minor_formatter(NullFormatter())
+
+
 def _ticks(own: Any, axis: Any, points: float) -> None:
     upright = own.axis_name == "y"
     if not axis.name:
@@ -222,6 +213,8 @@ def _ticks(own: Any, axis: Any, points: float) -> None:
     if not len(places):
         if axis.scale == "linear" and axis.whole:
             own.get_major_locator().set_params(integer=True)
+        if axis.scale == "log":
+            _plain_decades(own, axis)
         return
     long = not upright and 6.5 * sum(map(len, texts)) > points
     across = "right" if long or upright else "center"

@@ -37,9 +37,9 @@ KEY = "Description"  # of the files' metadata: how the map was asked for
 
 @dataclass(frozen=True)
 class Drawing:
-    """A map, drawn: the figure, what it shows, and how it was asked for.
+    """A drawn map: figure, content and options.
 
-    Of a campaign whose inputs were drawn it shows shares, see `analysis.shares`.
+    If inputs of the campaign were drawn, it shows shares, see `analysis.shares`.
     """
 
     figure: Any
@@ -48,7 +48,7 @@ class Drawing:
     shares: Any = None
 
     def write_table(self, path: Path) -> Path:
-        """Write what is shown as CSV; return the path."""
+        """Write the content of a map as CSV; return the path."""
         from hpcwhirl.report.map.probabilities import shares_table
 
         shown = self.picture
@@ -85,15 +85,15 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
     ----------
     results : `results.h5`
     out : directory of the figures
-    wish : axes, panels and colour; what it leaves open is chosen
+    wish : options; missing ones are chosen
     """
     return save_map(drawing_of(results, wish or Wish()), out)
 
 
 def stem_of(wish: Wish) -> str:
-    """Return the name of a map's files: ``map``, or with what was asked for.
+    """Return the name of a map's files: ``map``, followed by its options.
 
-    Such as ``map-growth_rate``: one that was asked for never replaces another one.
+    Such as ``map-growth_rate``, so that maps do not replace each other.
     """
     parts = [wish.colour] if wish.colour != "regime" else []
     parts += [f"{side}-{name}" for side in ("x", "y") if (name := getattr(wish, side))]
@@ -115,11 +115,17 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
         with reading(results):
             if wants_shares(data, wish):
                 return _drawing_of_shares(data, wish, results.parent)
-            picture = with_cells(picture_of(data, wish), data, read_refined(results))
+            picture = picture_in(data, results, wish)
             for name in (*FIXED, "duration"):  # what the title tells
                 data[name].load()
         figure = figure_of(data, picture, wish, results.parent)
     return Drawing(figure, picture, wish)
+
+
+def picture_in(data: xarray.Dataset, results: Path, wish: Wish) -> Picture:
+    """Return what a map of cases shows, with the cells of a refined campaign."""
+    by = wish.colour if wish.colour in {"regime", "whirl"} else ""
+    return with_cells(picture_of(data, wish), data, read_refined(results, by))
 
 
 def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawing:
@@ -153,7 +159,7 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return how a map's PNG was asked for; None where there is none that tells."""
+    """Return the options stored in a map's PNG; None if there are none."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -166,7 +172,7 @@ def wish_of(path: Path) -> Wish | None:
 
 
 def refresh(folder: Path) -> tuple[list[Path], list[str]]:
-    """Draw a campaign's maps again as they were asked for; tell what is left stale.
+    """Draw a campaign's maps again with their options.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""How probable each regime is, drawn: bars, lines over one input, maps over two."""
+"""Probabilities of regimes: bars, lines over one input, maps over two."""
 
 from __future__ import annotations
 
@@ -26,11 +26,16 @@ BARS = 0.55  # of a bar's room
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
-    """Return whether a map shows shares: inputs were drawn, and none is asked for."""
+    """Return whether a map shows shares: inputs were drawn, and none is an axis.
+
+    If two inputs were drawn and none was swept, they are the axes of a map of cases.
+    """
     if not is_sampled(data) or wish.colour != "regime":
         return False
     named = [wish.x, wish.y, *wish.panels, *(at.partition("=")[0] for at in wish.at)]
     drawn, known = drawn_of(data), list(map(str, data.variables))
+    if not drawn.swept and len(drawn.inputs) == 2:
+        return False
     asked = {variable_of(name.strip(), known) for name in named if name}
     return not asked & set(drawn.inputs)
 
@@ -44,15 +49,15 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 
 def varied(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs in which the points differ."""
+    """Return the swept inputs that vary between the points."""
     names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     return [n for n in names if n != "point" and len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
-    """Return shares as what a map of cases shows: a case for each point and regime.
+    """Return shares as the content of a map, with a case for each point and regime.
 
-    Regimes that no case has are left out.
+    Regimes without cases are left out.
     """
     seen = found.sel(regime=(found["count"].sum("point") > 0).to_numpy())
     many = seen.sizes["regime"]
@@ -93,7 +98,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset) -> Any:
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return what was drawn how often, and what gave no regime."""
+    """Return a note on the number of draws, and on cases without a regime."""
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)

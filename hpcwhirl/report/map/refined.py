@@ -27,7 +27,7 @@ Ints = NDArray[np.intp]
 
 def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
     """Draw a panel; return the mesh of numbers, if any."""
-    rows, boxes, number = _boxes(part, picture, refined)
+    rows, boxes, number = boxes_of(part, picture, refined)
     drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
     _outline(axes, refined, boxes, number)
     _draw_lines(axes, part, picture, refined)
@@ -36,7 +36,7 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon for each of a part's rows; return that of numbers, if any."""
+    """Draw a polygon for each row of a part; return the artist of numbers, if any."""
     edged, drawn = len(part.x.place) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
@@ -61,7 +61,7 @@ def refined_cells(
     part: Part, picture: Picture, refined: Refined, chosen: Mask
 ) -> Floats:
     """Return the parts of cells whose nearest case is a chosen one of the map."""
-    rows, boxes, _ = _boxes(part, picture, refined)
+    rows, boxes, _ = boxes_of(part, picture, refined)
     return _corners(boxes[chosen[rows]])
 
 
@@ -69,8 +69,10 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
     return (float(ends.min()), float(ends.max())) if axis.name else (-0.5, 0.5)
 
 
-def _boxes(part: Part, picture: Picture, refined: Refined) -> tuple[Ints, Floats, Ints]:
-    """Return what is nearest to each corner of each cell within it.
+def boxes_of(
+    part: Part, picture: Picture, refined: Refined
+) -> tuple[Ints, Floats, Ints]:
+    """Return the part of each cell that is nearest to each of its corners.
 
     Returns
     -------
@@ -100,9 +102,9 @@ def _bit(refined: Refined, name: str) -> int:
 
 
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
-    """Return whether a cell shows this corner where a refined input is no axis.
+    """Return whether a cell shows a corner, if a refined input is no axis.
 
-    A plane between two cells is that of the upper one, but for the last plane.
+    A plane between two cells belongs to the upper one, except the last plane.
     """
     keep = np.ones(len(found), dtype=bool)
     for name in refined.over:
@@ -116,7 +118,7 @@ def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.b
 def _ends(
     axis: Axis, refined: Refined, found: Ints, i: int
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return from where to where a corner is the nearest, and whether that is known."""
+    """Return the range in which a corner is the nearest, and whether it is known."""
     own = found[:, i]
     if axis.name not in refined.over:
         edges, level = axis.edges(), axis.index[own]
@@ -153,7 +155,7 @@ def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw boundaries: lines of two refined inputs, bars of one."""
+    """Draw boundaries: lines for two refined inputs, bars for one."""
     panels = np.unique(refined.panel_of[picture.case[part.rows]])
     if {*refined.over} == {part.x.name, part.y.name}:
         lines = _lines(part, refined, panels)

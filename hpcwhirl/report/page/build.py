@@ -1,8 +1,8 @@
-"""The page as one file: styles, scripts and data within, nothing to be fetched.
+"""The page as one file with styles, scripts and data; nothing else is loaded.
 
-What comes from inputs reaches the page in two ways alone: as JSON in which no ``<`` is
-left, put into the page as text by its script, and as base64. A policy in the head
-forbids the network, and every script but those whose digests it names.
+Data from inputs enter the page in two ways only: as JSON without ``<``, which the
+script inserts as text, and as base64. A policy in the head forbids the network, and all
+scripts except those whose digests it has.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
 
 
 def is_stale(folder: Path) -> bool:
-    """Return whether there is a page that shows other results than there are."""
+    """Return whether there is a page that shows other results than the current ones."""
     try:
         with open_regular(folder / NAME) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
@@ -87,7 +87,7 @@ def _asset(name: str) -> str:
 
 
 def _json(facts: dict[str, Any]) -> str:
-    """Return JSON that cannot end the element it stands in."""
+    """Return JSON that cannot close the HTML element around it."""
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 
 

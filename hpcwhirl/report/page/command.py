@@ -31,11 +31,11 @@ def setting(name: str, value: Any) -> str:
 
 
 def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
-    """Return what must be set of the inputs of a case, the swept ones first.
+    """Return the inputs of a case that must be set, the swept ones first.
 
     Parameters
     ----------
-    given : {dotted name: value}; what is no input is passed over
+    given : {dotted name: value}; other names than inputs are skipped
     swept : names that are always set
     """
     start = _start()

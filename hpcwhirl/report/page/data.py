@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.refinement.boundary import STATES
-from hpcwhirl.report.labels import axis_of
+from hpcwhirl.report.labels import FIXED, axis_of, value_of
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
+from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.reading.credibility import find_credibility
 from hpcwhirl.store.reading.results_file import Results
-from hpcwhirl.store.reading.shares import SHARE
+from hpcwhirl.store.reading.shares import SHARE, SURE
 from hpcwhirl.store.results.cells import read_refined
 
 FACTS = (
@@ -56,14 +57,18 @@ def page_data(results: Results) -> PageData:
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
+    swept = [_swept(results, name) for name in plan.swept]
     facts = {
         "engine": plan.engine,
         "cases": len(results),
         "facts": {n: results.attrs[n] for n in FACTS if n in results.attrs},
         "digest": results.digest(),
         "inputs": _inputs(results),
+        "fixed": [value_of(n, results[n][0].item()) for n in _fixed(results)],
+        "shown": _shown([*table, *swept]),
+        "sure": float(results.attrs.get(SURE, 0.0)),
         "labels": {name: axis_of(name) for name in CHARTED},
-        "swept": [_swept(results, name) for name in plan.swept],
+        "swept": swept,
         "columns": table,
         "derived": {n: dict(zip(("is", "unit", "meaning"), d, strict=True))
                     for n, d in DERIVED.items()},
@@ -81,9 +86,9 @@ def page_data(results: Results) -> PageData:
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
-    """Return the cells and boundaries of a refined campaign."""
-    found = read_refined(results.path)
-    if found is None:
+    """Return the cells of a refined campaign, and the boundaries of either word."""
+    found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
+    if found is None or whirl is None:
         return None
     return {
         "over": found.over,
@@ -91,10 +96,26 @@ def _refined(results: Results) -> dict[str, Any] | None:
         "corner": found.cells.corner.tolist(),
         "speckle": (found.cells.state == STATES.index("speckle")).tolist(),
         "panelOf": found.panel_of.tolist(),
-        "at": {name: values.tolist() for name, values in found.at.items()},
-        "points": found.panel.tolist(),
-        "lines": found.lines.tolist(),
+        "boundaries": {
+            by: {
+                "at": {name: values.tolist() for name, values in own.at.items()},
+                "points": own.panel.tolist(),
+                "lines": own.lines.tolist(),
+            }
+            for by, own in (("regime", found), ("whirl", whirl))
+        },
     }
+
+
+def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
+    """Return {SI unit: (unit shown, factor)} of columns, where the two differ."""
+    units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
+    return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
+
+
+def _fixed(results: Results) -> list[str]:
+    """Return the inputs of a title that have one value in all cases."""
+    return [n for n in FIXED if len(set(results[n].tolist())) == 1]
 
 
 def _inputs(results: Results) -> list[dict[str, Any]]:
@@ -134,7 +155,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return how the page composes a case's command, and which it must be told."""
+    """Return the parts of cases' commands, and whole commands that differ from them."""
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
@@ -149,7 +170,7 @@ def _commands(results: Results) -> dict[str, Any]:
 
 
 def _thresholds(results: Results) -> list[dict[str, Any]]:
-    """Return each threshold as stored beside the words, and as it is by default."""
+    """Return each threshold: as stored with the words, and its default."""
     return [
         {
             "name": field.name,
@@ -192,7 +213,7 @@ def _columns(
 def _packed(
     columns: list[tuple[dict[str, Any], NDArray[Any]]],
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return where each column begins, and the bytes of all; one value if constant."""
+    """Return the start of each column, and all bytes; constants have one value."""
     table, parts, at = [], [], 0
     for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
         same = len(column) > 0 and bool((column == column[0]).all())
@@ -207,7 +228,7 @@ def _packed(
 def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     """Return (sizes, records, (cases,) number of each case's record, -1 for none).
 
-    Beyond `MOST_RECORDS` every n-th of the cases with traces has one.
+    Beyond `MOST_RECORDS` only every n-th of the cases with traces has one.
     """
     slots = np.full(len(results), -1, "<i4")
     whole = np.flatnonzero(results["status"] == "ok")

@@ -1,4 +1,4 @@
-"""Traces of a case in a few bytes: what the page draws of them, and how thin.
+"""Traces of a case reduced to a few bytes for the page.
 
 A record is a few numbers and curves, of one size for all cases, every value in 16 bits.
 Places on the orbit are steps of their largest. Whatever spans decades is a sign and one
@@ -35,10 +35,10 @@ class Sizes:
 
     Attributes
     ----------
-    orbit : places of the centre, at the end of the run
-    radius : pieces of the run, of each the least and largest |Z|
-    ledger : pieces of the run, of each energy and powers
-    lines : pieces of the two-sided spectrum, of each the largest line
+    orbit : number of positions of the centre, at the end of the run
+    radius : number of intervals of the run, each with the least and largest |Z|
+    ledger : number of intervals of the run, each with energy and powers
+    lines : number of intervals of the two-sided spectrum, each with its largest line
     """
 
     orbit: int
@@ -48,13 +48,13 @@ class Sizes:
 
     @property
     def bytes(self) -> int:
-        """Bytes of a record, a multiple of three so that each has its own base64."""
+        """Bytes of a record, a multiple of 3, so that their base64 can be joined."""
         values = 2 * self.orbit + 2 * self.radius + 4 * self.ledger + self.lines
         return -(-(4 * HEAD + 2 * values) // 12) * 12
 
 
 def sizes_for(cases: int) -> Sizes:
-    """Return what is kept of each of so many cases."""
+    """Return the sizes for a number of cases."""
     room = min(max(TARGET // max(cases, 1), THINNEST), FINEST) // 2 - 2 * HEAD
     return Sizes(
         orbit=int(0.27 * room), radius=int(0.085 * room),
@@ -101,8 +101,8 @@ def _orbit(
 ) -> tuple[tuple[float, float, float], NDArray[np.int16]]:
     """Return ((scale, m; time of the first place, s; step, s), (2 * most,) places).
 
-    `shown`: samples of the window, which are kept if they can be, and what turns
-    fastest, rad/s, of whose turns `PER_TURN` places are kept at least.
+    `shown`: samples of the window, which are kept if possible, and the fastest turning,
+    rad/s, with at least `PER_TURN` positions a turn.
     """
     out = np.full((2, most), NOTHING, "<i2")
     finite = np.isfinite(centre)
@@ -122,12 +122,12 @@ def _orbit(
 
 
 def _cuts(count: int, most: int) -> NDArray[np.int64]:
-    """Return where each of at most `most` pieces of `count` samples begins."""
+    """Return the starts of at most `most` intervals of `count` samples."""
     return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
 
 
 def _spans(values: Floats, most: int) -> Floats:
-    """Return the least, then the largest of each piece, (2 * most,), nan behind."""
+    """Return the least, then the largest of each interval, (2 * most,), nan after."""
     out = np.full((2, most), np.nan)
     if len(values):
         cuts = _cuts(len(values), most)
@@ -156,7 +156,7 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return (end of the range, rad/s; largest line, m, of each piece of +- it)."""
+    """Return (limit, rad/s; largest line, m, of each interval within +- limit)."""
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
         return 0.0, out

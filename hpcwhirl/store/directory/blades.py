@@ -1,4 +1,4 @@
-"""Variables of blades in a plan: where they were looked at, and whose twin is tuned."""
+"""Variables of single blades in a plan, and tuned cases beside mistuned ones."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ LOOKED_AT = {"blades", "full"}
 
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return the variables of single blades in the results of a plan; {} without."""
+    """Return the variables of single blades in the results of a plan, {} for none."""
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return what the traces of any case are to keep."""
+    """Return the values of `output.traces` in a plan."""
     base = plan.base.get(DETAIL)
     return {str(base), *map(str, listed(plan.table.column(DETAIL, base).values))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:
-    """Return {case: the one that is tuned and has the same other inputs}."""
+    """Return {case: the tuned case with the same other inputs}."""
     if MISTUNING not in plan.swept:
         return {}
     keys = [_others(row) for row in plan.settings]
@@ -52,8 +52,8 @@ def _others(row: Mapping[str, Any]) -> str:
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
     """Return {"amplification": value} of a case.
 
-    {} where one of both has no amplitude or went beyond the amplitude limit, the tuned
-    one is at rest, or they were modelled otherwise, as where `truncation` chooses.
+    {} if one of both has no amplitude or passed the amplitude limit, the tuned one is
+    at rest, or their models differ, as `truncation` may choose.
     """
     own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
     if any(own.get(name) != tuned.get(name) for name in MODEL):

@@ -1,4 +1,4 @@
-"""Cases by their digests: of which case of a plan a record is."""
+"""Index of a plan's cases by digest, to find the case of a record."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Cases = NDArray[np.int64]
 
 
 class CaseIndex:
-    """Cases by their digests.
+    """Index of cases by digest.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class CaseIndex:
             self._case_of = {name: case for case, name in enumerate(digests)}
 
     def find(self, name: str, hint: Any = -1) -> int:
-        """Return the case of a digest, -1 for none; `hint`: which it may be."""
+        """Return the case of a digest, -1 for none; `hint`: case to try first."""
         place = hint if isinstance(hint, int) else -1
         if isinstance(self.digests, CaseDigests):
             return self.digests.find(name, place)
@@ -45,9 +45,9 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return of which case each record is, itself or its twin, (m,), -1 for none.
+        """Return the case of each record, or of the twin that it is, (m,), -1 for none.
 
-        Where its journal's case numbers are those of the plan, no digest is looked at.
+        If the journal's case numbers refer to this plan, digests are not compared.
         """
         case, plan = rows.numbers("case", -1), rows.header.plan
         if isinstance(self.digests, CaseDigests) and plan == self.digests.identity:

@@ -1,10 +1,10 @@
-"""Journals as columns: what their records tell of many cases, oldest first."""
+"""Journals as columns of their records, the oldest first."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +14,20 @@ from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.reader import Rows, rows_of
 
 Words = NDArray[np.object_]
+MARCHED = ("row.steps", "row.certificate", "row.duration")
 
 
 class Told(NamedTuple):
-    """What some records of a journal tell, (records,) each, in their order.
+    """Columns of some records of a journal, (records,) each.
 
     Attributes
     ----------
-    case : in the plan, of a case as planned; -1: of another one, a twin, a later stage
+    case : number in the plan; -1 for twins, later stages and cases of other plans
     status, outcome, regime : words
-    open : whether a longer run may tell what it does not
-    ended : s since 1970; NaN where it is not told
-    seconds : s, computing; NaN alike
+    open : whether the regime may change in a longer run
+    ended : s since 1970; NaN if unknown
+    seconds : computing time, s; NaN if unknown
+    marched : steps, see `marched`; NaN if unknown
     """
 
     case: NDArray[np.int64]
@@ -35,24 +37,37 @@ class Told(NamedTuple):
     open: NDArray[np.bool_]
     ended: NDArray[np.float64]
     seconds: NDArray[np.float64]
+    marched: NDArray[np.float64]
+
+
+def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
+    """Return the steps that were integrated, that is up to a certificate.
+
+    Parameters
+    ----------
+    steps, certificate, duration : of the rows; s; certificate is -1 if there is none
+    """
+    with np.errstate(all="ignore"):  # whatever numbers a record has
+        share = np.where(certificate < 0.0, 1.0, np.divide(certificate, duration))
+        return np.asarray(steps * share)
 
 
 def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
-    """Return the case of each record, (records,); -1: of a twin, or a later stage.
+    """Return the case of each record, (records,); -1 for twins and later stages.
 
-    Records of cases that the plan does not have give -1, too.
+    It is -1, too, for cases that are not in the plan.
     """
     planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
     return np.where(planned, known.cases_of(rows), -1)
 
 
 def told_by(folder: Path, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
-    """Yield (journal, what some of its records tell), the oldest first.
+    """Yield (name of the journal, columns of some of its records), the oldest first.
 
     Parameters
     ----------
-    folder : of a campaign
-    digests : of its plan's cases
+    folder : directory of a campaign
+    digests : digests of its planned cases
     """
     known = CaseIndex(digests)
     for rows in rows_of(folder):
@@ -70,5 +85,6 @@ def told_by(folder: Path, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
                 still & (status == "ok") & (stop == "end"),
                 rows.numbers("ended", np.nan),
                 rows.numbers("performance.seconds", np.nan),
+                marched(*(rows.numbers(name, np.nan) for name in MARCHED)),
             ),
         )

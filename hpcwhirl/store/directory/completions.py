@@ -1,4 +1,4 @@
-"""What has ended in a campaign's directory, and the planner of what is left."""
+"""Completed jobs in a campaign's directory, and the planner of the jobs left."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.columns import MARCHED, marched, told_by
 from hpcwhirl.store.directory.journal import whole_records
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
@@ -26,7 +26,7 @@ from hpcwhirl.store.directory.record import Record
 
 
 class Place(NamedTuple):
-    """Of what a record is: a case by its digest, a twin or 0, a stage."""
+    """Key of a record: digest of the case, number of the twin or 0, stage."""
 
     of: str
     twin: int
@@ -34,7 +34,7 @@ class Place(NamedTuple):
 
 
 def job_of(record: Record, plan: Manifest) -> Place:
-    """Return of what a record is; stage -1 of what the plan has not."""
+    """Return the key of a record; its stage is -1 if the plan has no such job."""
     of, twin = str(record.get("of", record.get("digest", ""))), record.get("twin", 0)
     time = record.get("longest", 0.0)
     if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
@@ -52,17 +52,17 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
 
 
 def _times(plan: Manifest) -> list[float]:
-    """Return to what time the cases of each stage go on, s; 0.0: as planned."""
+    """Return the end time of each stage, s; 0.0 for cases as planned."""
     return [0.0, *plan.extended]
 
 
 def family_of(plan: Manifest) -> Family:
-    """Return the cases that there may be in a refined campaign."""
+    """Return all possible cases of a refined campaign."""
     return Family(rule_of(plan.refine), plan.settings, WHOLE)
 
 
 def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
-    """Return the digests of a refined campaign's cases by number, each made once."""
+    """Return a function from case number to digest, for a refined campaign."""
     find = digests_of(plan)
     known = dict(enumerate(plan.digests))
 
@@ -76,35 +76,38 @@ def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
 
 @dataclass(frozen=True)
 class Ended:
-    """What has ended of a plan.
+    """Completed jobs of a plan.
 
     Attributes
     ----------
-    plan : of the directory
-    over, ok : (coarse cases,), whether a case as planned has ended; with a result
-    seconds : (coarse cases,), s, that those took which gave one; NaN of others
-    told : {digest: how it ended}, of a plain plan of those alone that were asked for
-    places : {of what it is: how it ended}, where the plan is not plain
-    taken : {digest: s} of the same, as planned
+    plan : plan of the directory
+    over, ok : (coarse cases,), whether a case as planned has ended, and with a result
+    seconds, marched : (coarse cases,), computing time of cases with a result, s, and
+        their steps, see `columns.marched`; NaN for other cases
+    told : {digest: completion}; of a plain plan, only of the digests in `asked`
+    places : {key of a record: completion}; empty for a plain plan
+    taken : {digest: computing time, s} of cases as planned
     """
 
     plan: Manifest
     over: NDArray[np.bool_]
     ok: NDArray[np.bool_]
     seconds: NDArray[np.float64]
+    marched: NDArray[np.float64]
     told: dict[str, Completion]
     places: dict[Place, Completion]
     taken: dict[str, float]
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
-        """Return that nothing has ended."""
+        """Return an instance without completed jobs."""
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
-        return cls(plan, over, ok, np.full(count, np.nan), {}, {}, {})
+        seconds, steps = np.full((2, count), np.nan)
+        return cls(plan, over, ok, seconds, steps, {}, {}, {})
 
     def planner(self) -> Planner:
-        """Return the planner of what is left."""
+        """Return the planner of the jobs left."""
         plan = self.plan
         kind, find = self._refined() if plan.refine else self._grid()
         if is_plain(plan):
@@ -131,13 +134,13 @@ class Ended:
         return Refined(family, self.plan.twins, digest), find
 
     def take(self, record: Record, case: int, *, again: bool) -> None:
-        """Take in a record, the oldest first.
+        """Add a record, the oldest first.
 
         Parameters
         ----------
-        record : to be taken in
-        case : that it is of, as planned; -1: of another one, a twin, a later stage
-        again : whether what it is of is to be computed again
+        record : the record
+        case : its case; -1 for twins, later stages and cases of other plans
+        again : whether its job is to be computed again
         """
         name, end = record["digest"], completion_of(record)
         place = job_of(record, self.plan)
@@ -151,6 +154,9 @@ class Ended:
         if case >= 0:
             self.over[case], self.ok[case] = not again, end.is_ok
             self.seconds[case] = seconds if end.is_ok else math.nan
+            row = record.get("row", {}) if end.is_ok else {}
+            told = (row.get(name.removeprefix("row."), math.nan) for name in MARCHED)
+            self.marched[case] = marched(*told)
 
 
 def stages_of(plan: Manifest) -> Stages:
@@ -164,12 +170,12 @@ def stages_of(plan: Manifest) -> Stages:
 
 
 def is_plain(plan: Manifest) -> bool:
-    """Return whether a case is one job, and no case follows from another."""
+    """Return whether each case is one job, and no case follows from another."""
     return not (plan.refine or plan.twins or plan.extended)
 
 
 def planner_of(folder: Path, plan: Manifest) -> Planner:
-    """Return the planner of what is left in a directory."""
+    """Return the planner of the jobs left in a directory."""
     return ended_in(folder, plan).planner()
 
 
@@ -179,13 +185,13 @@ def ended_in(
     asked: Collection[str] = (),
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return what has ended in a directory.
+    """Return the completed jobs in a directory.
 
     Parameters
     ----------
     folder, plan : of the campaign
-    asked : digests of what is told one by one, too
-    again : whether what a record is of is to be computed again; None: nothing is
+    asked : digests whose completions are wanted in `Ended.told`
+    again : whether the job of a record is to be computed again; None: of no record
     """
     if is_plain(plan) and again is None:
         known = CaseIndex(plan.digests)
@@ -200,7 +206,7 @@ def ended_of(
     records: Iterable[Record],
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return what has ended by records, the oldest first; see `ended_in`."""
+    """Return the completed jobs from records, the oldest first; see `ended_in`."""
     ended, known = Ended.nothing(plan), CaseIndex(plan.digests)
     for record in records:
         planned = not record.get("twin") and not record.get("longest")
@@ -210,9 +216,9 @@ def ended_of(
 
 
 def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return what has ended where a case is one job.
+    """Return the completed jobs of a plain plan.
 
-    asked : {digest: case} of what is told one by one
+    asked : {digest: case} of those wanted in `Ended.told`
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}
@@ -222,6 +228,7 @@ def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended
         case, ok = told.case[own], told.status[own] == OK
         ended.over[case], ended.ok[case] = True, ok
         ended.seconds[case] = np.where(ok, told.seconds[own], np.nan)
+        ended.marched[case] = np.where(ok, told.marched[own], np.nan)
         for place in own[np.isin(case, numbers)]:
             status, still = str(told.status[place]), bool(told.open[place])
             end = Completion(status, is_open=still)

@@ -1,10 +1,10 @@
-"""What each rank is computing: a file a rank and run, there while it is at work.
+"""Heartbeats: a note on the cases that each rank computes, one file a rank and run.
 
-It is written through memory, of which the system keeps the file: no call a case, and a
-process that is killed leaves the note of the case that it was at.
+The file is mapped into memory: a note takes no system call, and a killed process leaves
+the note on its case.
 
-A process that ends by itself, whether stopped or done, removes its file. One that is
-left was written by a process that died: what it names was in flight at a crash.
+A process that ends by itself, stopped or done, removes its file. So a file that is left
+names the cases that were in flight when a process died.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ PAGE = 4096  # bytes
 
 
 class Running:
-    """What one rank of one run is computing now.
+    """The note of one rank of one run.
 
     Parameters
     ----------
     folder : the campaign's directory
-    run, rank : as of its journal
+    run, rank : numbers as in the name of its journal
     """
 
     def __init__(self, folder: Path, run: int, rank: int) -> None:
@@ -52,9 +52,9 @@ class Running:
             self._file = open_regular(self._path, "w+b", 0)
 
     def begin(self, digests: Iterable[str]) -> None:
-        """Note the cases that are computed from now on, in place of those before.
+        """Write a note on the cases that are computed from now on.
 
-        The note is not synced: it is to outlive the process, not the machine.
+        It is not synced: it must survive the process, not the machine.
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
         # A full disk, told as a short file, stops the campaign at the next result.
@@ -66,7 +66,7 @@ class Running:
                 os.pwrite(self._file.fileno(), line, 0)
 
     def _mapped(self, size: int) -> mmap | bytearray:
-        """Return the file as memory; where it cannot be that, memory to be written."""
+        """Return the file mapped into memory, or a buffer if it cannot be mapped."""
         os.pwrite(self._file.fileno(), bytes(size), 0)  # full disks tell it here alone
         try:
             return mmap(self._file.fileno(), size)
@@ -78,7 +78,7 @@ class Running:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Remove the note: this process ends by itself."""
+        """Remove the file, since this process ends by itself."""
         with suppress(OSError):  # what is removed may be lost
             self._file.close()
         with suppress(OSError):
@@ -87,14 +87,14 @@ class Running:
 
 @dataclass(frozen=True)
 class Note:
-    """What a rank has noted.
+    """Content of a note.
 
     Attributes
     ----------
     rank, host, pid : of the process
-    digests : of the cases it computes, several if they were handed out together
-    since : s since 1970; None in notes of a version that did not tell
-    ticks : when the process began, see `process.begun`; None if unknown
+    digests : digests of its cases, several while kernels are compiled
+    since : start, s since 1970; None if unknown
+    ticks : start of the process, see `process.begun`; None if unknown
     """
 
     rank: int
@@ -106,13 +106,13 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether its process has died for certain: only its own host can tell."""
+        """Whether its process is known to be dead; known only on its own host."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
 
 def _note(path: Path) -> Note | None:
-    """Return a whole note of this program; None for anything else."""
+    """Return the note in a line; None for anything else."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}
@@ -137,19 +137,19 @@ def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
 
 
 def notes(folder: Path) -> list[Note]:
-    """Return all whole notes, of processes at work and of those that have died."""
+    """Return all whole notes, of living and of dead processes."""
     return [note for _, note in _whole_notes(folder)]
 
 
 def crashes(folder: Path) -> Counter[str]:
-    """Return how many processes have died computing a case, by its digest."""
+    """Return {digest: number of processes that died while computing the case}."""
     return Counter(digest for note in notes(folder) for digest in note.digests)
 
 
 def sweep_notes(folder: Path, older: float) -> None:
-    """Remove the notes that a machine or a process has left by halves as it died.
+    """Remove incomplete notes of dead processes.
 
-    They name no case, so that no result would ever make them go.
+    They name no case, so that no result would ever remove them.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def sweep_notes(folder: Path, older: float) -> None:
 
 
 def forget_crashes(folder: Path, finished: Collection[str]) -> None:
-    """Remove the notes of dead processes whose cases all have a result by now."""
+    """Remove the notes of dead processes whose cases all have ended since."""
     ended = set(finished)
     here = socket.gethostname()
     for path, note in _whole_notes(folder):

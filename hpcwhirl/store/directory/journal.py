@@ -1,8 +1,8 @@
-"""Journals: one record per finished case, one file per rank and run; and their traces.
+"""Journals: one record per finished case, one file per rank and run, and their traces.
 
-Records, see `record`, are written and synced in groups of what was computed in a
-second; what does not match its checksum is dropped, so a flipped bit costs its own
-case, and a torn tail those of the group that was being written.
+Records, see `record`, are written and synced in groups of about a second. Records with
+a wrong checksum are dropped: a flipped bit loses its own case, a torn tail the group
+that was being written.
 
 The CRC is for accidents: a torn write, a flipped bit, a copy that was cut short. It is
 no signature. Who may write in a campaign's directory can write rows that were never
@@ -40,18 +40,17 @@ T = TypeVar("T")
 class Journal:
     """The journal and trace file of one rank of one run.
 
-    Finished cases are kept in groups, each with one sync of either file: whenever
-    `EVERY` seconds have passed since the last group, or `MOST` bytes wait. A case that
-    ends later than that after the group before is kept at once. So a kill costs the
-    cases that were computed in the last `EVERY` seconds, and the one in flight.
+    Finished cases are written in groups, with one sync of each file, when `EVERY`
+    seconds have passed since the last group or `MOST` bytes wait. So a kill loses the
+    cases of the last `EVERY` seconds and the one in flight.
 
     Parameters
     ----------
     folder : the campaign's directory
     run : number of this run, so that no file is ever written by two runs
     rank : rank of this process
-    plan : identity of the plan that the numbers of cases are of; "": not known
-    measured : names of the variables that the user's function gives
+    plan : identity of the plan to which case numbers refer; "": unknown
+    measured : names of the variables of the user's function
     """
 
     def __init__(
@@ -84,7 +83,7 @@ class Journal:
         self._end = self._blocks.seek(0, os.SEEK_END)
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Take in a finished case, and keep it with its group where that is due.
+        """Add a finished case; write its group if that is due.
 
         Raises
         ------
@@ -102,7 +101,7 @@ class Journal:
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Keep the cases that wait where it is time to; as cheap as a look elsewhere.
+        """Write the waiting cases if that is due; cheap otherwise.
 
         Raises
         ------
@@ -137,7 +136,7 @@ class Journal:
             self._begin_group()
 
     def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
-        """Keep cases: traces first, then the records that tell of them, or nothing."""
+        """Write cases: traces, then the records that refer to them; or nothing."""
         self._keep_names()
         records = self._head + b"".join(slots for slots, _ in group)
         offset = self._blocks.seek(0, os.SEEK_END)
@@ -153,7 +152,7 @@ class Journal:
         self._head = b""  # it is there
 
     def _keep_names(self) -> None:
-        """Let what is kept be found, too, after a death of the machine."""
+        """Sync the directories of the files, so that they survive a crash."""
         if self._named:
             return
         with telling(f"in {self.folder}"):
@@ -166,7 +165,7 @@ class Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Keep what waits and close both files."""
+        """Write the waiting cases and close both files."""
         with telling(f"in {self.folder}"), self._both:
             self.keep()
 
@@ -188,15 +187,15 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
 
 
 def next_run(folder: Path) -> int:
-    """Return a run number that no journal of the campaign has."""
+    """Return the next unused run number."""
     return 1 + max(map(run_of, journals(folder)), default=0)
 
 
 def claim_run(folder: Path) -> int:
-    """Return a run number that no one else has or will get, and make its journal.
+    """Reserve a run number by making the journal of rank 0; return the number.
 
-    Shards of an array may begin at once, on several hosts: the journal of rank 0 is
-    made only where there was none, and who comes second takes the next number.
+    Shards of an array may start at once on several hosts: if the journal exists, the
+    next number is tried.
 
     Raises
     ------
@@ -227,9 +226,9 @@ def whole_records(folder: Path) -> Iterator[Record]:
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
-    """Return {case digest: what `brief` makes of its newest whole record}.
+    """Return {digest: value of `brief` for its newest whole record}.
 
-    One record at a time is in memory, however many there are.
+    One record at a time is in memory.
     """
     return {record["digest"]: brief(record) for record in whole_records(folder)}
 
@@ -269,7 +268,7 @@ def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
 
 
 def is_whole(folder: Path, record: Record) -> bool:
-    """Return whether the traces of a record, if any, are as they were written."""
+    """Return whether the traces of a record, if any, are undamaged."""
     if not record.get("traces"):
         return True
     try:

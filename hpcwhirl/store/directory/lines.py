@@ -1,4 +1,4 @@
-"""Sealed lines: a JSON object behind the CRC-32 of it, in hexadecimal, and a space."""
+"""Lines with checksum: CRC-32 in hexadecimal, a space, and a JSON object."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Listing what a campaign's directory holds: in order of number, never by halves."""
+"""Listing the files of a campaign's directory by the numbers in their names."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 
 
 def listed(folder: Path, ending: str) -> list[Path]:
-    """Return the files of a directory by run and rank; [] where there is none.
+    """Return the files of a directory sorted by run and rank; [] if it does not exist.
 
-    By number: as text, run 10000 stands before run 9999. Names that no run gives stand
-    first, as the oldest.
+    Numbers decide, since as text 10000 comes before 9999. Other names come first.
 
     Parameters
     ----------
@@ -40,12 +39,12 @@ def listed(folder: Path, ending: str) -> list[Path]:
 
 
 def run_of(path: Path) -> int:
-    """Return the number of the run that a file is of, 0 for none."""
+    """Return the run number in the name of a file, 0 for none."""
     return _order(path)[0]
 
 
 def unreadable(path: Path, failed: OSError) -> MissingFileError:
-    """Return the error of what is there and cannot be read."""
+    """Return the error for an existing file that cannot be read."""
     return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
 
 

@@ -1,4 +1,4 @@
-"""`campaign.json`: what a campaign directory holds, and whether it may go on."""
+"""The plan of a campaign directory, `campaign.json`; whether it may be continued."""
 
 from __future__ import annotations
 
@@ -48,15 +48,14 @@ class Manifest:
     Attributes
     ----------
     engine : name of the engine
-    base : {dotted input: value} shared by all cases but for what is swept
+    base : {dotted input: value} of all inputs; cases override the swept ones
     swept : dotted names of the swept inputs
-    digests : one for each case, in the order of `case`; of a plan that is arithmetic
-        `CaseDigests`, and none of them stands in the file
-    settings : the swept inputs' values of each case; of such a plan, a `Table`
+    digests : digest of each case; not in the file, which has what `CaseDigests` needs
+    settings : {swept input: value} of each case; in the file as a `Table`
     version, format : of the program and of this file
     refine : the rule by which further cases follow from words; empty for none
-    extended : s, to what its undecided cases were extended, in this order
-    twins : how many of which cases, by which spread of inputs; empty for none
+    extended : end times to which undecided cases were extended, s, ascending
+    twins : table [twins], empty for none
     """
 
     engine: str
@@ -75,14 +74,9 @@ class Manifest:
         """The settings as columns."""
         return Table.of(self.settings)
 
-    @property
-    def is_arithmetic(self) -> bool:
-        """Whether cases follow from their numbers and are not listed one by one."""
-        return isinstance(self.digests, CaseDigests)
-
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted input: value} of a plan's `base`, without what stands beside."""
+    """Return {dotted input: value} of a plan's `base`, without its other entries."""
     return {
         n: v
         for n, v in base.items()
@@ -91,25 +85,22 @@ def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def write_manifest(folder: Path, plan: Manifest, check: Check = anyone) -> None:
-    """Store the plan of a campaign directory, sealed.
+    """Write the plan of a campaign directory, with its SHA-256.
 
     Parameters
     ----------
     folder, plan : the directory and its plan
-    check : raises where the directory is no longer this process's, see `publish`
+    check : raises if another process has taken over the directory, see `publish`
     """
+    if not isinstance(plan.digests, CaseDigests):  # one with what words have added
+        raise TypeError
     data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
     if not plan.refine:
         del data["refine"]
-    cases = ""
-    if isinstance(plan.digests, CaseDigests):
-        del data["digests"], data["settings"]
-        data["reads"] = plan.digests.reads
-        cases = f',\n "cases": {json.dumps(plan.digests.table.plain())}\n}}'
-    else:
-        data |= {"digests": list(plan.digests), "settings": list(plan.settings)}
-    text = json.dumps(data, indent=1)
-    body = (text.removesuffix("\n}") + cases if cases else text).encode()
+    del data["digests"], data["settings"]
+    data["reads"] = plan.digests.reads
+    text = json.dumps(data, indent=1).removesuffix("\n}")
+    body = f'{text},\n "cases": {json.dumps(plan.digests.table.plain())}\n}}'.encode()
     write_whole(folder / NAME, SEALED % _sha256(body) + body[2:], check)
 
 
@@ -118,9 +109,9 @@ def _sha256(body: bytes) -> bytes:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Return the plan of a campaign directory, or raise one clear line.
+    """Return the plan of a campaign directory, or raise an error of one line.
 
-    Its seal, the SHA-256 of all that follows it, must be there and fit.
+    Its seal, the SHA-256 of the rest of the file, must be present and correct.
     """
     path = folder / NAME
     try:
@@ -160,46 +151,32 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 
 
 def _unpacked(data: dict[str, Any]) -> bool:
-    """Turn `cases` into digests and settings, in place; return whether keys fit."""
-    if "cases" in data:
-        plain, reads = data.pop("cases"), data.pop("reads", None)
-        base = data.get("base")
-        if not (is_table(plain) and isinstance(reads, dict) and isinstance(base, dict)):
-            return False
-        table = Table.from_plain(plain)
-        data["settings"] = table
-        version = base.get(PHYSICS, PHYSICS_VERSION)
-        data["digests"] = CaseDigests(inputs_in(base), table, reads, version)
-    return data.keys() == Manifest.__dataclass_fields__.keys()
+    """Replace `cases` by digests and settings; return whether the keys are right."""
+    keys = {"cases", "reads", *Manifest.__dataclass_fields__} - {"digests", "settings"}
+    if data.keys() != keys:
+        return False
+    plain, reads, base = data.pop("cases"), data.pop("reads"), data["base"]
+    if not (is_table(plain) and isinstance(reads, dict) and isinstance(base, dict)):
+        return False
+    data["settings"] = table = Table.from_plain(plain)
+    version = base.get(PHYSICS, PHYSICS_VERSION)
+    data["digests"] = CaseDigests(inputs_in(base), table, reads, version)
+    return base.keys() >= {FILE, *table.names}
 
 
 def _has_types(data: dict[str, Any]) -> bool:
-    """Return whether the values of a plan are of the types that `Manifest` tells."""
+    """Return whether the values of a plan have the types of `Manifest`."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict}
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
         and all(isinstance(name, str) for name in data["swept"])
         and all(isinstance(time, float) for time in data["extended"])
-        and _are_cases(data["digests"], data["settings"])
-    )
-
-
-def _are_cases(digests: Any, settings: Any) -> bool:
-    """Return whether these are digests and settings of as many cases."""
-    if isinstance(digests, CaseDigests):
-        return digests.shared.keys() >= set(digests.table.names) | {FILE}
-    return (
-        isinstance(digests, list)
-        and isinstance(settings, list)
-        and len(digests) == len(settings)
-        and all(isinstance(name, str) for name in digests)
-        and all(isinstance(row, dict) for row in settings)
     )
 
 
 def digests_of(plan: Manifest) -> Digests:
-    """Return the digests of cases by what they set beside what all of a plan share."""
+    """Return the `Digests` of cases that set inputs beside a plan's base."""
     known = input_names()
     given = {name: value for name, value in plan.base.items() if name in known}
     base = apply_settings(Scene(), given)
@@ -209,8 +186,8 @@ def digests_of(plan: Manifest) -> Digests:
 def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     """Raise InputError, naming the change, if plan `new` may not continue plan `old`.
 
-    A campaign may get more cases: longer lists, and further inputs to sweep as long as
-    the value that they had is among those that they get.
+    A campaign may get more cases: longer lists, and further swept inputs if their
+    earlier value is among the swept ones.
     """
     own = "use another --out, the inputs it was begun with, or --fresh to start over"
     if old.version != new.version:
@@ -240,7 +217,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError where twins of before are perturbed otherwise than new ones."""
+    """Raise InputError if new twins would be perturbed otherwise than earlier ones."""
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
         if old and new and was != now:
@@ -249,29 +226,18 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return an engine's file that is swept and whose content has changed; "": none."""
-    if FILE not in new.swept:
-        return ""
-    if isinstance(old.digests, CaseDigests) and isinstance(new.digests, CaseDigests):
-        was, now = old.digests.reads, new.digests.reads
-        return next((f for f in was if now.get(f, was[f]) != was[f]), "")
-    known = {_key(s): d for s, d in zip(old.settings, old.digests, strict=True)}
-    for settings, digest in zip(new.settings, new.digests, strict=True):
-        file = settings.get(FILE)
-        if file and known.get(_key(settings), digest) != digest:
-            return str(file)
-    return ""
+    """Return a swept engine file whose content has changed, "" for none."""
+    digests = old.digests, new.digests
+    was, now = (d.reads if isinstance(d, CaseDigests) else {} for d in digests)
+    changed = (file for file in was if now.get(file, was[file]) != was[file])
+    return next(changed, "") if FILE in new.swept else ""
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
-    """Return the values an input has in a plan; none where `swept` lets it differ."""
+    """Return the values of an input in a plan; [] if it is among `swept`."""
     if name in swept:
         return []
     if name not in plan.swept:
         return [plan.base.get(name)]
     values = listed(plan.table.column(name, plan.base[name]).values)
     return list({json.dumps(value): value for value in values}.values())
-
-
-def _key(settings: dict[str, Any]) -> str:
-    return json.dumps(settings, sort_keys=True)

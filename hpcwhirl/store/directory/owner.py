@@ -1,14 +1,14 @@
-"""Who computes in a campaign's directory, and who writes its results: one at a time.
+"""Claims on a campaign's directory: one process computes, one writes results.
 
-A claim is a file of its own in `owners/`. It is made first, and then all others are
-looked at; who finds another in the way takes the own one back and waits. As everyone
-looks after its own claim is there, of two at once one at most goes on. That needs no
-locks and no links, only that a new file is seen by others. Names are never used twice:
-to remove a dead claim cannot hit a living one.
+A claim is a file in `owners/`. A process first makes its claim and then reads all
+others; if another is in the way, it removes its own and waits. Since each reads after
+its own claim exists, at most one of two goes on. This needs no locks and no links, only
+that others see a new file. Names are never used twice, so that removing a dead claim
+cannot hit a living one.
 
-On its own machine a process is known to live or to have died. From another machine, a
-claim is alive as long as its time changes, and dead `STALE` after the last change: the
-clock is that of the file system, or the own one since the claim was first seen.
+On its own machine a process is known to be alive or dead. From another machine, a claim
+counts as alive while its time stamp changes, and as dead `STALE` after the last change,
+by the clock of the file system, or by the local clock since it was first seen.
 """
 
 from __future__ import annotations
@@ -49,16 +49,16 @@ CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
 class BrokenOffError(MissingFileError):
-    """Waiting for another process was broken off, as this one was asked to."""
+    """The wait for another process was interrupted by a stop request."""
 
 
 def shard_claim(number: int, of: int) -> str:
-    """Return what a shard claims: its share of the computing."""
+    """Return the kind of claim of a shard."""
     return f"shard-{number}-of-{of}"
 
 
 def in_the_way(one: str, other: str) -> bool:
-    """Return whether two claims exclude each other; shards of one division do not."""
+    """Return whether two kinds of claims exclude each other; shards I/N, J/N do not."""
     if RESULTS in (one, other) or CAMPAIGN in (one, other):
         return (one == RESULTS) == (other == RESULTS)
     same_division = one.rpartition("-")[2] == other.rpartition("-")[2]
@@ -67,13 +67,13 @@ def in_the_way(one: str, other: str) -> bool:
 
 @dataclass(frozen=True)
 class Owner:
-    """What a claim tells of who made it.
+    """Content of a claim: who made it.
 
     Attributes
     ----------
     path : of the claim
-    changed : when it last gave a sign of life, ns since 1970 by its file system
-    known : host, machine, pid, ticks, since, command; empty where it is not whole
+    changed : last sign of life, ns since 1970 by the file system
+    known : host, machine, pid, ticks, since, command; empty if damaged
     """
 
     path: Path
@@ -82,11 +82,11 @@ class Owner:
 
     @property
     def here(self) -> bool:
-        """Whether its process can be seen from here."""
+        """Whether its process is on this machine."""
         return self.known.get("machine") == machine()
 
     def __str__(self) -> str:
-        """Return process, host, since when and command."""
+        """Return process, host, start and command as text."""
         if not self.known:
             return f"an unknown process ({self.path})"
         since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(self.known["since"]))
@@ -112,7 +112,7 @@ class Claim:
         self._made: list[Path] = []
 
     def put(self) -> int:
-        """Make the claim; return its time, ns since 1970 by its file system.
+        """Make the file of the claim; return its time, ns since 1970.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class Claim:
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and directories that it has made and nobody uses."""
+        """Remove the claim, and directories that it made and nobody uses."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -157,20 +157,20 @@ class Claim:
                 place.rmdir()
 
     def live(self) -> None:
-        """Give signs of life from now on."""
+        """Renew the time of the claim regularly from now on."""
         self._thread.start()
 
     @property
     def held(self) -> bool:
-        """Whether the claim still stands."""
+        """Whether the claim still exists."""
         return self.path.exists()
 
     def check(self) -> None:
-        """Refuse to publish anything once another process has taken over.
+        """Raise if another process has taken over, so that nothing is published.
 
-        A process that was stopped longer than `STALE`, or whose machine was, goes on in
-        the belief that the directory is its own. What is left of the window is the time
-        between two system calls.
+        A process that was stopped for longer than `STALE`, or whose machine was, still
+        believes that the directory is its own. The remaining window is the time between
+        two system calls.
 
         Raises
         ------
@@ -182,12 +182,12 @@ class Claim:
             raise StoreError(msg + " meanwhile")
 
     def release(self) -> None:
-        """End the claim."""
+        """Remove the claim."""
         self._end.set()
         self.take_back()
 
     def moved(self, folder: Path) -> None:
-        """Know that the campaign's directory has been renamed."""
+        """Note that the campaign's directory has been renamed."""
         self.folder, self._made = folder, []
         self.path = folder / FOLDER / self.path.name
 
@@ -205,13 +205,13 @@ class Claim:
 
 @dataclass
 class Asking:
-    """How a claim is asked for.
+    """Options for making a claim.
 
     Attributes
     ----------
     take_over : whether claims of other machines count as dead
-    say : told in one line whom is waited for, and who was taken over
-    check : called while waiting; may raise to break off
+    say : prints one line on processes that are waited for or taken over
+    check : called while waiting; may raise to interrupt
     """
 
     take_over: bool = False
@@ -223,7 +223,7 @@ class Asking:
     _now: int = 0
 
     def is_dead(self, other: Owner, now: int) -> bool:
-        """Return whether a claim's process has ended; `now` is the own claim's time."""
+        """Return whether a claim's process is dead; `now`: time of the own claim."""
         if other.here:
             return not is_alive(other.known["pid"], other.known["ticks"])
         first = self._seen.setdefault(other.path, (other.changed, time.monotonic()))
@@ -235,11 +235,11 @@ class Asking:
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether a claim that is not dead is known to live."""
+        """Return whether a claim that is not dead is known to be alive."""
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
-        """Tell whom is waited for; end the waiting for a run that lives.
+        """Print whom this process waits for; refuse to wait for a living run.
 
         Raises
         ------
@@ -263,14 +263,14 @@ class Asking:
 
 
 def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
-    """Return a claim on a campaign's directory once nobody else's is in the way.
+    """Return a claim on a campaign's directory; wait for claims in the way.
 
     Parameters
     ----------
     folder : the campaign's directory
-    kind : `CAMPAIGN` or a `shard_claim`, refused where another one lives; `RESULTS`,
-        waited for
-    asking : how; None: without a word
+    kind : `CAMPAIGN` or a `shard_claim`, refused while another one is alive; `RESULTS`,
+        which waits
+    asking : options; None: silent
 
     Raises
     ------
@@ -306,7 +306,7 @@ def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[C
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims in the way; dead ones are removed, in the way or not."""
+    """Return the living claims in the way; remove all dead ones."""
     found = []
     for other in owners(own.folder):
         if other.path.name == own.path.name:
@@ -323,7 +323,7 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
 
 
 def owners(folder: Path) -> list[Owner]:
-    """Return all claims on a campaign's directory, of the living and of the dead."""
+    """Return all claims on a campaign's directory, of living and dead processes."""
     try:
         names = sorted(os.listdir(folder / FOLDER))  # noqa: PTH208 - errors are told
     except FileNotFoundError:
@@ -336,7 +336,7 @@ def owners(folder: Path) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return the owner by the file of a claim; None if it is not a regular file."""
+    """Return the owner from the file of a claim; None if it is no regular file."""
     data = b""
     try:
         state = path.lstat()
@@ -357,7 +357,7 @@ def _owner(path: Path) -> Owner | None:
 
 
 def _known(data: bytes) -> dict[str, Any]:
-    """Return the words of a claim; {} where they are not whole."""
+    """Return the entries of a claim; {} if damaged."""
     kinds = {"host": str, "machine": str, "pid": int, "command": str}
     try:
         known = json.loads(data)

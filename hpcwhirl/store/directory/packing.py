@@ -1,4 +1,4 @@
-"""Named arrays as bytes: packed one after the other, checked when they are unpacked."""
+"""Named arrays packed into bytes, with a checksum."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TYPE = "<f8"
 def packed(
     arrays: Mapping[str, NDArray[np.float64]],
 ) -> tuple[dict[str, Any], bytes]:
-    """Return ({bytes, crc, shapes}, data): what `unpacked` needs, and the bytes.
+    """Return ({bytes, crc, shapes}, data): header for `unpacked`, and the bytes.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def packed(
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return {name: array, read-only}; None if the data differ from what was packed."""
+    """Return {name: read-only array}; None if the data are damaged."""
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
     out: dict[str, NDArray[np.float64]] = {}

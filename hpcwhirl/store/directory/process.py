@@ -1,4 +1,4 @@
-"""Which process on which machine, such that a dead one is told from another alive."""
+"""Identity of processes and machines, to tell a dead process from a new one."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ DEAD = {"Z", "X", "x"}  # of /proc: ended, though nobody has asked how
 
 @cache
 def machine() -> str:
-    """Return what only processes that see each other's numbers have in common.
+    """Return the identity of this machine, for processes that see each other's numbers.
 
-    The machine since it was last started, and the name space of process numbers:
-    machines may share a name, and containers a machine.
+    It consists of the boot and the name space of process numbers: machines may share a
+    name, and containers a machine.
     """
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
@@ -26,22 +26,22 @@ def machine() -> str:
 
 
 def begun(pid: int) -> int | None:
-    """Return when a process of this machine began, clock ticks since the boot.
+    """Return the start of a process of this machine, clock ticks since the boot.
 
-    With its number, it is told from a later process of the same number. None where
-    there is no such process, or no way to know.
+    It distinguishes a process from a later one with the same number. None if there is
+    no such process, or the start cannot be known.
     """
     state = _state(pid)
     return int(state[19]) if state else None
 
 
 def is_alive(pid: int, ticks: int | None = None) -> bool:
-    """Return whether a process of this machine is there, stopped ones included.
+    """Return whether a process of this machine exists; also if it is stopped.
 
     Parameters
     ----------
     pid : its number
-    ticks : when it began, as `begun` told; None: unknown
+    ticks : its start by `begun`; None: unknown
     """
     foreign = False
     try:

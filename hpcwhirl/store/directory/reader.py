@@ -1,8 +1,8 @@
-"""Journals read: whole records, some at a time, as columns or one by one.
+"""Reading journals: whole records, some at a time, as columns or one by one.
 
-A record counts if its slot and its text match their checksums, it tells a case and how
-that ended, with a row where it gave a result, and its traces, if any, are all there. So
-a flipped bit costs its own case, a torn tail those of the group that was being written.
+A record counts if its slot and its text match their checksums, it has a digest, a
+status, and a row if the status is ok, and its traces, if any, are complete. So a
+flipped bit loses its own case, a torn tail the group that was being written.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Rows:
     header : of it
     slots : (records,), structured array with the dtype of the header's layout
     starts : (records,), byte at which each begins
-    texts : {record: what no field of it holds}, of those that have a text
+    texts : {record: entries without a field}, of records with a text
     """
 
     journal: Path
@@ -68,11 +68,11 @@ class Rows:
     texts: Mapping[int, Record]
 
     def __len__(self) -> int:
-        """Return their number."""
+        """Return the number of records."""
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return some of the records, by their places, each at most once."""
+        """Return some of the records by position, each at most once."""
         texts = self.texts
         if texts:
             both = enumerate(which.tolist())
@@ -83,7 +83,7 @@ class Rows:
 
     @cached_property
     def others(self) -> dict[str, dict[int, Any]]:
-        """Values that no field holds, {`TABLE.NAME`: {record: value}}."""
+        """Values without a field, {`TABLE.NAME`: {record: value}}."""
         out: dict[str, dict[int, Any]] = {}
         for record, text in self.texts.items():
             for table, value in text.items():
@@ -162,7 +162,7 @@ def rows_of(folder: Path) -> Iterator[Rows]:
 def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
     """Yield the records of a journal, some at a time, see `rows_of`.
 
-    sizes : {file of traces: bytes}, of those looked at before
+    sizes : {file of traces: bytes}, a cache
     """
     try:
         with open_regular(path) as file:
@@ -183,7 +183,7 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
 
 
 def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
-    """Return the records of a journal that begin at some bytes, in that order.
+    """Return the records of a journal that begin at given bytes, in that order.
 
     Raises
     ------
@@ -212,20 +212,20 @@ def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
 
 
 def _text_bytes(slot: bytes) -> int:
-    """Return the bytes of text that a slot tells of; 0 of one that is cut short."""
+    """Return the length of a slot's text in bytes; 0 if the slot is cut short."""
     if len(slot) < CHECKED + NUMBERS.size:
         return 0
     return int(NUMBERS.unpack_from(slot, CHECKED)[0])
 
 
 def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
-    """Return the whole records of some bytes, and up to where these are read.
+    """Return the whole records in some bytes, and the number of bytes consumed.
 
     Parameters
     ----------
     path, header : of the journal
-    data : what may begin with a slot
-    last : whether nothing follows
+    data : bytes that may begin with a slot
+    last : whether these are the last bytes
     """
     layout = header.layout
     found, end = _whole_slots(header, data)
@@ -251,7 +251,7 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return where whole slots begin in some bytes, and up to where these are read."""
+    """Return the starts of whole slots in some bytes, and the bytes consumed."""
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)
@@ -269,7 +269,7 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
-    """Return which of some slots have their tag and their checksum."""
+    """Return which slots have the right tag and checksum."""
     size, slots = header.layout.size, np.frombuffer(data, header.layout.dtype)
     crc32, ends = zlib.crc32, range(size, len(data) + 1, size)
     crc = [crc32(data[end + CHECKED - size : end]) for end in ends]
@@ -277,7 +277,7 @@ def _are_whole(header: Header, data: memoryview) -> Bools:
 
 
 def _text(slots: Array, layout: Layout) -> Record | None:
-    """Return what the slots of a record tell beside its fields; None if damaged."""
+    """Return the entries of a record without a field; None if damaged."""
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()
     if not whole or (more["text"] != -1 - np.arange(len(more))).any():
@@ -288,7 +288,7 @@ def _text(slots: Array, layout: Layout) -> Record | None:
 
 @lru_cache(maxsize=256)
 def _json(text: bytes) -> Record | None:
-    """Return a JSON object; None of anything else. Traces are alike in many cases."""
+    """Return a JSON object, None for anything else; cached, as many are equal."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):  # written by something else than this program
@@ -297,7 +297,7 @@ def _json(text: bytes) -> Record | None:
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return which slots have words that there are."""
+    """Return which slots have only known words."""
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)
@@ -305,7 +305,7 @@ def _have_words(slots: Array, layout: Layout) -> Bools:
 
 
 def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records count, see the module."""
+    """Return which records count, see the docstring of this module."""
     words = rows.header.layout.words.get("status", ())
     has, named = rows.has("status"), rows.has("digest")
     codes = np.where(has, rows.slots["status"] if len(words) else 0, len(words))
@@ -323,7 +323,7 @@ def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records have no traces, or a file long enough for them."""
+    """Return which records have no traces, or complete ones."""
     traced = np.flatnonzero(rows.has_any("traces"))
     good = np.ones(len(rows), dtype=bool)
     if not len(traced):
@@ -342,7 +342,7 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def samples_of(text: Record) -> int | None:
-    """Return the samples of a record's traces, by its text; None where none tells."""
+    """Return the number of samples of a record's traces, from its text, or None."""
     try:
         return int(text["traces"]["shapes"]["time"][0])
     except (*MALFORMED, IndexError):

@@ -1,4 +1,4 @@
-"""Records: a computation as one row of fixed size, with what is text beside it.
+"""Records: one binary row of fixed size for each computation, and text beside it.
 
 A journal is a header, written twice, and slots of one size. The header tells the fields
 of the records (table, name, kind, words of each), the identity of the plan that case
@@ -8,10 +8,10 @@ and a damaged copy costs nothing.
 
 A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of what follows, two
 numbers and a body. That of a record has a bit for each field, whether the record has a
-value for it, and the values, little-endian. What no field holds is JSON in the slots
-after it: the first number tells its bytes, in the k-th of these slots it is -k, and the
-second one is the CRC-32 of the record. By its tag and CRC a slot is found again behind
-damage, wherever it begins.
+value for it, and the values, little-endian. Entries without a field are JSON in the
+slots after it: the first number is the length of that text, or -k in the k-th of these
+slots, where the second one is the CRC-32 of the record. By its tag and CRC a
+slot is found again behind damage, wherever it begins.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ MALFORMED = (KeyError, TypeError, ValueError, RecursionError)
 
 
 class Layout:
-    """The fields of records, in their order.
+    """Fields of the records of a journal, in their order.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Layout:
         self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
-        """Travel between ranks as the fields: what is compiled from them cannot."""
+        """Pickle the fields alone; compiled parts cannot be pickled."""
         return Layout, (self.fields,)
 
     @property
@@ -89,7 +89,7 @@ class Layout:
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
-        """Return how many slots a text of so many bytes takes."""
+        """Return the number of slots for a text of some bytes."""
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
@@ -118,7 +118,7 @@ class Layout:
         return first + b"".join(more)
 
     def decode(self, slot: bytes, text: Record) -> Record:
-        """Return the record of a slot and of what no field holds."""
+        """Return the record from a slot and the entries without a field."""
         bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
         has, record = int.from_bytes(bits, "little"), Record(message="")
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -132,14 +132,14 @@ class Layout:
 
 
 class Header(NamedTuple):
-    """What a journal tells of its records.
+    """Header of a journal.
 
     Attributes
     ----------
-    layout : their fields
-    tag : by which its slots are known
-    plan : identity of the plan that case numbers refer to; "": not known
-    traces : name of the file of their traces
+    layout : fields of the records
+    tag : marks the slots of this journal
+    plan : identity of the plan to which case numbers refer; "": unknown
+    traces : name of the file with the traces
     """
 
     layout: Layout
@@ -148,7 +148,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record; its traces with the file that they are in."""
+        """Return a record; its traces with the name of their file."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -156,14 +156,14 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a header and its bytes at the begin of a journal."""
+    """Return a header, and its bytes at the start of a journal."""
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     return _header(body), 2 * copy
 
 
 def read_header(data: bytes) -> tuple[Header, int] | None:
-    """Return the header that some bytes begin with, and its end; None: none whole."""
+    """Return the header at the start of some bytes, and its end; None if damaged."""
     place = -1
     while (place := data.find(MAGIC, place + 1)) >= 0:
         begin = place + COPY.size
@@ -188,7 +188,7 @@ def _header(body: bytes) -> Header:
 
 @lru_cache(maxsize=64)
 def _layout(fields: str) -> Layout:
-    """Return a layout, one for all journals that have it."""
+    """Return a layout; equal ones are shared."""
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
         msg = "fields of other kinds"
@@ -201,7 +201,7 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 
     Parameters
     ----------
-    measured : names of the variables that its user's function gives
+    measured : names of the variables of the user's function
     """
     head = (("case", "i8"), ("digest", "hex"), ("of", "hex"), ("twin", "i8"),
             ("longest", "f8"), ("ended", "f8"))  # fmt: skip
@@ -236,14 +236,14 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return what no field holds as JSON, nothing for nothing."""
+    """Return the entries without a field as JSON, b"" for none."""
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""
 
 
 def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return what makes a value of a record one to pack, or raises."""
+    """Return the function that converts a value for packing, or raises."""
     if kind == "word":
         places = {word: place for place, word in enumerate(words)}
         return places.__getitem__
@@ -251,7 +251,7 @@ def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
 
 
 def _reader(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return what makes a packed value what it was in the record."""
+    """Return the function that converts a packed value back."""
     if kind == "word":
         return words.__getitem__
     known: dict[str, Callable[[Any], Any]] = {

@@ -1,4 +1,4 @@
-"""Plans of refined campaigns: what words in the journals, or rows of results, add."""
+"""Plans of refined campaigns with all cases, from journals or from results."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class RefinedPlan(Manifest):
     ----------
     addresses : of each case
     family : of all cases that there may be
-    growth : what is wanted, and the cells that tell why; None where rows tell it
-    twinned : addresses of the cases that have twins; none where rows tell it
+    growth : wanted cases and their cells; None in a plan from results
+    twinned : addresses of the cases with twins; empty in a plan from results
     """
 
     addresses: list[Address] = field(default_factory=list)
@@ -46,7 +46,7 @@ class RefinedPlan(Manifest):
 
 
 def full_plan(folder: Path) -> Manifest:
-    """Return the plan of a directory with all cases that its journals ask for.
+    """Return the plan of a directory with all cases that follow from its journals.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def _extended(
 
 
 def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
-    """Return the planner's row of each case of a plan that it has grown, (cases,)."""
+    """Return the planner's row of each case of a grown plan, (cases,)."""
     if not isinstance(plan, RefinedPlan) or plan.family is None:
         return np.arange(len(planner))
     numbers = map(plan.family.number, plan.addresses)
@@ -101,7 +101,7 @@ def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
 
 
 def dropped_of(plan: Manifest) -> int:
-    """Return how many cases a budget has left out of a plan."""
+    """Return the number of cases that a budget has excluded."""
     growth = plan.growth if isinstance(plan, RefinedPlan) else None
     return growth.dropped if growth else 0
 
@@ -140,9 +140,9 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
 
 
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
-    """Return what results tell of the place of each case, {variable: (cases,)}.
+    """Return the variables of refinement for each case, {variable: (cases,)}.
 
-    None of a plan that is not refined.
+    Empty for a plan that is not refined.
     """
     if not isinstance(plan, RefinedPlan) or plan.family is None or plan.growth is None:
         return {}

@@ -1,4 +1,4 @@
-"""`runs/`: what every rank did with its time, one file a run, written at its end."""
+"""`runs/`: use of time of every rank, one file a run, written at its end."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST = 1 << 53  # of the numbers
 
 
 def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") -> None:
-    """Keep what the ranks of a run did, and why it stopped early; see `read_runs`."""
+    """Write the ranks' use of time in a run, and the reason of an early stop."""
     path = folder / "runs" / f"{run:04d}.json"
     told = {"run": run, "stopped": stopped, "ranks": shares}
     text = json.dumps(told, indent=1) + "\n"
@@ -29,15 +29,15 @@ def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") ->
 def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
     """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
-    In the order of the runs; busy, span in s. A share may have `beside` and `first`,
-    too: s that a computation took beside its kernel, the median, and the first of its
-    rank beyond that. A run that was killed left no file, and
-    a file that is not whole is left out: results do not depend on either.
+    In the order of the runs; busy, span in s. A share may also have `beside` and
+    `first`: overhead of a computation beyond its kernel, s, median, and extra of the
+    first one of the rank. A killed run has no file, and a damaged file is skipped:
+    results do not depend on either.
 
     Parameters
     ----------
     folder : the campaign's directory
-    say : told in one line what is left out
+    say : prints one line on skipped files
     """
     found: list[Share] = []
     told: list[str] = []
@@ -59,7 +59,7 @@ def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Sh
 
 
 def why_stopped(folder: Path, run: int) -> str:
-    """Return why a run stopped early, "" where it did not or nothing tells."""
+    """Return the reason of a run's early stop, "" for none or if unknown."""
     try:
         found = json.loads(read_regular(folder / "runs" / f"{run:04d}.json"))
     except (OSError, ValueError, RecursionError):  # killed: it left no whole file
@@ -69,7 +69,7 @@ def why_stopped(folder: Path, run: int) -> str:
 
 
 def _shares(data: Any) -> list[Share]:
-    """Return the shares of a run, or raise where one is not as it was written."""
+    """Return the shares of a run; raise if one is damaged."""
     if not isinstance(data, dict) or not isinstance(data.get("ranks"), list):
         msg = "no run and ranks"
         raise TypeError(msg)
@@ -82,7 +82,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise where a value is not of its kind, or not a number that a file may hold."""
+    """Raise if a value has another type, or is no finite number of usual size."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         msg = f"{value!r:.40} is no {kind.__name__}"

@@ -1,6 +1,6 @@
-"""States of cases on their way: a checksummed file each, replaced whole.
+"""Saved states of unfinished cases: one file with checksum each, replaced atomically.
 
-The first line is sealed, see `lines`: what the state belongs to, and name,
+The first line has a checksum, see `lines`: what the state belongs to, and name,
 type and shape of every array. The arrays' bytes follow, little-endian, in that order.
 """
 
@@ -32,13 +32,13 @@ def _path(folder: Path, digest: str) -> Path:
 
 
 def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> None:
-    """Keep the state of a case in place of an older one.
+    """Write the state of a case, replacing an older one.
 
     Parameters
     ----------
     folder : the campaign's directory
     digest : of the case
-    belongs : what must be the same for the state to fit, as JSON
+    belongs : JSON that must be equal when the state is read
     arrays : {name: float64 or int64 array}
 
     Raises
@@ -54,7 +54,7 @@ def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> N
 
 
 def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
-    """Return the arrays of a case's state, None where there is none.
+    """Return the arrays of a case's state, None if there is none.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
-    """Return the arrays, or raise where bytes, types or what they belong to differ."""
+    """Return the arrays; raise if bytes, types or `belongs` differ."""
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         msg = "it is damaged"
         raise ValueError(msg)
@@ -98,7 +98,7 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
 
 
 def hand_over(folder: Path, digest: str, after: str) -> bool:
-    """Keep the state of a case as that of another, too, which it may go on as.
+    """Copy the state of a case to that of another, which continues it.
 
     Returns
     -------
@@ -126,5 +126,5 @@ def drop_state(folder: Path, digest: str) -> None:
 
 
 def stored_states(folder: Path) -> set[str]:
-    """Return the digests of the cases that a state is kept of."""
+    """Return the digests of the cases with a saved state."""
     return {path.stem for path in listed(folder / "states", ".state")}

@@ -1,1 +1,1 @@
-"""Files of engines and wheels: which arrays they have, of which kind. No mechanics."""
+"""Reading files of engines and wheels: arrays and their types. No mechanics."""

@@ -13,6 +13,18 @@ damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal t
 tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j / N
 centre                      (2,), from 0: coordinates x_o, y_o; empty or absent: clamped
 
+and, with them, what engine.rotation = "full" needs, all together:
+
+coriolis                    (n, n), kg, skew: force -2 Omega C x'. With a displacement
+                            along x y the force on it is along y: C_yx = +m
+centrifugal_load            (n,), kg m: N per unit Omega^2
+stress_stiffness, softening (n, n), kg: N/m per unit Omega^2, symmetric; stiffness at
+                            Omega is K + Omega^2 (stress_stiffness - softening);
+                            softening is the mass that moves in the plane
+speeds, stiffness_a,        or, instead of these two, the stiffness (n, n), N/m, at two
+stiffness_b                 speeds (2,), ascending, rad/s, softening included
+centre_damping              (1,), N s/m, if any: of the shaft's support, which stands
+
 or, instead of matrices,
 
 omega                       (m,), rad/s: frequencies of mass-orthonormal modes
@@ -42,7 +54,7 @@ else shares of the centre and families of k = 1 are unknown.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -69,10 +81,20 @@ DATASETS = {
     "modal_tip_radial": (2, False),
     "modal_tip_tangential": (2, False),
     "modal_centre": (2, False),
+    "coriolis": (2, False),
+    "centrifugal_load": (1, False),
+    "stress_stiffness": (2, False),
+    "softening": (2, False),
+    "speeds": (1, False),
+    "stiffness_a": (2, False),
+    "stiffness_b": (2, False),
+    "centre_damping": (1, False),
     "tip_radial": (1, True),
     "tip_tangential": (1, True),
     "centre": (1, True),
 }
+AT_SPEEDS = ("speeds", "stiffness_a", "stiffness_b")
+BY_PARTS = ("stress_stiffness", "softening")
 BODY = (
     "mass", "stiffness", "damping", "omega", "damping_ratio", "shapes",
     "nodal_diameter",
@@ -127,8 +149,24 @@ class Given:
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error of one array: what, allowed, got."""
+        """Return the error on one array: what, allowed, got."""
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
+
+
+def missing_terms(there: Collection[str]) -> list[str]:
+    """Return the names of what is missing of the terms of rotation.
+
+    Stiffness that turns is told by its two parts, or at two speeds; by neither of them
+    counts as by the parts.
+    """
+    names = ("coriolis", "centrifugal_load")
+    way = AT_SPEEDS if any(name in there for name in AT_SPEEDS) else BY_PARTS
+    return [name for name in (*names, *way) if name not in there]
+
+
+def are_two_ways(there: Collection[str]) -> bool:
+    """Return whether stiffness that turns is told both ways, see `missing_terms`."""
+    return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
 def read_rotor(file: str) -> Given:
@@ -175,7 +213,7 @@ def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Tell in one line what a library says of a damaged file, in any of its ways."""
+    """Turn any error of a library on a damaged file into one line."""
     try:
         yield
     except (InputError, MissingFileError):
@@ -188,9 +226,9 @@ def readable(
 
 
 def _check_layout(given: Given, root: h5py.File) -> None:
-    """Refuse names that the layout does not have, and links out of the file.
+    """Refuse names that are not in the layout, and links out of the file.
 
-    Links are looked at before they are followed: a group may be one, too.
+    Links are checked before they are followed; a group may be a link, too.
     """
     import h5py
 
@@ -215,7 +253,7 @@ def _check_names(
 
 
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
-    """Refuse a name that leads out of the file, or nowhere."""
+    """Refuse a link that leads out of the file, or nowhere."""
     import h5py
 
     link = group.get(name, getlink=True)
@@ -238,7 +276,7 @@ def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
 
 
 def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
-    """Refuse a dataset whose numbers lie elsewhere."""
+    """Refuse a dataset whose numbers are stored outside the file."""
     if data.external:
         raise given.refusal(
             f"keeps {name} in another file, {data.external[0][0]}: write it into this"
@@ -267,7 +305,7 @@ def _check_kind(given: Given, name: str, data: Any, kind: tuple[int, bool]) -> N
 
 
 def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
-    """Refuse chunks that may become far more than the array when they are read."""
+    """Refuse chunks that would expand to far more than the array when read."""
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0
 

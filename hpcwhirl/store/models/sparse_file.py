@@ -36,6 +36,7 @@ MEMORY = 3  # times its arrays that a matrix takes while it is made symmetric
 MARKET_BYTES = 16  # of an entry of a text, in memory: row, column, number
 SHORTEST = 2  # bytes of an entry as text: a digit and what parts it from the next
 SYMMETRIC = 1e-9  # relative to the largest entry
+SKEW = {"coriolis"}
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
 UNREADABLE = (
     OSError,
@@ -52,7 +53,7 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """A matrix's file, as its complaints name it."""
+    """A matrix in a file, named in error messages."""
 
     def refusal(self, told: str) -> InputError:
         """Return the error that names the file."""
@@ -64,12 +65,12 @@ class _Source(Given):
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
-    """Return a real symmetric matrix (n, n), both triangles, finite.
+    """Return a real symmetric matrix (n, n), both triangles, finite; or a skew one.
 
     Parameters
     ----------
     path : of one of the three kinds
-    name : `mass` or `stiffness`
+    name : `mass`, `stiffness`, ...; `coriolis` is skew
 
     Raises
     ------
@@ -90,6 +91,34 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     return _checked(source, name, matrix)
 
 
+def read_vector(path: Path, name: str, size: int) -> Array:
+    """Return a real vector (size,), finite, of a MatrixMarket file of one column.
+
+    Raises
+    ------
+    MissingFileError, InputError
+        as `read_matrix`
+    """
+    from scipy.io import mminfo, mmread
+
+    source = _Source(str(path), {})
+    if path.suffix.lower() != ".mtx":
+        raise source.wrong(name, "end in .mtx", path.suffix or "none")
+    with readable(str(path), UNREADABLE):
+        if check_regular(path) > MOST_BYTES:
+            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", "more")
+        rows, columns, _, _, field, _ = mminfo(source.file)
+        if (rows, columns) != (size, 1) or field not in {"real", "integer"}:
+            told = f"{rows} x {columns}, {field}"
+            raise source.wrong(name, f"be real, {size} x 1", told)
+        found = mmread(source.file)
+        whole = found.toarray() if sparse.issparse(found) else found
+    vector = np.asarray(whole, dtype=np.float64).ravel()
+    if not np.isfinite(vector).all():
+        raise source.wrong(name, "be finite", vector[~np.isfinite(vector)][0])
+    return vector
+
+
 def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
     from scipy.io import mminfo, mmread
 
@@ -97,8 +126,9 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
     rows, columns, entries, _, field, symmetry = mminfo(source.file)
     if field not in {"real", "integer"}:
         raise source.wrong(name, "be real", field)
-    if symmetry not in {"general", "symmetric"}:
-        raise source.wrong(name, "be symmetric", symmetry)
+    own = "skew-symmetric" if name in SKEW else "symmetric"
+    if symmetry not in {"general", own}:
+        raise source.wrong(name, f"be {own}", symmetry)
     _check_square(source, name, (rows, columns))
     _check_entries(source, name, entries, size // SHORTEST)
     _check_memory(source, name, MARKET_BYTES * entries)
@@ -132,11 +162,12 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
             f"have {shape[0] + 1} entries, its shape says",
             len(arrays["indptr"]),
         )
-    return _compressed(source, name, arrays)
+    matrix = _compressed(source, name, arrays)
+    return matrix if kind in {"csr", b"csr"} else sparse.csr_array(matrix.T)
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) that an array of a .npz claims, if its bytes are there."""
+    """Return (shape, dtype) in the header of a .npz array, if its bytes exist."""
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -215,7 +246,7 @@ def _check_entries(
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:
-    """Refuse arrays, by the bytes that their headers tell, beyond what is free."""
+    """Refuse arrays larger than the free memory, by the sizes in their headers."""
     most = _free_memory() / MEMORY
     if size > most:
         allowed = (
@@ -225,7 +256,7 @@ def _check_memory(source: _Source, name: str, size: int) -> None:
 
 
 def _free_memory() -> float:
-    """Return the bytes that this process may still take."""
+    """Return the memory that this process may still allocate, bytes."""
     page = resource.getpagesize()
     free = float(os.sysconf("SC_AVPHYS_PAGES") * page)
     with suppress(OSError):  # of Linux, which counts what it may give up, too
@@ -241,7 +272,7 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix of data, indices, indptr; a CSC's transpose is its equal."""
+    """Return the matrix of data, indices, indptr; of a CSC its transpose."""
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
     parts = tuple(arrays[part] for part in PARTS)
@@ -251,7 +282,7 @@ def _compressed(
 
 
 def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return the symmetric part of what is symmetric to round-off."""
+    """Return the symmetric or skew part of what is so to round-off."""
     matrix.sum_duplicates()
     wrong = ~np.isfinite(matrix.data)
     if wrong.any():
@@ -259,12 +290,13 @@ def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr
     largest = np.abs(matrix.data).max(initial=0.0)
     if not largest > 0:
         raise source.wrong(name, "have an entry that is not 0", "none")
-    miss = np.abs((matrix - matrix.T).data).max(initial=0.0) / largest
+    sign, kind = (-1.0, "skew") if name in SKEW else (1.0, "symmetric")
+    miss = np.abs((matrix - sign * matrix.T).data).max(initial=0.0) / largest
     if not miss <= SYMMETRIC:
         half = sparse.triu(matrix, 1).nnz * sparse.tril(matrix, -1).nnz == 0
         hint = ": one triangle alone is there; write both" if half else ""
-        allowed = f"be symmetric to {SYMMETRIC:g} of its largest entry"
+        allowed = f"be {kind} to {SYMMETRIC:g} of its largest entry"
         raise source.wrong(name, allowed, f"{miss:.2g}{hint}")
-    matrix = (matrix + matrix.T) / 2
+    matrix = (matrix + sign * matrix.T) / 2
     places = (part.astype(np.int32) for part in (matrix.indices, matrix.indptr))
     return sparse.csr_array((matrix.data, *places), shape=matrix.shape)

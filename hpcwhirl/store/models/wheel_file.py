@@ -1,4 +1,4 @@
-"""Reading the TOML that says what a finite element model's unknowns are. No mechanics.
+"""Reading the TOML that describes the unknowns of a finite element model. No mechanics.
 
 Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad, against the
 clock. `wheel_example.toml` has all keys with their meanings; `hpcwhirl import-model
@@ -19,8 +19,14 @@ from scipy import sparse
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.files import is_number, is_whole, load_document
-from hpcwhirl.store.models.engine_file import LARGEST
-from hpcwhirl.store.models.sparse_file import read_matrix
+from hpcwhirl.store.models.engine_file import (
+    AT_SPEEDS,
+    BY_PARTS,
+    LARGEST,
+    are_two_ways,
+    missing_terms,
+)
+from hpcwhirl.store.models.sparse_file import read_matrix, read_vector
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,8 +34,9 @@ MOST_BLADES = LARGEST // 2 - 1
 EXAMPLE = Path(__file__).with_name("wheel_example.toml")
 FAMILIES = 5  # of modes kept, where the file does not say
 EVEN = 1e-6  # rad, of 2 pi / N from blade to blade
+TURNING = ("coriolis", "centrifugal_load", *BY_PARTS, *AT_SPEEDS)
 KEYS = {
-    "wheel": ("mass", "stiffness", "blades", "modes", "held"),
+    "wheel": ("mass", "stiffness", "blades", "modes", "held", *TURNING),
     "tips": ("x", "y", "radial", "tangential", "angle"),
     "centre": ("x", "y", "angle", "stiffness", "mass", "held"),
 }
@@ -70,7 +77,7 @@ class FiniteElements:
 
     Attributes
     ----------
-    file : that says so
+    file : the TOML file
     sources : files of M and K
     mass, stiffness : (n, n), symmetric
     blades : N
@@ -80,6 +87,8 @@ class FiniteElements:
     held : DoF that do not move
     modes : fixed-interface modes to keep
     cut : of a sector
+    turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
+        of rotation, all or none
     """
 
     file: str
@@ -93,14 +102,19 @@ class FiniteElements:
     held: Integers
     modes: int
     cut: Cut | None
+    turning: dict[str, Any]
 
     def refusal(self, told: str) -> InputError:
         """Return the error that names the file."""
         return InputError(f"{self.file}: {told}")
 
+    def wrong(self, name: str, allowed: str, got: object) -> InputError:
+        """Return the error of one matrix: what, allowed, got."""
+        return self.refusal(f"{name} must {allowed}, got {got}")
+
 
 class _Table:
-    """A table of the document whose values are asked for by kind."""
+    """A table of the document; its methods return values of one type each."""
 
     def __init__(self, file: str, name: str, data: Any) -> None:
         self.file, self.name = file, name
@@ -180,12 +194,14 @@ def read_wheel(path: Path) -> FiniteElements:
     is_sector = kinds[0] == "sector"
     blades = body.whole("blades", 3 if is_sector else 1, MOST_BLADES)
     kind = ("mass", "stiffness")
+    turning, more = _turning(body, path.parent)
     sources = tuple(path.parent / body.text(name) for name in kind)
     mass, stiffness = map(read_matrix, sources, kind)
     size = mass.shape[0]
     if stiffness.shape != mass.shape:
         told = f"{size} degrees of freedom, stiffness {stiffness.shape[0]}"
         raise body.wrong("mass and stiffness", "be of one size", f"mass {told}")
+    _read_turning(body, turning, more, size)
     pairs, angle = _tips(tips, size, blades, 1 if is_sector else blades)
     centre = None
     if "centre" in document:
@@ -194,7 +210,7 @@ def read_wheel(path: Path) -> FiniteElements:
     most = LARGEST - 2 * blades - (2 if centre else 0)
     wheel = FiniteElements(
         file=file,
-        sources=sources,
+        sources=(*sources, *more.values()),
         mass=mass,
         stiffness=stiffness,
         blades=blades,
@@ -204,13 +220,56 @@ def read_wheel(path: Path) -> FiniteElements:
         held=body.indices("held", size),
         modes=body.whole("modes", 0, most, min(FAMILIES * blades, most)),
         cut=_cut(body, size) if is_sector else None,
+        turning=turning,
     )
     _check_once(wheel)
     return wheel
 
 
+def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
+    """Return ({"speeds": both, if told}, {name: file}) of the terms of rotation."""
+    if not any(name in table.data for name in TURNING):
+        return {}, {}
+    told = f"{table.file}: [{table.name}]"
+    if are_two_ways(table.data):
+        msg = f"{told} must have {', '.join(AT_SPEEDS)} or {', '.join(BY_PARTS)}"
+        raise InputError(f"{msg}, got both")
+    missing = missing_terms(table.data)
+    if missing:
+        msg = f"{told} has no {', '.join(missing)}: all terms of rotation or none"
+        raise InputError(msg)
+    files = [n for n in TURNING if n in table.data and n != "speeds"]
+    found: dict[str, Any] = {}
+    if "speeds" in table.data:
+        speeds = table.data["speeds"]
+        pair = isinstance(speeds, list) and len(speeds) == 2
+        if (
+            not pair
+            or not all(map(_is_number, speeds))
+            or not 0 < speeds[0] < speeds[1]
+        ):
+            allowed = "be two, ascending, > 0 rad/s"
+            raise table.wrong("speeds", allowed, shown(speeds))
+        found["speeds"] = np.array(speeds, dtype=np.float64)
+    return found, {name: folder / table.text(name) for name in files}
+
+
+def _read_turning(
+    table: _Table, found: dict[str, Any], files: dict[str, Path], size: int
+) -> None:
+    """Add the matrices and the load of the terms of rotation to `found`."""
+    for name, path in files.items():
+        if name == "centrifugal_load":
+            found[name] = read_vector(path, name, size)
+            continue
+        found[name] = read_matrix(path, name)
+        if found[name].shape[0] != size:
+            told = f"{found[name].shape[0]} degrees of freedom"
+            raise table.wrong(name, f"have the {size} of mass", told)
+
+
 def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, Floats]:
-    """Return DoF (count, 2) of the tips, and how their axes are turned, (count,)."""
+    """Return the DoF of the tips, (count, 2), and angles of their axes, (count,)."""
     plane = "x" in table.data or "y" in table.data
     if plane and ("radial" in table.data or "tangential" in table.data):
         raise table.wrong("tips", "be x, y or radial, tangential", "both")

@@ -1,1 +1,1 @@
-"""Reading what a campaign holds: cases, words, conditions, neighbours."""
+"""Reading results: cases, words, conditions, neighbours."""

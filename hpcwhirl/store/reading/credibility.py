@@ -1,4 +1,4 @@
-"""How many cases of a campaign keep their word in all their twins."""
+"""Share of a campaign's cases whose twins all have the word of their case."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ WHICH = {
 class Credibility:
     """How many of the cases that have twins keep their word in all of them.
 
-    Of the even cases of a map, a random sample, this is how far it is to be trusted
-    away from its boundaries.
+    For a random sample of the even cases of a map, this tells how far the map may be
+    trusted away from its boundaries.
 
     Attributes
     ----------
     of : which cases have twins: "all", "boundary", "speckle", "even"
-    cases : that have twins with a result
-    kept : of these, whose twins all have the word of their case
-    twins : most that a case has
+    cases : number of cases that have twins with a result
+    kept : number of these whose twins all have the word of their case
+    twins : largest number of twins of a case
     """
 
     of: str

@@ -1,4 +1,4 @@
-"""Cases of a campaign as a grid over what was swept."""
+"""Cases of a campaign as a grid over the swept inputs."""
 
 from __future__ import annotations
 
@@ -27,13 +27,12 @@ Floats = NDArray[np.float64]
 def grid(data: xarray.Dataset) -> xarray.Dataset:
     """Return results over the swept inputs instead of over `case`.
 
-    Only variables of one value a case are taken: traces stay in the file. An input that
-    another one tells, as in [zip] or where no value comes twice, becomes a coordinate
-    along it.
+    Only variables with one value a case are included; traces stay in the file. An input
+    that is a function of another one, as in [zip], becomes a coordinate along it.
 
-    Of a refined campaign it is the grid of all values that its refined inputs have in
-    it, each point with the case nearest to it in the cell that it lies in, among its
-    corners; `computed` is 1 where that case is at the point itself.
+    For a refined campaign the grid has all values of its refined inputs. Each point has
+    the nearest corner of the cell around it; `computed` is 1 if that case is at the
+    point itself.
 
     Parameters
     ----------
@@ -124,10 +123,10 @@ def nearest_cases(
 
     Parameters
     ----------
-    cells : that are not split
-    place : (cases,) along each refined input
-    at : places of the grid along it, ascending
-    panels : how many there are
+    cells : cells that are not split
+    place : (cases,), position of each case along each refined input
+    at : positions of the grid along it, ascending
+    panels : number of panels
     """
     found = np.full((panels, *map(len, at)), -1)
     for number in np.argsort(cells.level, kind="stable"):
@@ -150,13 +149,13 @@ def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[sli
 
 
 def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
-    """Return {value of the input `by`: value of `name`}, which follows from it."""
+    """Return {value of the input `by`: value of `name`}."""
     keys, values = (table[n].to_numpy().tolist() for n in (by, name))
     return dict(zip(keys, values, strict=True))
 
 
 def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
-    """Return the swept inputs that no other one before them tells."""
+    """Return the swept inputs that are no function of earlier ones."""
     varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
     cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
     if cells <= table.sizes["case"]:
@@ -169,5 +168,5 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
-    """Return the axis that tells an input, "" for none."""
+    """Return the axis of which an input is a function, "" for none."""
     return next((axis for axis in axes if follows(table, name, axis)), "")

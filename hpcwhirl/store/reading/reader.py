@@ -88,7 +88,7 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
-    """Return decoded results with words as text, which are read."""
+    """Return decoded results with words as text; the words are read from the file."""
     for name in ENUMS.keys() & data.variables.keys():
         data[name] = _named(data[name])
     return data

@@ -1,4 +1,4 @@
-"""A results file behind `open_results`, opened once: rows, traces and the plan."""
+"""Low-level reading of a results file: rows, traces and the plan."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def results_of(place: Path) -> Path:
 def opened(path: Path) -> h5py.File:
     """Return an open results file, whole and of this format.
 
-    All that belongs together is read from one of these: the file may be replaced at
-    any time, and what is read by its name again is of another one then.
+    Data that belong together must be read from one open file, since the file may be
+    replaced by another one at any time.
 
     Raises
     ------
@@ -58,6 +58,9 @@ def opened(path: Path) -> h5py.File:
         found = file.attrs.get("format")
     except DAMAGE as failed:
         msg = f"{path} is not a whole HDF5 file: {failed}"
+        if path.suffix == ".toml":
+            how = f"hpcwhirl campaign {path}"
+            msg = f"{path} is the file of a campaign, not its results: {how}"
         raise StoreError(msg) from None
     if not np.array_equal(found, FORMAT):
         file.close()
@@ -67,7 +70,7 @@ def opened(path: Path) -> h5py.File:
 
 
 def attribute(value: Any) -> Any:
-    """Return an attribute; a text with bytes that are no letters, escaped."""
+    """Return an attribute; in a text, bytes that are not UTF-8 are escaped."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
@@ -84,7 +87,7 @@ def words_in(
     Parameters
     ----------
     file, name : group and variable
-    cases : of which
+    cases : to read
 
     Raises
     ------
@@ -100,9 +103,9 @@ def words_in(
 
 
 class Results:
-    """A results file: `results[name]` is a column, read when it is asked for.
+    """A results file: `results[name]` is a column, read on access.
 
-    The file is opened once: rows and traces are of one file, whoever replaces it.
+    The file is opened once, so that rows and traces belong together.
 
     Parameters
     ----------
@@ -112,9 +115,9 @@ class Results:
     Attributes
     ----------
     path : of the file
-    file : itself, open until it is closed or forgotten
+    file : the open file
     attrs : root attributes
-    kept : names of the traces there are; empty for `summary`
+    kept : names of the traces in the file; empty for `summary`
     """
 
     def __init__(self, place: Path) -> None:
@@ -191,7 +194,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return the finished cases, those alike but for speed together, by speed."""
+        """Return the finished cases in groups that differ in speed alone, by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -234,7 +237,7 @@ class Results:
         Parameters
         ----------
         cases : that gave a result, ascending
-        names : of the traces wanted, all of them kept
+        names : traces to read, all of them in `kept`
         """
         if not len(cases):  # there may be no traces at all
             return
@@ -251,7 +254,7 @@ class Results:
                     yield case, {"time": time} | own
 
     def digest(self) -> str:
-        """Return a digest of rows and thresholds: another one after `classify`."""
+        """Return a digest of rows and thresholds, which `classify` changes."""
         found = hashlib.sha256()
         for name in sorted(n for n in ROW | STATUS | SHARE if n in self):
             found.update(self[name].tobytes())
@@ -261,7 +264,7 @@ class Results:
 
 
 class Rows(Sequence[Row]):
-    """Rows of columns, {name: (cases,)}, each made when it is asked for."""
+    """Rows of columns, {name: (cases,)}, each made on access."""
 
     def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
         self.columns = columns
@@ -282,7 +285,7 @@ class Rows(Sequence[Row]):
 
 
 def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
-    """Yield runs of neighbours that span at most `most` cases."""
+    """Yield groups of consecutive cases that span at most `most` cases."""
     block: list[int] = []
     for case in cases:
         if block and (case - block[0] >= most or case - block[-1] > 2):

@@ -1,4 +1,4 @@
-"""Which cases are meant: inputs by the names of the TOML or of the file, and values."""
+"""Selection of cases by inputs, named as in the TOML or in the file, and values."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     ----------
     name : a variable, a dotted name, or an ending of one that is unique in `known`
     known : variables to choose from
-    what : they are, for the message
+    what : name for the variables in the message
     """
     among = list(known)
     if name in among:
@@ -59,7 +59,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
 
 
 def value_text(value: Any) -> str:
-    """Return a value as one writes it in a setting: the fewest digits that tell it."""
+    """Return a value as in a setting, with the fewest digits that identify it."""
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
     return str(value)
@@ -76,7 +76,7 @@ def where(
     ----------
     settings : such as ``speed=410``
     columns : {variable: (cases,)} of the inputs that may be named
-    option : for messages
+    option : its name, for messages
     """
     admitted: dict[str, Mask] = {}
     for text in settings:
@@ -147,7 +147,7 @@ def _same_text(value: str, raw: str) -> bool:
 
 
 def _nearest(values: NDArray[Any], wanted: float) -> str:
-    """Return all values of an input if few, else the nearest to the one wanted."""
+    """Return a text of all values of an input if few, else of the nearest ones."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) <= MOST_SHOWN:
         return "known: " + ", ".join(map(value_text, known))

@@ -1,4 +1,4 @@
-"""The words that cases go by, and what their twins say of them."""
+"""The words of cases, and shares of their twins with each word."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ for _word in REGIMES:
 
 
 def words_of(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word of `SHOWN` that each case goes by, (cases,).
+    """Return the word of `SHOWN` of each case, (cases,).
 
-    `scene.words.word_of` does it for one.
+    See `scene.words.word_of` for one case.
     """
     named = np.where(regime == "none", "unstable", regime)
     named = np.where(np.isin(outcome, NO_REGIME), outcome, named)
@@ -58,7 +58,7 @@ def interval(count: int, total: int) -> tuple[float, float, float]:
 
     Parameters
     ----------
-    count, total : how many of how many independent ones
+    count, total : number of successes, and of independent trials
     """
     from scipy.stats import binomtest
 
@@ -92,8 +92,8 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
 def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]:
     """Return the word that most of a case and its twins have, as it is stored.
 
-    Where others are as many as those of the case's own word, that counts; where it is
-    not among the most frequent, the first of them in the order of `ENUMS`.
+    In a tie the case's own word wins; if it is not among the most frequent, the first
+    of them in the order of `ENUMS` does.
     """
     known = ENUMS[MAJORITY]
     votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])

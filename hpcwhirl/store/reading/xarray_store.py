@@ -1,7 +1,6 @@
-"""A results file for xarray, opened once: all groups are of one file.
+"""A results file for xarray, opened once, so that all groups are of one file.
 
-By its name each group would be opened anew, and be of another file where it has been
-replaced meanwhile.
+Opened by name, each group could belong to another file, if that was replaced meanwhile.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ class _OneFile(FileManager[Any]):
 
 
 def groups_of(path: Path, known: list[str]) -> dict[str, xarray.Dataset]:
-    """Return the root, by "", and those of the groups that there are, undecoded.
+    """Return {"": root, name: group} of the existing groups, undecoded.
 
     Closing the root closes the file.
 

@@ -1,1 +1,1 @@
-"""`results.h5`: what it will hold, and how it is written whole."""
+"""Writing `results.h5`: its contents, layout and gathering."""

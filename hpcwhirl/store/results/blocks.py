@@ -1,4 +1,4 @@
-"""Cases in blocks: their columns and traces as arrays, a bounded number of bytes."""
+"""Columns and traces of cases as arrays, in blocks of bounded size."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ MISSING = {"status": "missing", "message": "not computed yet"}  # without a reco
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
-    """Return the ranges of cases that a rank writes, as many for every rank.
+    """Return the ranges of cases that a rank writes, the same number for every rank.
 
-    Shares are contiguous and differ by a case at most; who has less than others gets
-    empty ranges at the end.
+    Shares are contiguous and differ by at most one case; missing ranges are empty.
     """
     starts = [r * cases // size for r in range(size + 1)]
     rounds = -(-max(b - a for a, b in pairwise(starts)) // block)
@@ -47,7 +46,7 @@ def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
 
 
 def block_size(contents: Contents) -> int:
-    """Return the cases of a block."""
+    """Return the number of cases of a block."""
     each = max(contents.bytes_of_traces(), 1)
     return max(1, min(MOST_CASES, MOST_BYTES // each))
 
@@ -73,7 +72,7 @@ def read_block(contents: Contents, cases: range) -> Block:
 
 
 def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
-    """Tell of cases without a record that they are missing; without a row, inputs."""
+    """Mark cases without a record as missing; fill in inputs of those without a row."""
     none = np.ones((2, len(cases)), dtype=bool)
     for at, rows in parts:
         none[0, at], none[1, at] = False, ~rows.has_any("row")
@@ -157,7 +156,7 @@ def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
 def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
     """Return the columns of a table of so many cases, as they are stored.
 
-    of : before the names of its fields, but for those of a record itself
+    of : prefix of the names of its fields; "" for those of a record itself
     """
     out: Block = {}
     for name, quantity in table.items():

@@ -5,11 +5,11 @@
   `level`, `state` (even: words alike; mixed; speckle) and whether its corners are
   `confirmed`. Attributes: what is refined (`over`), on which `scale`, by which `words`,
   and how many cases a budget has left out (`dropped`).
-- `boundaries`: points near which words change, by the names of the refined inputs: the
-  middles of edges, somewhere within which, `low` ... `high` of the input `along` which
-  they lie, words change, see `refinement.boundary.Boundaries`; `line_begin` and
-  `line_end` are the points that lines join, where two inputs are refined. Attributes
-  tell by which words, `classify` writes them anew.
+- `boundaries`: points at which words change, coordinates named as the refined inputs. A
+  point is the middle of an edge between two cases with different words, at `low` and
+  `high` of the input `along`, see `refinement.boundary.Boundaries`. If two inputs are
+  refined, `line_begin` and `line_end` are the points that lines join. An attribute has
+  the words that count; `classify` writes this group again.
 """
 
 from __future__ import annotations
@@ -61,15 +61,16 @@ TOLD = {
 
 @dataclass(frozen=True)
 class Refined:
-    """What the map of a refined campaign needs beside its cases.
+    """Cells and boundaries of a refined campaign, for its map.
 
     Attributes
     ----------
     over : variables of the refined inputs
-    scale : of each, "linear" or "log"
-    cells : not split
+    scale : "linear" or "log" for each
+    cells : cells that are not split
     panel_of : (cases,), panel of each case
     last : {refined input: (cases,)}, whether a case has the last value of it
+    by : the kind of word that changes at the boundaries
     at : {refined input: (p,)}, points of boundaries
     panel : (p,), of each point
     lines : (s, 2), points that lines join
@@ -80,13 +81,14 @@ class Refined:
     cells: Cells
     panel_of: NDArray[np.int64]
     last: dict[str, NDArray[np.bool_]]
+    by: str
     at: dict[str, NDArray[np.float64]]
     panel: NDArray[np.int64]
     lines: NDArray[np.int64]
 
 
 def cells_of(plan: Manifest) -> Cells | None:
-    """Return the cells of a plan that are not split; None of a plan without any."""
+    """Return the cells of a plan that are not split; None if it is not refined."""
     if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return None
     row = {address: number for number, address in enumerate(plan.addresses)}
@@ -138,7 +140,7 @@ def define_cells(
     plan: Manifest,
     rows: Mapping[str, NDArray[Any]],
 ) -> None:
-    """Write both groups, small and known before any case is read again.
+    """Write both groups, whose content is known before cases are read.
 
     Parameters
     ----------
@@ -169,19 +171,26 @@ def _define_boundaries(
     cells: Cells,
     rows: Mapping[str, NDArray[Any]],
 ) -> None:
-    told = {n: _text(file[CELLS].attrs[n]) for n in ("over", "scale", "words")}
-    over = told["over"].split()
-    cases = Cases(
-        np.array([rows[name] for name in over], dtype=float),
-        told["scale"].split(),
-        _words(rows, told["words"]),
+    by = _text(file[CELLS].attrs["words"])
+    found = boundaries_of(cells, _cases(file, rows, by))
+    group = file.create_group(BOUNDARIES)
+    group.attrs["words"] = utf8(by)
+    over, dotted = (_list(file, name) for name in ("over", "over_dotted"))
+    _put_points(group, found, over, dotted)
+
+
+def _cases(file: h5py.File, rows: Mapping[str, NDArray[Any]], by: str) -> Cases:
+    """Return the cases of a refined campaign with their words of the kind `by`."""
+    return Cases(
+        np.array([rows[name] for name in _list(file, "over")], dtype=float),
+        _list(file, "scale"),
+        _words(rows, by),
         np.asarray(rows["fidelity"]),
     )
-    found = boundaries_of(cells, cases)
-    group = file.create_group(BOUNDARIES)
-    group.attrs["words"] = utf8(told["words"])
-    dotted = _text(file[CELLS].attrs["over_dotted"]).split()
-    _put_points(group, found, over, dotted)
+
+
+def _list(file: h5py.File, name: str) -> list[str]:
+    return _text(file[CELLS].attrs[name]).split()
 
 
 def _put_points(
@@ -236,7 +245,7 @@ def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
 
 
 def write_boundaries(file: h5py.File) -> None:
-    """Find the boundaries of other words, and whether cells are mixed by them.
+    """Find the boundaries for new words, and which cells are mixed by them.
 
     Parameters
     ----------
@@ -244,40 +253,53 @@ def write_boundaries(file: h5py.File) -> None:
     """
     if CELLS not in file:
         return
+    cells, rows = _mixed_by(file, _text(file[CELLS].attrs["words"]))
+    file[CELLS]["state"][:] = cells.state
+    del file[BOUNDARIES]
+    _define_boundaries(file, cells, rows)
+
+
+def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
+    """Return the cells, mixed where words of their corners differ, and the rows.
+
+    by : "regime", "whirl" or "both"
+    """
     group = file[CELLS]
     own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
     names = [n for n in ("status", "outcome", "regime", "whirl") if n in ENUMS]
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
-    over = _text(group.attrs["over"]).split()
-    rows |= {name: file[name][:] for name in (*over, "fidelity")}
-    word = _words(rows, _text(group.attrs["words"]))
-    known = np.where(own["corner"] < 0, "", word[own["corner"]])
+    rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity")}
+    known = np.where(own["corner"] < 0, "", _words(rows, by)[own["corner"]])
     differ = [len(set(each.tolist()) - {""}) > 1 for each in known]
     still = own["state"] == STATES.index("speckle")
     own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
-    group["state"][:] = own["state"]
-    del file[BOUNDARIES]
-    _define_boundaries(file, Cells(**own), rows)
+    return Cells(**own), rows
 
 
-def read_refined(path: Path) -> Refined | None:
-    """Return the cells and boundaries of a results file; None where it has none."""
+def read_refined(path: Path, by: str = "") -> Refined | None:
+    """Return the cells and boundaries of a results file; None where it has none.
+
+    by : kind of word, "regime" or "whirl", of the boundaries; "": the one by which
+        cells were split
+    """
     with reading(path), h5py.File(path, "r") as file:
         if CELLS not in file:
             return None
-        group, lines = file[CELLS], file[BOUNDARIES]
-        over = _text(group.attrs["over"]).split()
-        names = ("corner", "panel", "level", "state", "confirmed")
-        joined = np.column_stack([lines["line_begin"][:], lines["line_end"][:]])
+        over = _list(file, "over")
+        by = by or _text(file[CELLS].attrs["words"])
+        cells, rows = _mixed_by(file, by)
+        found = boundaries_of(cells, _cases(file, rows, by))
+        at = np.array(found.at, dtype=float).reshape(-1, len(over))
         return Refined(
             over,
-            _text(group.attrs["scale"]).split(),
-            Cells(*(group[n][:] for n in names)),
+            _list(file, "scale"),
+            cells,
             file["panel"][:],
-            {name: file[name][:] == file[name][:].max() for name in over},
-            {name: lines[name][:] for name in over},
-            lines["panel"][:],
-            joined,
+            {name: rows[name] == rows[name].max() for name in over},
+            by,
+            dict(zip(over, at.T, strict=True)),
+            np.array(found.panel, dtype=np.int64),
+            np.array(found.lines, dtype=np.int64).reshape(-1, 2),
         )
 
 

@@ -1,4 +1,4 @@
-"""What a results file will hold: the plan, where each record lies, the sizes needed."""
+"""Contents of a future results file: plan, positions of records, sizes of axes."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ class Contents:
     ----------
     folder, plan : the campaign
     journals : each with its header
-    place : (cases, 1 + twins, 2), of each case and its twins: number of the journal,
-        -1 for none, and byte of the record
-    samples : (cases,), of its traces
-    sizes : {axis: most that any case has of it}, of what traces have beside samples
-    kept : names of the traces that any case has, in the order of `TRACES`
+    place : (cases, 1 + twins, 2), for each case and twin: number of the journal, -1 for
+        none, and byte of the record
+    samples : (cases,), number of samples of the traces
+    sizes : {axis: largest size in any case}, axes of traces other than samples
+    kept : names of the traces of any case, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
-    shares : what each rank of each run did
+    shares : use of time of each rank of each run
     columns : {variable: (cases,)}, of the cases of a refined campaign
     found : {variable: (cases,)}, words and refined inputs of the same
-    source : what this was read from, see `current`
+    source : digest of the files read, see `freshness`
     """
 
     folder: Path
@@ -163,14 +163,14 @@ def _begun(folder: Path, say: Callable[[str], None] | None) -> Contents:
 
 
 def _tell_refined(contents: Contents) -> None:
-    """Add what the results of a refined campaign have beside."""
+    """Add the columns of a refined campaign."""
     contents.columns = columns_of(contents.plan)
     if contents.columns:
         contents.found = _spoken(contents)
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return what the boundaries of a refined campaign are found from, by variable."""
+    """Return the columns from which boundaries are found, {variable: (cases,)}."""
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
     for name in kinds:
@@ -187,9 +187,9 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 
 
 class _Index:
-    """Takes in records, the oldest first: of those of one case the last one counts.
+    """Index of records, the oldest first; of one case the last record counts.
 
-    Of a case that was extended it is that of the last stage that gave a result.
+    For an extended case it is that of the last stage with a result.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return where each key stands last, ascending."""
+    """Return the position of the last occurrence of each key, ascending."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 

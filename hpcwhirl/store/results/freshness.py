@@ -1,10 +1,10 @@
-"""Whether `results.h5` holds all that a directory does, without reading its journals.
+"""Whether `results.h5` is up to date, known without reading the journals.
 
-The file tells, in its group `performance`, what it was gathered from: the plan, names,
-sizes and times of the journals, of traces and of what ranks did. Where one of these is
-another by now, or words were given anew, it is to be gathered again. So it is where its
-own size and time are not those of a stamp beside it: something else has written in it.
-A copy of a directory may have other times, which costs a gathering.
+The group `performance` of the file stores what it was gathered from: the plan, and
+names, sizes and times of journals, traces and `runs/`. If one of these has changed, or
+words have, it must be gathered again; so it must if its own size and time differ from
+the stamp beside it, since another program has written to it. A copied directory may
+have other times, which costs one gathering.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PARTS = {"journal": ".log", "traces": ".bin", "runs": ".json"}
 
 
 def source_of(folder: Path) -> str:
-    """Return a digest of what results are gathered from; "" where none can be told."""
+    """Return a digest of the files that results are gathered from, "" if unknown."""
     told = [__version__, *ROW, *STATUS, *PERFORMANCE]
     try:
         told.append(hashlib.sha256(read_regular(folder / NAME)).hexdigest())
@@ -43,7 +43,7 @@ def source_of(folder: Path) -> str:
 
 
 def _told(path: Path) -> str:
-    """Return what tells a file; nothing of an empty one, as runs without work leave."""
+    """Return name, size and time of a file; nothing for an empty file."""
     state = path.stat()
     if not state.st_size:
         return ""
@@ -51,7 +51,7 @@ def _told(path: Path) -> str:
 
 
 def stamp(path: Path) -> None:
-    """Tell beside a results file that it is as gathering wrote it."""
+    """Write the stamp of a results file that has just been gathered."""
     with suppress(WhirlError):  # which costs a gathering
         write_whole(path.parent / "runs" / STAMP, _told(path).encode())
 
@@ -64,12 +64,12 @@ def _is_stamped(path: Path) -> bool:
 
 
 def is_current(path: Path, words: Mapping[str, float]) -> bool:
-    """Return whether a results file is what gathering would write now.
+    """Return whether gathering again would write the same results file.
 
     Parameters
     ----------
     path : `results.h5`
-    words : {root attribute: threshold} by which words are given
+    words : {root attribute: threshold} in use
     """
     try:
         with opened(path) as file:

@@ -1,4 +1,4 @@
-"""Journals and traces to `results.h5`: by one process, or by all through MPI-IO.
+"""Gathering journals and traces into `results.h5`, by one process or by MPI-IO.
 
 Both writers define the same file with the same calls; they differ in who writes which
 cases. Cases are read and written in blocks, so that memory does not grow with their
@@ -55,8 +55,8 @@ def gather(
 ) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
 
-    One at a time does so, and what another writes is waited for: what is published
-    last is what was read last.
+    Processes gather one at a time and wait for each other, so that the file published
+    last was read last.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def gather(
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
         its first. Every rank must call
     compress : level of gzip for traces, 1 to 9; 0 for none
-    asking : who is told what is waited for and left out; the same on every rank
+    asking : options of the claim, see `store.directory.owner.Asking`; the same on
+        every rank
 
     Raises
     ------
@@ -109,13 +110,13 @@ def _begin(
 
 
 def _end(own: Claim, part: Path, final: Path) -> None:
-    """Publish, unless this process was believed dead and another has written since."""
+    """Publish, unless another process has taken over meanwhile."""
     publish(part, final, own.check)
     stamp(final)
 
 
 def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -> Any:
-    """Return what `action` does here; the error of one rank is raised on all."""
+    """Return the value of `action`; an error of one rank is raised on all."""
     value: Any = None
     error: Exception | None = None
     try:
@@ -154,10 +155,10 @@ def _write_file(
 def _blocks(
     contents: Contents, part: Path, comm: Communicator, *, in_step: bool
 ) -> Iterator[tuple[range, Block]]:
-    """Yield what this rank writes; what one cannot read is raised on all of them.
+    """Yield the blocks that this rank writes; an error of one rank is raised on all.
 
-    In step, all have as many blocks at the same time, of no cases where none are left:
-    compressed traces can be written in no other way. Otherwise each goes on by itself.
+    In step, all ranks have the same number of blocks at the same time, empty ones at
+    the end, as compressed traces require. Otherwise each rank goes on by itself.
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -183,8 +184,8 @@ def _raise(error: Exception | None) -> None:
 def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
     """Write the rows `cases` of a variable, which may be none.
 
-    All ranks at once only where they must: in step they wait for one another in every
-    write, hundreds of times, which took longer than the writing.
+    Collective writes are used only if required: ranks wait for each other in each of
+    hundreds of writes, which took longer than the writing itself.
     """
     if not (in_step and data.chunks):
         if len(cases):
@@ -212,10 +213,10 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
 def _or_all_end(
     write: Callable[[], None], part: Path, final: Path, comm: Communicator
 ) -> None:
-    """Write; where a rank among others cannot, end the job, with 75 if it may pass.
+    """Write; if one of several ranks fails, end the job, with 75 if it may pass.
 
     HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
-    for this one in a collective call. Nothing of a campaign is lost: its journals are.
+    for this one in a collective call. Nothing is lost, since the journals exist.
     """
     try:
         write()
@@ -230,7 +231,7 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return why MPI-IO failed, which does not tell: what a byte more would meet."""
+    """Return why MPI-IO failed, by trying to write one more byte."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)
@@ -242,10 +243,10 @@ def _cause(part: Path, failed: Exception) -> Exception:
 def _fitting(
     folder: Path, facts: Mapping[str, str | float] | None, say: Callable[[str], None]
 ) -> Contents:
-    """Return what is to be written; raise before a byte is where there is no room.
+    """Return the contents to write; raise first if the disk has no room for them.
 
-    For MPI-IO, which meets a full disk badly, all of the file with its `facts` is to
-    fit; serially, its values alone. A quota, which no call tells, it meets still.
+    For MPI-IO, which fails badly on a full disk, the whole file with its `facts` must
+    fit; serially, its values alone. A quota cannot be known beforehand.
     """
     contents = contents_of(folder, say)
     size = contents.size

@@ -73,7 +73,7 @@ def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
 
 
 def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis: of values, or of so many numbers from 0."""
+    """Define an axis, of given values or of numbers from 0."""
     if isinstance(values, int):
         values = np.arange(values, dtype="i8")
     axis = group.create_dataset(name, data=values)
@@ -101,7 +101,7 @@ def _define_table(
 
 
 def mark_words(data: h5py.Dataset, name: str) -> None:
-    """Say in the file what the codes of a variable of words mean."""
+    """Write the meanings of the codes of a variable of words."""
     data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
     data.attrs["flag_meanings"] = utf8(" ".join(ENUMS[name]))
 
@@ -129,7 +129,7 @@ def define(
     facts: Mapping[str, str | float],
     compress: int = 0,
 ) -> None:
-    """Define everything that the file will hold; values of cases are still to come.
+    """Define all variables and attributes of the file; values of cases come later.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def _define_head(
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
-    """Define and fill what the ranks of all runs did: few, and known now."""
+    """Define and fill the variables of the ranks' use of time."""
     _axis(group, WORKER, len(shares))
     _define_table(group, group[WORKER], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]
@@ -225,9 +225,8 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
         _axis(file, "time", (1 + np.arange(samples)) * interval)
     else:
         _axis(file, "sample", samples)
-    sizes = {"xy": 2, "component": 2, "phase": 2} | contents.sizes
     for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
-        _axis(file, name, sizes[name])
+        _axis(file, name, contents.sizes[name])
     known = TRACES | {"time": AXES["time"]}
     for name, shape in shapes.items():
         whole = (contents.cases, *shape)
@@ -240,7 +239,7 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return how a trace is stored; a compressed piece is of one case alone."""
+    """Return a trace's chunks and compression in HDF5; a chunk is of one case."""
     if not compress or not all(shape):
         return {}
     samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))

@@ -1,4 +1,4 @@
-"""A user's own variables: what a plan declares of them, and the case that they see."""
+"""Variables of a user's function: their declaration, and the case given to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 
 
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
-    """Return the variables that a plan's user has added, and why a case lacks them."""
+    """Return the user's variables of a plan, and the one for the reason of none."""
     declared = plan.base.get(MEASURE) or {}
     if not declared:
         return {}

@@ -1,4 +1,4 @@
-"""Put other words beside stored evidence, replacing the file whole or not at all."""
+"""Determine words again from stored evidence; the file is replaced atomically."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def relabel(
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
 ) -> Counter[tuple[Word, Word]]:
-    """Name every finished case anew; return how many have which (old, new) words.
+    """Determine the words of every finished case; return {(old, new): cases}.
 
     Parameters
     ----------
     path : `results.h5`
-    name : words of numbers, each (cases,)
-    thresholds : kept as root attributes
-    asking : who is told what is waited for: what another process writes
+    name : function from numbers to words, each (cases,)
+    thresholds : stored as root attributes
+    asking : options of the claim, see `store.directory.owner.Asking`
     """
     opened(path).close()
     try:
@@ -68,7 +68,7 @@ def _renamed(
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words into a results file; return how many have which (old, new)."""
+    """Write new words into a results file; return {(old, new): cases}."""
     with writing(part, "r+") as file:
         changes = _rename(file, name)
         if GROUP in file:
@@ -81,7 +81,7 @@ def _renamed(
 
 
 def _share_anew(file: h5py.File) -> None:
-    """Write the shares of words that twins give by now."""
+    """Write the shares of twins with each word again."""
     own, theirs = (
         words_of(*(words_in(group, n) for n in ("status", "outcome", "regime")))
         for group in (file, file[GROUP])
@@ -94,7 +94,7 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of finished cases, and the tables that say what codes mean."""
+    """Write new words of finished cases, and the meanings of their codes."""
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)

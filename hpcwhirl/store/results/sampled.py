@@ -1,8 +1,7 @@
-"""Drawn inputs in a plan and its results: which case is which draw of which point."""
+"""Drawn inputs in a plan and its results: the draw and the point of each case."""
 
 from __future__ import annotations
 
-import itertools
 import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,19 +25,7 @@ EACH = "each"  # cases at a point, beside what a plan tells
 
 def drawn_axis(plan: Manifest) -> Axis:
     """Return the draws of a plan's first point, which are those of every point."""
-    laws = plan.base[SAMPLE]["inputs"]
-    blocks = plan.table.blocks
-    if blocks and blocks[0] and blocks[0][-1].names == tuple(laws):
-        own = blocks[0][-1]
-        if len(blocks[0]) > 1 or plan.is_arithmetic:
-            return own
-    first = {n: v for n, v in plan.settings[0].items() if n not in laws}
-    found = itertools.takewhile(
-        lambda row: {n: v for n, v in row.items() if n not in laws} == first,
-        plan.settings,
-    )
-    rows = list(found)
-    return Axis(tuple(laws), tuple([row[name] for row in rows] for name in laws))
+    return plan.table.blocks[0][-1]
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
@@ -57,10 +44,10 @@ class Drawn:
     ----------
     method : as in [sample]
     inputs : variables of the drawn inputs
-    swept : variables of the others that were swept
-    point, draw : (cases,), which point of the sweep, and which of its draws a case is
-    each : draws at a point
-    tuned : whether the first of them is no draw, but the tuned engine
+    swept : variables of the other swept inputs
+    point, draw : (cases,), numbers of the point of the sweep, and of the draw there
+    each : number of draws at a point
+    tuned : whether the first of them is the tuned engine instead of a draw
     """
 
     method: str
@@ -73,12 +60,12 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Which of A, B, A with input 0 of B, ... a draw of `saltelli` is, (cases,)."""
+        """Block of each draw of `saltelli`, (cases,): A, B, A with input 0 of B, ..."""
         return self.draw % (len(self.inputs) + 2)
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether a draw shares no number with another one, (cases,)."""
+        """Whether each draw shares no number with another one, (cases,)."""
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)

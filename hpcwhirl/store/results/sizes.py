@@ -1,4 +1,4 @@
-"""How many bytes a campaign will take, from its plan and its samples alone."""
+"""Predicted size of a campaign's files, from its plan and samples."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ def bytes_of(
     Parameters
     ----------
     plan : of the campaign
-    samples : (cases,), of the traces of each case; 0 for `summary`
-    intervals : (cases,), s, between the samples of each case
-    sizes : {axis: most of it}, of what traces have beside samples
+    samples : (cases,), number of samples of each case; 0 for `summary`
+    intervals : (cases,), s, between samples
+    sizes : {axis: largest size}, axes of traces other than samples
     facts : root attributes of the results
     """
     contents = Contents(Path(), plan, sizes=dict(sizes), shares=[ONE_RANK])

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 import tomllib
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import tomli_w
+from common import on_engine
 
 Words = Sequence[str]
 GRID = """
@@ -78,24 +82,11 @@ class Kind:
         text, words = self.before[number] if number is not None else (self.text, None)
         file = place / f"c{zlib.crc32(text.encode())}.toml"
         if not file.exists():
-            file.write_text(_text(text, self.engine))
+            tables = tomllib.loads(text)
+            own = on_engine(self.engine, tables) if self.engine else tables
+            file.write_text(tomli_w.dumps(own))
         out = place / "w" / "out"
         return [w.format(file=file, out=out) for w in words or self.words]
-
-
-def _text(text: str, engine: str) -> str:
-    import tomli_w
-
-    from hpcwhirl.scene import engine_inputs
-
-    tables: dict[str, Any] = tomllib.loads(text)
-    for full, value in engine_inputs(engine).items() if engine else ():
-        *path, last = ("scene." * ("." not in full) + full).split(".")
-        place = tables
-        for table in path:
-            place = place.setdefault(table, {})
-        place[last] = value
-    return tomli_w.dumps(tables)
 
 
 CAMPAIGN = Kind.words
@@ -157,8 +148,6 @@ def command(words: Words, comm: Any) -> Callable[[], int]:
     def call() -> int:
         if words[0] == "measure":
             return _measured(words, comm)
-        import sys
-
         from hpcwhirl.cli import main
 
         sys.argv = ["hpcwhirl", *words]

@@ -7,6 +7,10 @@ const MOST_ACROSS = 6;
 const withUnit = (name, unit) =>
   name.replaceAll("_", " ") + (UNITLESS.has(unit) ? "" : `, ${unit}`);
 
+// An SI unit as it is shown, and the factor to it; conditions and commands stay in SI.
+const unitShown = (unit) => told.shown[unit] ?? [unit, 1];
+const withUnitShown = (name, unit) => withUnit(name, unitShown(unit)[0]);
+
 function cut(text, most) {
   return text.length > most ? `${text.slice(0, most - 1)}…` : text;
 }
@@ -14,18 +18,19 @@ function cut(text, most) {
 const counted = (count) => `${count} ${count === 1 ? "case" : "cases"}`;
 
 // A list by its runs of equal numbers: "21 × 0, 0.01".
-function runsOf(values) {
+function runsOf(values, factor) {
   const runs = [];
   for (const value of values) {
     if (runs.at(-1)?.[1] === value) runs.at(-1)[0] += 1;
     else runs.push([1, value]);
   }
-  return runs.map(([count, v]) => (count > 1 ? `${count} × ${levelText(v)}` : levelText(v))).join(", ");
+  return runs.map(([count, v]) => (count > 1 ? `${count} × ${levelText(v, factor)}` : levelText(v, factor))).join(", ");
 }
 
-function levelText(value) {
-  if (Array.isArray(value)) return runsOf(value) || "none";
-  return typeof value === "number" ? short(value) : String(value);
+// Of an input: `factor` to the unit shown.
+function levelText(value, factor = 1) {
+  if (Array.isArray(value)) return runsOf(value, factor) || "none";
+  return typeof value === "number" ? short(factor * value) : String(value);
 }
 
 // Whether a refined input is logarithmic; undefined of others, whose levels tell.
@@ -40,7 +45,8 @@ const axes = (() => {
     .filter((s) => s.levels.length > 1)
     .map((s) => ({
       name: s.variable,
-      title: withUnit(s.variable, s.unit),
+      title: withUnitShown(s.variable, s.unit),
+      factor: unitShown(s.unit)[1],
       levels: s.levels,
       level: s.level,
       numeric: s.numeric,
@@ -52,7 +58,8 @@ const axes = (() => {
     if (column && !swept.some((s) => s.variable === name && s.levels.length > 1))
       found.push({
         name,
-        title: withUnit(name, column.unit),
+        title: withUnitShown(name, column.unit),
+        factor: unitShown(column.unit)[1],
         levels: [column.value(0)],
         level: () => 0,
         numeric: true,
@@ -91,10 +98,16 @@ function placed(axis) {
       type: log ? "log" : "linear",
       domain: [edges[0], edges.at(-1)],
       label: axis.title,
-      tickFormat: short,
-      ticks: axis.levels.length <= 8 ? axis.levels : undefined,
+      tickFormat: (v) => levelText(v, axis.factor),
+      ticks: axis.levels.length <= 8 ? axis.levels : roundTicks(edges, axis.factor, log),
     },
   };
+}
+
+// Round numbers of the unit shown; of a logarithmic axis the plot's own.
+function roundTicks(edges, factor, log) {
+  if (log) return undefined;
+  return d3.ticks(factor * edges[0], factor * edges.at(-1), 8).map((v) => v / factor);
 }
 
 function placedWords(axis) {
@@ -108,7 +121,7 @@ function placedWords(axis) {
       domain: [-0.5, count - 0.5],
       label: axis.title,
       ticks: d3.range(0, count, step),
-      tickFormat: (j) => cut(levelText(axis.levels[j] ?? ""), 18),
+      tickFormat: (j) => cut(levelText(axis.levels[j] ?? "", axis.factor), 18),
     },
   };
 }

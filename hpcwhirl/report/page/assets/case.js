@@ -12,7 +12,8 @@ function inputsOf(i) {
   return names.map((name) => {
     const { unit, value } = columns.get(name);
     const level = swept.find((s) => s.variable === name)?.value ?? value;
-    return `${name.replaceAll("_", " ")} ${cut(levelText(level(i)), 60)}${UNITLESS.has(unit) ? "" : ` ${unit}`}`;
+    const [shown, factor] = unitShown(unit);
+    return `${name.replaceAll("_", " ")} ${cut(levelText(level(i), factor), 60)}${UNITLESS.has(unit) ? "" : ` ${shown}`}`;
   });
 }
 

@@ -73,7 +73,7 @@ function orbitFigure(record, i, frame, whole) {
     ],
   });
   const milliseconds = short(1e3 * record.step * Math.max(drawn.length - 1, 0));
-  const circled = withGap ? "dashed: the gap" : `the gap, ${short(gap)} ${columns.get("gap").unit}, lies outside`;
+  const circled = withGap ? "dashed: the gap" : `the gap, ${short(factor * gap)} ${unit}, lies outside`;
   return figureOf(
     `Orbit, ${frame} frame`, plot,
     `last ${milliseconds} ms, ${drawn.length} places ${short(1e3 * record.step)} ms apart; ` +

@@ -30,7 +30,7 @@ function drawChoosers() {
     choice[key] = value;
     drawAll();
   };
-  const colours = [["regime", "regime"], ["whirl", "whirl"], ...numbersToColour.map((c) => [c.name, withUnit(c.name, c.unit)])];
+  const colours = [["regime", "regime"], ["whirl", "whirl"], ...numbersToColour.map((c) => [c.name, withUnitShown(c.name, c.unit)])];
   element("choosers").replaceChildren(
     chooser("across", "choose-x", names, choice.x, set("x")),
     chooser("up", "choose-y", names, choice.y, set("y")),
@@ -38,7 +38,7 @@ function drawChoosers() {
     chooser("panels down", "choose-down", panels, choice.down, set("down")),
     chooser("colour", "choose-colour", colours, choice.colour, set("colour")),
     ...leftOver(choice).map((axis) =>
-      chooser(`at ${axis.title} =`, `at-${axis.name}`, [["all", "all"], ...axis.levels.map((v, j) => [j, cut(levelText(v), 30)])],
+      chooser(`at ${axis.title} =`, `at-${axis.name}`, [["all", "all"], ...axis.levels.map((v, j) => [j, cut(levelText(v, axis.factor), 30)])],
         at[axis.name], (value) => {
           at[axis.name] = value;
           drawAll();
@@ -61,7 +61,12 @@ function drawAll() {
   state.drawn = plot;
   state.cells = d3.group(cellsOf(plot), (cell) => Number(cell.dataset.case));
   drawLegend(colour);
-  if (refined) element("legend").append(textElement("span", "black: boundary · white dots: speckle, where words are chance"));
+  const unsure = state.shown.filter(isUnsure).length;
+  const notes = [
+    ...(refined ? [`black: boundary of ${choice.colour === "whirl" ? "whirl" : "regimes"}`, "white dots: speckle, where words are chance"] : []),
+    ...(unsure ? [`pale: fewer than ${short(100 * told.sure)} % of twins have its word, ${counted(unsure)}`] : []),
+  ];
+  if (notes.length) element("legend").append(textElement("span", notes.join(" · "), "notes"));
   fade();
   mark();
   tellShown();
@@ -94,7 +99,7 @@ function drawLegend(colour) {
 
 function tellShown() {
   const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
-  const where = fixed.map((axis) => `${axis.title} = ${levelText(axis.levels[at[axis.name]])}`).join(", ");
+  const where = fixed.map((axis) => `${axis.title} = ${levelText(axis.levels[at[axis.name]], axis.factor)}`).join(", ");
   const some = state.shown.length < COUNT ? `${state.shown.length} of ${counted(COUNT)}` : counted(COUNT);
   element("shown").textContent = `${some}${where ? ` at ${where}` : ""}. Click a cell, or use the arrow keys.`;
 }
@@ -218,7 +223,7 @@ mapPlace.addEventListener("pointermove", (event) => {
   if (tip.hidden) return;
   const i = Number(caseAt(event));
   const column = columns.get(choice.colour);
-  const number = column && !column.isWord ? `\n${withUnit(choice.colour, column.unit)}: ${short(column.value(i))}` : "";
+  const number = column && !column.isWord ? `\n${withUnitShown(choice.colour, column.unit)}: ${levelText(column.value(i), unitShown(column.unit)[1])}` : "";
   tip.textContent = `case ${i}: ${wordsOf(i)}\n${inputsOf(i).map((t) => cut(t, 60)).join("\n")}${number}`;
   const right = event.clientX > innerWidth - 320;
   tip.style.left = `${event.clientX + (right ? -tip.offsetWidth - 12 : 14)}px`;
@@ -237,10 +242,12 @@ const LISTS = {
   all: ["all", () => true],
   failed: ["without a regime", (i) => ["failed", "missing", ...NO_REGIME].includes(words.own[i])],
   undecided: ["undecided", (i) => words.own[i] === "undecided"],
+  unsure: ["unsure by twins", isUnsure],
 };
 
 function drawList() {
-  const counts = Object.entries(LISTS).map(([name, [text, keep]]) => {
+  const lists = Object.entries(LISTS).filter(([name]) => name !== "unsure" || told.sure);
+  const counts = lists.map(([name, [text, keep]]) => {
     const button = textElement("button", `${text} (${CASES.filter((i) => keep(i) && state.matches(i)).length})`);
     button.type = "button";
     button.dataset.list = name;
@@ -253,6 +260,7 @@ function drawList() {
     return button;
   });
   const list = CASES.filter((i) => state.matches(i) && LISTS[state.list][1](i));
+  if (state.list === "unsure") list.sort((a, b) => valueOf("word_share", a) - valueOf("word_share", b));
   const csv = textElement("button", "Save these as CSV");
   csv.type = "button";
   csv.id = "csv";
@@ -360,10 +368,10 @@ function drawHead() {
   element("title").textContent = `${told.engine}: ${counted(COUNT)}`;
   const over = swept.filter((s) => s.levels.length > 1).map((s) => `${s.levels.length} × ${s.name}`).join(", ");
   element("lead").textContent = [
-    over || "nothing is swept", `results of ${told.facts.created ?? "unknown time"}`,
+    over || "nothing is swept", told.fixed.join(", "), `results of ${told.facts.created ?? "unknown time"}`,
     `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
     ...(told.twins ? [`coloured by most of twins and case; ${told.twins}`] : []),
-  ].join(" · ");
+  ].filter(Boolean).join(" · ");
   element("preset").hidden = !told.facts.preset;
   if (told.facts.preset) tellPreset(told.facts.preset, told.facts.preset_loses);
   const others = otherwiseNamed().length;

@@ -9,7 +9,8 @@ function colouring(name, shown) {
   if (name === "regime") return { ...byWords((i) => words.shown[i], told.looks, shown), letter: letters };
   if (name === "whirl") return { ...byWords((i) => words.whirl[i], told.whirls, shown), isWhirl: true };
   const column = columns.get(name);
-  const title = withUnit(name, column.unit);
+  const title = withUnitShown(name, column.unit);
+  const factor = unitShown(column.unit)[1];
   const numbers = shown.map((i) => column.value(i)).filter(Number.isFinite);
   const [low, high] = d3.extent(numbers);
   if (low === undefined) return byWords((i) => words.shown[i], told.looks, shown);
@@ -23,7 +24,7 @@ function colouring(name, shown) {
   return {
     fill,
     ink: (i) => (d3.lab(fill(i)).l > 55 ? "#000" : "#fff"),
-    legend: () => Plot.legend({ color: { ...scale, label: title }, width: 320, tickFormat: short }),
+    legend: () => Plot.legend({ color: { ...scale, label: title }, width: 320, tickFormat: (v) => levelText(v, factor) }),
   };
 }
 
@@ -127,14 +128,14 @@ function facetsOf(choice) {
     scales[key] = {
       domain: d3.range(axis.levels.length),
       label: axis.title,
-      tickFormat: (j) => cut(levelText(axis.levels[j]), MOST_WORD),
+      tickFormat: (j) => cut(levelText(axis.levels[j], axis.factor), MOST_WORD),
     };
   }
   return { facet, scales };
 }
 
 const longest = (axis) =>
-  d3.max(axis.levels, (level) => cut(levelText(level), MOST_WORD).length);
+  d3.max(axis.levels, (level) => cut(levelText(level, axis.factor), MOST_WORD).length);
 
 // Draw into `frame`; returns {plot, colour} with `data-case` on every cell.
 function drawMap(frame, choice, shown) {
@@ -166,6 +167,7 @@ function drawMap(frame, choice, shown) {
     cell.dataset.case = i;
     cell.dataset.word = words.shown[i];
     cell.dataset.whirl = words.whirl[i];
+    cell.classList.toggle("unsure", isUnsure(i));
   }
   return { plot, colour, refined: Boolean(refined) };
 }

@@ -50,8 +50,9 @@ function speckleDots(boxes) {
 }
 
 // Boundaries of what is on the axes: lines of two refined inputs, bars of one.
-function boundaryLines(shown, x, y) {
-  const { over, at, points, lines, panelOf } = told.refined;
+function boundaryLines(shown, x, y, of) {
+  const { over, panelOf, boundaries } = told.refined;
+  const { at, points, lines } = boundaries[of] ?? boundaries.regime;
   const first = new Map(shown.map((i) => [panelOf[i], i]).reverse());
   const known = (p) => first.has(points[p]);
   if (over.length === 2 && isRefined(x) && isRefined(y))
@@ -79,7 +80,7 @@ function refinedMarks(shown, x, y, facet, colour) {
       ...of, x: "x", y: "y", text: () => "•", fontSize: boxes.length < MOST_LARGE ? 9 : 6, fill: "#fff",
       stroke: "#0006", strokeWidth: 1, pointerEvents: "none",
     }),
-    Plot.link(boundaryLines(shown, x, y), {
+    Plot.link(boundaryLines(shown, x, y, colour.isWhirl ? "whirl" : "regime"), {
       ...of, ...ends, stroke: "#000", strokeWidth: 1.2, pointerEvents: "none",
     }),
   ];

@@ -8,7 +8,7 @@ function drawTable(place, list, { page, chosen, choose, turn }) {
   const table = document.createElement("table");
   table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
   const head = table.createTHead().insertRow();
-  for (const name of ["case", ...swept.map((s) => withUnit(s.variable, s.unit)), "words", "message, or what stands in the way"]) {
+  for (const name of ["case", ...swept.map((s) => withUnitShown(s.variable, s.unit)), "words", "message, or what stands in the way"]) {
     const cell = textElement("th", name);
     cell.scope = "col";
     head.append(cell);
@@ -36,7 +36,7 @@ function tableRow(i, chosen, choose) {
   button.addEventListener("click", () => choose(i));
   const first = document.createElement("td");
   first.append(button);
-  row.append(first, ...swept.map((s) => textElement("td", cut(levelText(s.value(i)), 40))));
+  row.append(first, ...swept.map((s) => textElement("td", cut(levelText(s.value(i), unitShown(s.unit)[1]), 40))));
   const note = told.messages[i] ?? (words.own[i] === "undecided" ? nearest(i) : "");
   row.append(textElement("td", wordsOf(i)), textElement("td", note));
   return row;

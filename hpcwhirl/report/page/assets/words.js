@@ -54,6 +54,9 @@ function byMajority(own, i, moved) {
   return moved || most === "none" ? own : most;
 }
 
+// Whether too few twins have the word of a case.
+const isUnsure = (i) => (columns.get("word_share")?.value(i) ?? NaN) < told.sure;
+
 const words = { shown: [], own: [], whirl: [], outcome: [], regime: [] };
 const stored = {
   outcome: columns.get("outcome").value,

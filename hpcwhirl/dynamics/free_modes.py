@@ -1,0 +1,138 @@
+"""Free motion of modes that the recursion of central differences marches.
+
+See `dynamics.certificate` for its roots; `dynamics.free_waves` is the same of waves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.certificate import roots_of
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels.bodies import TINY
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+SIGNS = (-1.0, 1.0)  # signs in alpha and beta = (A -+ i B) / 2
+
+
+def flushed(values: Floats) -> Floats:
+    """Return values with those below 1e-150 set to zero, as in the kernels."""
+    return np.where(np.abs(values) < TINY, 0.0, values)
+
+
+@dataclass(frozen=True)
+class ModesMotion:
+    """Free motion of a body's modes: q = alpha z^n + beta conj(z)^n.
+
+    Attributes
+    ----------
+    most : (modes,), bounds of |q| at all later steps
+    body : the modes
+    alpha, beta : (modes,), coefficients of the amplitudes q
+    gamma, delta : (modes,), those of the increments d
+    """
+
+    most: Floats
+    body: FreeModes
+    alpha: Complexes
+    beta: Complexes
+    gamma: Complexes
+    delta: Complexes
+
+    def places(self, z: Complexes) -> Complexes:
+        """Return q, (samples, modes); z : (samples, modes), z^n."""
+        return self.alpha * z + self.beta * z.conj()
+
+    def swing(self, rows: Complexes) -> Complexes:
+        """Return the factors (modes, r) of z^n in Re(conj(rows) q), rows (r, modes)."""
+        return (rows.conj() * self.alpha + rows * self.beta.conj()).T
+
+    def increments(self, z: Complexes) -> Complexes:
+        """Return d, (samples, modes); z : (samples, modes), z^n."""
+        return self.gamma * z + self.delta * z.conj()
+
+    def energies(self, z: Complexes) -> Floats:
+        """Return the energy of all modes, (samples,), J, as `modal_energy` defines it.
+
+        z : (samples, modes), z^n
+        """
+        a, b, c, d = self.alpha, self.beta, self.gamma, self.delta
+        kinetic, strain = 0.5 / self.body.step**2, 0.5 * self.body.omega**2
+        steady = kinetic * (np.abs(c) ** 2 + np.abs(d) ** 2)
+        steady += strain * (np.abs(a) ** 2 + np.abs(b) ** 2)
+        steady -= strain * (a * c.conj() + b * d.conj()).real
+        beating = 2 * kinetic * c * d.conj() + 2 * strain * a * b.conj()
+        beating -= strain * (a * d.conj() + b.conj() * c)
+        return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
+
+    def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
+        """Set a state to that after `steps` steps; return what its last step loses.
+
+        That step is not booked: this is how the kernel leaves a state. It loses the sum
+        of rates, J/m^2, times squares, m^2, (modes,) each. The ring's amplitudes have
+        turned with the rotating frame.
+
+        steps, step : since the start of the motion, and of the whole march
+        """
+        body = self.body
+        now, before = np.exp(np.outer([steps, steps - 1], body.log))
+        d, old = self.increments(now), self.increments(before)
+        turn, turned = np.exp(1j * np.outer([steps, steps - 1], body.spin))
+        for place, values in (
+            (0, self.places(now) * turn),
+            (1 + (step & 1), d * turn),
+            (2 - (step & 1), old * turned),
+        ):
+            whole = np.zeros(body.size, dtype=complex)
+            whole.real[body.own] = flushed(values.real)
+            whole.imag[body.own] = flushed(values.imag)
+            parts = state.reshape(body.shape)
+            parts[place, :, 0] = whole.real.reshape(body.shape[1::2])
+            if body.phases == 2:
+                parts[place, :, 1] = whole.imag.reshape(body.shape[1::2])
+        return body.rate, np.abs(d + old) ** 2
+
+
+class FreeModes:
+    """Modes of a body in a kernel's state, with real or complex amplitudes.
+
+    Parameters
+    ----------
+    items : (ITEMS, modes), see `kernels.passes`
+    phases, width : the state has shape (3, rows, phases, width), modes = rows width;
+        real amplitudes have one phase
+    step : s
+
+    Attributes
+    ----------
+    own : (m,), indices of the modes that move, of all
+    log, radius : (m,), log z and |z|
+    decays : whether all their free motion dies out
+    """
+
+    def __init__(self, items: Floats, phases: int, width: int, step: float) -> None:
+        self.phases, self.step = phases, step
+        rows = items.shape[1] // max(width, 1)  # a rigid casing has no modes
+        self.shape = passes.ROTOR_STATE, rows, phases, width
+        self.roots = roots_of(items)
+        self.own, self.decays = self.roots.own, self.roots.decays
+        self.log, self.radius = self.roots.log, self.roots.radius
+        self.size = items.shape[1]
+        self.omega, self.rate = items[[passes.OMEGA, passes.RATE]][:, self.own]
+        self.spin = items[passes.SPIN][self.own] * step
+
+    def motion(self, state: Floats, step: int) -> ModesMotion:
+        """Return the free motion from an ended state; step : its number."""
+        parts = state.reshape(self.shape)
+        both = parts[:, :, 0] + 1j * (parts[:, :, 1] if self.phases == 2 else 0.0)
+        values = both.reshape(passes.ROTOR_STATE, self.size)[:, self.own]
+        q, d = values[0], values[1 + (step & 1)]
+        a, b = self.roots.waves(q, d)
+        pairs = (a, b), self.roots.increments(q, d)
+        halves = [0.5 * (x + sign * 1j * y) for x, y in pairs for sign in SIGNS]
+        most = np.hypot(np.abs(a), np.abs(b))
+        return ModesMotion(most, self, *halves)

@@ -1,0 +1,376 @@
+"""The terms of rotation of a rotor by nodal diameter, and of a rotor from file.
+
+In the real modes of equal sectors, phases 0 and 1 of x = q_0 + i q_1, a matrix is
+[[H_r, -H_i], [H_i, H_r]] on each nodal diameter, H Hermitian or skew-Hermitian, and
+couples no two of them. What it has besides is the deviation of the sectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.cyclic import Complexes, diameters, is_simple, spread
+from hpcwhirl.reduction.modes import (
+    SUSPENSION_SHARE,
+    ModalModel,
+    Spin,
+    SpinBlock,
+    Symmetry,
+    centre_rows,
+)
+from hpcwhirl.reduction.supports import Support
+from hpcwhirl.store.models.engine_file import (
+    AT_SPEEDS,
+    BY_PARTS,
+    Given,
+    are_two_ways,
+    missing_terms,
+)
+
+Floats = NDArray[np.float64]
+FEWEST = 3  # blades with which waves have a direction
+SYMMETRIC = 1e-9  # largest part of the wrong symmetry, over the largest entry
+RIGID = 0.01  # largest relative miss of the inertia of a translation
+TINY = 1e-300
+
+
+def with_blocks(model: ModalModel, blades: int) -> ModalModel:
+    """Return a rotor of equal sectors with the blocks of its spin, see `SpinBlock`."""
+    spin = model.spin
+    if spin is None or not model.cyclic or blades < FEWEST:
+        return model
+    turned = _modal(model, spin)
+    tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
+    hub, blocks = centre_rows(model, blades), []
+    for k, members in _members(model, blades):
+        first, simple = members[0], is_simple(k, blades)
+        waves = spread(k, blades)
+        z = np.einsum("jp,jcm->pcm", waves, tips[:, :, first])
+        rows = z[0] + 0j if simple else z[0] + 1j * z[1]
+        moved = hub[0, first] - 1j * hub[1, first]
+        quartic = turned.quartic
+        blocks.append(
+            SpinBlock(
+                k,
+                simple,
+                model.omega[first],
+                np.asarray(rows),
+                np.asarray(moved if k == 1 else 0 * moved),
+                _block(turned.coriolis, members, skew=True),
+                _block(turned.stiffening, members),
+                None if quartic is None else _block(quartic, members),
+            )
+        )
+    return replace(model, spin=replace(spin, waves=tuple(blocks)))
+
+
+def _modal(model: ModalModel, spin: Spin) -> Spin:
+    """Return the terms in a rotor's modes at rest."""
+    shapes = model.shapes
+    return Spin(
+        shapes.T @ spin.coriolis @ shapes,
+        shapes.T @ spin.stiffening @ shapes,
+        shapes.T @ spin.load,
+        None if spin.quartic is None else shapes.T @ spin.quartic @ shapes,
+    )
+
+
+def _members(
+    model: ModalModel, blades: int
+) -> Iterator[tuple[int, list[NDArray[np.intp]]]]:
+    """Yield (k, modes of each phase, by rank) of each nodal diameter."""
+    for k in diameters(blades):
+        own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
+        parts = [np.flatnonzero(part) for part in own]
+        yield (
+            k,
+            [part[np.argsort(model.rank[part])] for part in parts if len(part)]
+            or [parts[0]],
+        )
+
+
+def _block(
+    matrix: Floats, members: list[NDArray[np.intp]], *, skew: bool = False
+) -> Complexes:
+    """Return H (m, m) of a matrix in real modes."""
+    parts = [[matrix[np.ix_(a, b)] for b in members] for a in members]
+    real, imag = parts[0][0], np.zeros_like(parts[0][0])
+    if len(members) == 2:
+        real, imag = (real + parts[1][1]) / 2, (parts[1][0] - parts[0][1]) / 2
+    out, sign = real + 1j * imag, -1.0 if skew else 1.0
+    return np.asarray((out + sign * out.conj().T) / 2)
+
+
+def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalModel:
+    """Return a rotor as one of equal sectors if its terms of rotation allow it.
+
+    Parameters
+    ----------
+    regular : the rotor from `recognise.equal_sectors`
+    given : the rotor as the file has it, which is returned where a term differs more
+    blades : N
+    """
+    symmetry = regular.symmetry
+    if given.spin is None or not regular.cyclic or symmetry is None:
+        return regular
+    whole = with_blocks(regular, blades)
+    size, what = _coupled(whole, given, blades)
+    if not size <= symmetry.tolerance:
+        where = f"{what}, with rotation full"
+        return replace(given, symmetry=Symmetry(size, symmetry.tolerance, where))
+    if size > symmetry.deviation:
+        where = f"{what}, with rotation full"
+        whole = replace(whole, symmetry=Symmetry(size, symmetry.tolerance, where))
+    return whole
+
+
+def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
+    """Return the largest relative deviation of the terms of rotation, and its name.
+
+    Of modes i and j, relative to their masses (C), to sqrt(A_ii A_jj), at least a mass
+    of each (K_1), or as a change of their frequencies (K_2). Modes that recognition
+    left out must not be coupled to those kept.
+    """
+    if model.spin is None or given.spin is None:
+        raise TypeError(model)
+    own, rest = _modal(model, model.spin), _left_out(model, given)
+    across = {
+        name: np.abs(model.shapes.T @ getattr(given.spin, name) @ rest).max(initial=0.0)
+        for name in ("coriolis", "stiffening")
+    }
+    pure = [np.zeros_like(own.coriolis) for _ in range(3)]
+    for piece, (_, members) in zip(
+        model.spin.waves, _members(model, blades), strict=True
+    ):
+        for out, block in zip(
+            pure, (piece.coriolis, piece.stiffening, piece.quartic), strict=True
+        ):
+            if block is not None:
+                _spread_block(out, block, members)
+    still = np.abs(own.load[model.diameter != 0]).max(initial=0.0)
+    found = {
+        "Coriolis matrix": max(
+            float(np.abs(own.coriolis - pure[0]).max()), float(across["coriolis"])
+        ),
+        "stiffening": max(
+            float(np.abs(_scaled(own.stiffening, pure[1])).max()),
+            float(across["stiffening"]),
+        ),
+        "centrifugal load": still / max(float(np.abs(own.load).max()), TINY),
+    }
+    if own.quartic is not None:  # at twice the first frequency, of that of each mode
+        omega = np.maximum(model.omega, model.omega[model.omega > 0.0].min())
+        square = (2.0 * float(omega.min())) ** 2
+        miss = np.abs(own.quartic - pure[2]) * square**2 / np.outer(omega, omega)
+        found["stiffening by Omega^4"] = float(miss.max()) / 2
+    what = max(found, key=lambda name: found[name])
+    return found[what], what
+
+
+def _left_out(model: ModalModel, given: ModalModel) -> Floats:
+    """Return the file's modes, less their parts within a rotor's modes, (n, m)."""
+    if len(model.omega) == len(given.omega):
+        return np.zeros((len(given.shapes), 0))
+    within = model.shapes @ (model.shapes.T @ (given.mass @ given.shapes))
+    return np.asarray(given.shapes - within)
+
+
+def _scaled(matrix: Floats, pure: Floats) -> Floats:
+    size = np.sqrt(np.maximum(np.abs(np.diag(pure)), 1.0))
+    return np.asarray((matrix - pure) / np.outer(size, size))
+
+
+def _spread_block(
+    out: Floats, block: Complexes, members: list[NDArray[np.intp]]
+) -> None:
+    """Set the entries of a real matrix, in modes, from a block H."""
+    parts = {(0, 0): block.real, (1, 1): block.real, (0, 1): -block.imag,
+             (1, 0): block.imag}  # fmt: skip
+    for (a, b), part in parts.items():
+        if max(a, b) < len(members):
+            out[np.ix_(members[a], members[b])] = part
+
+
+def standing_damping(
+    model: ModalModel, blades: int, ratio: float, suspension: float
+) -> float:
+    """Return c_s, N s/m: static damping that gives the suspension its ratio at rest.
+
+    Parameters
+    ----------
+    model : rotor at rest
+    blades : N
+    ratio, suspension : xi of all modes, and of the suspension in total
+    """
+    top = int(np.argmax(model.centre_share))
+    if suspension <= ratio or not model.centre_share[top] > SUSPENSION_SHARE:
+        return 0.0
+    moved = float((centre_rows(model, blades)[:, top] ** 2).sum())
+    return 2 * (suspension - ratio) * float(model.omega[top]) / moved
+
+
+def spin_of(given: Given) -> Spin:
+    """Return the terms of rotation that a file has, in its own coordinates.
+
+    Raises
+    ------
+    InputError
+        where terms are not what the layout says
+    """
+    count = len(given["mass"])
+    if given["centrifugal_load"].shape != (count,):
+        size = given["centrifugal_load"].shape
+        raise given.wrong("centrifugal_load", f"be {(count,)}", size)
+    supports = given.arrays.get("centre_damping", np.zeros(1))
+    if supports.shape != (1,) or not supports[0] >= 0.0:
+        raise given.wrong("centre_damping", "be one number >= 0 N s/m", supports)
+    names = AT_SPEEDS[1:] if "speeds" in given else BY_PARTS
+    terms = {name: _checked(given, name) for name in names}
+    if "speeds" in given:
+        terms["speeds"] = given["speeds"]
+    first, quartic = stiffness_terms(given["stiffness"], terms)
+    return Spin(
+        _checked(given, "coriolis", skew=True),
+        first,
+        given["centrifugal_load"],
+        quartic,
+        support=Support(damping=complex(supports[0])),
+    )
+
+
+def check_terms(given: Given) -> None:
+    """Refuse a file without all terms of rotation, or with both kinds of stiffness."""
+    if are_two_ways(given.arrays):
+        raise given.refusal(
+            f"has rotor/{AT_SPEEDS[0]} or {AT_SPEEDS[1]} and rotor/{BY_PARTS[0]} or "
+            f"{BY_PARTS[1]}: stiffness at two speeds, or its two parts, but not both"
+        )
+    missing = [name for name in ("mass", "stiffness") if name not in given]
+    missing += missing_terms(given.arrays)
+    if missing:
+        names = ", ".join(f"rotor/{name}" for name in missing)
+        raise given.refusal(f"has no {names}: engine.rotation must be none, got full")
+    if "speeds" in given:
+        speeds = given["speeds"]
+        if speeds.shape != (2,) or not 0.0 < speeds[0] < speeds[1]:
+            raise given.wrong("speeds", "be two, ascending, > 0 rad/s", speeds)
+
+
+def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Return (K_1, K_2) of K(Omega), dense or sparse; K_2 None: 0.
+
+    K_1 is `stress_stiffness` less `softening`; or K_1 and K_2 follow from the stiffness
+    at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2, b = Omega_b^2:
+
+    K_1 = [b^2 (K_a - K_0) - a^2 (K_b - K_0)] / (a b (b - a))
+    K_2 = [a (K_b - K_0) - b (K_a - K_0)] / (a b (b - a))
+
+    Parameters
+    ----------
+    rest : K_0 (n, n)
+    terms : matrices by their names in an engine's file
+    """
+    if "speeds" not in terms:
+        return terms[BY_PARTS[0]] - terms[BY_PARTS[1]], None
+    of_a, of_b = (terms[name] - rest for name in AT_SPEEDS[1:])
+    a, b = np.square(terms["speeds"])
+    scale = a * b * (b - a)
+    return (b**2 * of_a - a**2 * of_b) / scale, (a * of_b - b * of_a) / scale
+
+
+def _checked(given: Given, name: str, *, skew: bool = False) -> Floats:
+    """Return the symmetric or skew part of a matrix that is so to round-off."""
+    matrix, count = given[name], len(given["mass"])
+    if matrix.shape != (count, count):
+        raise given.wrong(name, f"be {(count, count)}", matrix.shape)
+    sign = -1.0 if skew else 1.0
+    miss = np.abs(matrix - sign * matrix.T).max() / max(np.abs(matrix).max(), TINY)
+    if not miss <= SYMMETRIC:
+        kind = "skew" if skew else "symmetric"
+        allowed = f"be {kind} to {SYMMETRIC:g} of its largest entry"
+        raise given.wrong(name, allowed, f"{miss:.2g}")
+    return np.asarray((matrix + sign * matrix.T) / 2)
+
+
+def transformed(spin: Spin, basis: Floats) -> Spin:
+    """Return the terms in the coordinates y of x = basis y."""
+    back, quartic = basis.T, spin.quartic
+    turned, first = back @ spin.coriolis @ basis, back @ spin.stiffening @ basis
+    if quartic is not None:
+        quartic = back @ quartic @ basis
+        quartic = (quartic + quartic.T) / 2
+    return replace(
+        spin,
+        coriolis=(turned - turned.T) / 2,
+        stiffening=(first + first.T) / 2,
+        load=back @ spin.load,
+        quartic=quartic,
+    )
+
+
+def check_translation(
+    given: Given, model: ModalModel, blades: int, spring: float
+) -> None:
+    """Refuse a file whose rotor does not translate as `check_turned` says.
+
+    Parameters
+    ----------
+    given : the file
+    model : its rotor, which springs at its centre alone hold, with a spin
+    blades : N
+    spring : k_o, N/m
+    """
+    if model.spin is None or not model.omega.min() > 0.0:
+        return
+    hub = centre_rows(model, blades)
+    moved = spring * (model.shapes / model.omega**2) @ hub.T  # static response to k_o
+    check_turned(model.spin, model.mass, moved, given.arrays.get("speeds"), given.wrong)
+
+
+def check_turned(
+    spin: Spin,
+    mass: Floats,
+    moved: Floats,
+    speeds: Floats | None,
+    wrong: Callable[[str, str, object], InputError],
+) -> None:
+    """Refuse terms with which a rigid translation is none in the static frame.
+
+    Without springs at its centre the rotor would move on straight: s = -i Omega in the
+    rotating frame, twice. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 + Omega^2 K_2)
+    T_x = -m. The other sign of C exchanges forward and backward.
+
+    Parameters
+    ----------
+    spin : the terms
+    mass : M (n, n)
+    moved : (n, 2), unit translations T_x and T_y
+    speeds : of the stiffness at two speeds, if told so
+    wrong : returns the error of a matrix by name: what must be, what is
+    """
+    size = float(np.trace(moved.T @ mass @ moved)) / 2
+    turned = (moved.T @ spin.coriolis @ moved) / size
+    if not np.abs(turned - [[0.0, -1.0], [1.0, 0.0]]).max() <= RIGID:
+        across, hint = turned[0, 1], ""
+        if abs(across - 1.0) <= RIGID:
+            hint = ": it has the other sign, which exchanges forward and backward"
+        elif abs(across + 2.0) <= 2 * RIGID:
+            hint = ": it is 2 C, the gyroscopic matrix of a unit speed"
+        told = f"have C_xy = -m in a translation of the rotor of m = {size:.4g} kg"
+        raise wrong("coriolis", told, f"{across * size:.4g}{hint}")
+    soft = spin.stiffening
+    if spin.quartic is not None and speeds is not None:
+        soft = soft + speeds[1] ** 2 * spin.quartic
+    soft = (moved.T @ soft @ moved) / size
+    if not np.abs(soft + np.eye(2)).max() <= RIGID:
+        names = BY_PARTS if speeds is None else AT_SPEEDS[1:]
+        told = f"soften a translation of the rotor by its mass m = {size:.4g} kg"
+        raise wrong(
+            names[1], f"{told}, {names[0]} and it together", f"{-soft[0, 0] * size:.4g}"
+        )

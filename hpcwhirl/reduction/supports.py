@@ -1,0 +1,114 @@
+"""Supports that stand: springs and dampers of the shaft in the static frame.
+
+Any bearing of eight coefficients, with x the rotor's centre in the static frame,
+
+F_x = -(k_xx X + k_xy Y) - (c_xx X' + c_xy Y'), F_y = -(k_yx X + k_yy Y) - ...,
+
+is in Z = X + i Y four complex numbers, F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z'):
+
+    2 k = k_xx + k_yy + i (k_yx - k_xy), 2 k_d = k_xx - k_yy + i (k_yx + k_xy)
+
+and c alike. k and c are the same in all directions; k_d and c_d are not. In the
+rotating frame, Z = z e^{i Omega t},
+
+f = -(k + i Omega c) z - c z' - [(k_d - i Omega c_d) conj(z) + c_d conj(z')] e^{-2i O t}
+
+so that the second part changes with time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Support:
+    """Supports of the centre in the static frame, see the module; N/m and N s/m.
+
+    Attributes
+    ----------
+    stiffness : k, beside the springs that are in the rotor's own matrix
+    damping : c
+    stiffness_apart, damping_apart : k_d, c_d
+    """
+
+    stiffness: complex = 0j
+    damping: complex = 0j
+    stiffness_apart: complex = 0j
+    damping_apart: complex = 0j
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is the same in all directions."""
+        return self.stiffness_apart == 0.0 == self.damping_apart
+
+    def at(self, _: float) -> Support:
+        """Return itself: it is the same at every speed."""
+        return self
+
+    def turning(self, speed: float) -> complex:
+        """Return k + i Omega c, N/m, of displacements in the rotating frame."""
+        return self.stiffness + 1j * speed * self.damping
+
+
+def planar(factor: complex) -> Floats:
+    """Return the matrix (2, 2) of z -> factor z, on (x, y)."""
+    return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
+
+
+@dataclass(frozen=True, eq=False)
+class Bearing:
+    """Supports from a table over speed; between its speeds by monotone cubics (PCHIP).
+
+    Beyond them the values of its ends are taken, which only searches over speed need:
+    cases are refused there. A rotor that turns the other way has the mirror image.
+
+    Attributes
+    ----------
+    speeds : (n,), rad/s, ascending
+    coefficients : (n, 4), k, c, k_d, c_d of each, see `Support`
+    """
+
+    speeds: Floats
+    coefficients: NDArray[np.complex128]
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is the same in all directions, at every speed."""
+        return not self.coefficients[:, 2:].any()
+
+    def at(self, speed: float) -> Support:
+        """Return the supports at a speed, rad/s."""
+        from scipy.interpolate import PchipInterpolator  # slow to import
+
+        inside = float(np.clip(abs(speed), self.speeds[0], self.speeds[-1]))
+        found = self.coefficients[0]
+        if len(self.speeds) > 1:
+            parts = self.coefficients.real, self.coefficients.imag
+            real, imag = (PchipInterpolator(self.speeds, p)(inside) for p in parts)
+            found = real + 1j * imag
+        own = found.conj() if speed < 0.0 else found
+        return Support(*(complex(value) for value in own))
+
+
+def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
+    """Return a bearing from the rows of its table, see `scene.bearing`.
+
+    spring : k_o, N/m, which the rotor's matrix has, and which the table replaces
+    """
+    table = np.array(rows)
+    parts = []
+    for first in (1, 5):
+        xx, xy, yx, yy = table[:, first : first + 4].T
+        parts.append(((xx + yy) + 1j * (yx - xy)) / 2)
+        parts.append(((xx - yy) + 1j * (yx + xy)) / 2)
+    k, k_d, c, c_d = parts
+    return Bearing(table[:, 0], np.column_stack([k - spring, c, k_d, c_d]))
+
+
+ROUND = Support()  # nothing beside the springs of the rotor's matrix

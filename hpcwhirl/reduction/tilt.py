@@ -1,0 +1,67 @@
+"""The tilt of a disk in the reduced matrices of its rotor: a coordinate more.
+
+It stands behind the others, as the slope phi_x, phi_y of the shaft at the disk; in
+nodal diameter 1 as conj(phi), as the centre does. See `structure.tilting`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.structure import Tilt
+
+Places = NDArray[np.intp]
+
+
+def with_tilt(
+    tilt: Tilt, centre: Places, turn: Any, mass: Any, stiffness: Any
+) -> tuple[Any, Any]:
+    """Return M and K (n + w, n + w) with the tilt, of matrices (n, n).
+
+    Parameters
+    ----------
+    centre : (w,), indices of the centre
+    turn : (w, w), a turn by 90 degrees ahead on its coordinates
+    """
+    held, n, same = _bordered(stiffness, turn), len(mass), np.eye(len(turn))
+    _, across, alone = tilt.stiffness
+    held[n:, n:] = alone * same
+    held[n:, centre] = across * same
+    held[centre, n:] = across * same
+    heavy = _bordered(mass, turn)
+    heavy[n:, n:] = tilt.about_diameter * same
+    return heavy, held
+
+
+def turning_tilt(
+    tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
+) -> tuple[Any, Any, Any]:
+    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt."""
+    n = len(load)
+    turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)
+    turns[n:, n:] = (tilt.about_diameter - tilt.polar / 2) * turn
+    stiffens[n:, n:] = (tilt.polar - tilt.about_diameter) * np.eye(len(turn))
+    return turns, stiffens, np.append(load, np.zeros(len(turn)))
+
+
+def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -> Any:
+    """Return twice the strain energy in the shaft of modes, (m,), J.
+
+    Parameters
+    ----------
+    spring : k_11 or k_o, N/m
+    centre, slope : (w, m), their coordinates; the last is not used without a tilt
+    """
+    energy = spring * (np.abs(centre) ** 2).sum(axis=0)
+    if tilt is None:
+        return energy
+    _, across, alone = tilt.stiffness
+    energy += 2 * across * (centre.conj() * slope).real.sum(axis=0)
+    return energy + alone * (np.abs(slope) ** 2).sum(axis=0)
+
+
+def _bordered(matrix: Any, turn: Any) -> Any:
+    return np.pad(matrix, (0, len(turn)))

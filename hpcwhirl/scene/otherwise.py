@@ -1,0 +1,23 @@
+"""Answers to words that users look up, but that are no inputs."""
+
+_UNIT = "it is a unit, which a text may have"
+_LEFT_OUT = "it is not modelled; hpcwhirl manual trust tells what is left out"
+_SHAFT = (
+    "the shaft is springs, see centre_stiffness, suspension_damping, cross_coupling and"
+    " stiffness_difference, a table over speed, see bearing, or a beam, see shaft"
+)
+OTHERWISE = {  # words that users look up but that are no inputs: the answer
+    "rpm": f'{_UNIT}: speed = "3000 rpm"',
+    "mm": f'{_UNIT}: gap = "0.8 mm"',
+    "kn": f'{_UNIT}: force = "30 kN"',
+    "hz": f'{_UNIT}: support_frequency = "3 Hz"',
+    "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
+    "blade-off": "it is the input lost_blade, the number of the blade",
+    "bearings": _SHAFT,
+    "squeeze film": _SHAFT,
+    **dict.fromkeys(
+        ("coating", "abradable", "wear",
+         "temperature", "thermal", "seal", "aerodynamics", "flutter"),
+        _LEFT_OUT,
+    ),
+}  # fmt: skip

@@ -1,0 +1,180 @@
+"""The loss of a blade: its unbalance, its contact, and the rotor that is left.
+
+Of a rigid wheel: m' z'' + ... + k z = -m_b r_b Omega^2 e^{i theta_j}, m' without blade.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from jeffcott import GAP, MASS, OWN, RATIO, stiff
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.unbalance import centre_of, circle, facts_of_unbalance
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.reduction.bodies import rotor_model
+from hpcwhirl.reduction.waves import tip_growth
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.structure import blade_stiffness, bladed_disk, rotation_of
+from hpcwhirl.structure.bladed_disk import blade
+
+SMALL = {
+    "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
+    "time_step": 2e-6, "interval": 1e-4, "scheme": "general", "speed": 400.0,
+    "lost_blade": 3,
+}  # fmt: skip
+RIGID = {"casing.kind": "rigid", "force": 0.0}
+
+
+def march_of(**settings):
+    return March(resolve(apply_settings(Scene(), SMALL | settings)))
+
+
+def moment_of(rotor):
+    """Return (m_b, m_b r_b) of a blade, kg and kg m: a bar of constant section."""
+    assert rotor.taper == 1.0
+    length = rotor.radius - rotor.disk_radius
+    mass = rotor.density * rotor.blade_width * rotor.root_thickness * length
+    return mass, mass * (rotor.disk_radius + length / 2)
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0, 1.8])
+@pytest.mark.parametrize("lost", [0, 5])
+def test_the_circle_is_that_of_the_lost_moment(share, lost):
+    """T5 with m e of the blade, opposite to its place, and its mass less."""
+    speed = share * OWN
+    scene = stiff(8, speed=speed, unbalance=0.0, lost_blade=lost)
+    model = resolve(scene).model
+    mass, moment = moment_of(scene.engine.rotor)
+    down = MASS * OWN**2 - (MASS - mass) * speed**2 + 2j * RATIO * OWN * MASS * speed
+    expected = -moment * speed**2 * np.exp(2j * np.pi * lost / 8) / down
+    found = centre_of(model, circle(model, scene))
+    assert found == pytest.approx(expected, rel=0.03)
+    facts = facts_of_unbalance(model, scene)
+    assert facts["force"] == pytest.approx(moment * speed**2, rel=1e-3)
+    assert facts["lag"] == pytest.approx(np.angle(down), abs=0.02)
+
+
+def test_an_unbalance_beside_it_adds_to_it():
+    """Of m_b r_b at the place of the blade: the wheel is balanced again."""
+    lost = stiff(8, speed=400.0, unbalance=0.0, lost_blade=2)
+    moment = moment_of(lost.engine.rotor)[1]
+    both = apply_settings(lost, {"unbalance": moment, "unbalance_phase": np.pi / 2})
+    alone, none = (
+        abs(centre_of(resolve(s).model, circle(resolve(s).model, s)))
+        for s in (lost, both)
+    )
+    assert none < 2e-3 * alone
+
+
+def test_what_is_left_of_the_blade_weighs_nothing():
+    """Rotor and gyroscopic terms lose those of one blade, and no other changes."""
+    rotor = apply_settings(Scene(), SMALL).engine.rotor
+    whole = rotor.model_copy(update={"lost_blade": -1})
+    less, size = bladed_disk(whole).mass - bladed_disk(rotor).mass, 9
+    own = np.s_[3 * size : 4 * size]
+    assert less[own, own] == pytest.approx(blade(rotor)[0], rel=1e-5, abs=1e-12)
+    less[own, own] = 0.0
+    assert np.abs(less).max() == 0.0
+    gone = rotation_of(whole).coriolis - rotation_of(rotor).coriolis
+    gone[own, own] = 0.0
+    assert np.abs(gone).max() == 0.0
+    assert blade_stiffness(rotor) == blade_stiffness(whole)
+
+
+def test_no_blade_lost_has_nothing_released():
+    rotor = apply_settings(Scene(), SMALL | {"lost_blade": -1}).engine.rotor
+    assert not rotation_of(rotor).released.any()
+    assert rotor_model(rotor, 10, "full").spin.released is None
+
+
+def test_the_gap_stays_that_of_the_whole_wheel():
+    """Its growth at speed is known before: the tips of the others grow as they did."""
+    rotor = apply_settings(Scene(), SMALL).engine.rotor
+    grown = tip_growth(rotor_model(rotor, 35, "full"), 5, 400.0)
+    whole = rotor.model_copy(update={"lost_blade": -1})
+    expected = tip_growth(rotor_model(whole, 35, "full"), 5, 400.0)
+    rest = np.arange(5) != 3
+    assert grown[rest] == pytest.approx(expected[rest], rel=0.02)
+
+
+@pytest.mark.parametrize("scheme", ["general", "paper"])
+def test_the_centre_is_first_accelerated_by_the_lost_moment(scheme):
+    """m' z'' = -m_b r_b Omega^2 e^{i theta_j}, begun at rest in its place."""
+    scene = stiff(
+        5, speed=500.0, unbalance=0.0, lost_blade=1, gap=1.0, scheme=scheme,
+        time_step=2e-7, duration=1.6e-4, interval=2e-6, **{"casing.kind": "rigid"},
+    )  # fmt: skip
+    march = March(resolve(scene))
+    assert march.displacements()[0] == pytest.approx(0.0, abs=1e-12)
+    history = march.run()
+    mass, moment = moment_of(scene.engine.rotor)
+    pull = -moment * 500.0**2 * np.exp(0.4j * np.pi) / (MASS - mass)
+    z, time = history.centre @ [1, 1j], history.time
+    fitted = np.polyfit(time, 2 * z / time**2, 1)[-1]  # as t -> 0
+    late = 2 * z[-1] / time[-1] ** 2  # the springs hardly act yet
+    assert late == pytest.approx(pull, rel=0.1)
+    assert abs(fitted) < 2.0 * abs(pull)
+
+
+@pytest.mark.parametrize("given", [{}, RIGID, {"discretization": "elements"}])
+def test_schemes_march_the_same_loss_and_its_blade_touches_nothing(given):
+    own = {"traces": "full", "duration": 0.012, "gap": 5e-5} | given
+    found = [march_of(scheme=s, **own).run() for s in ("general", "paper", "modal")]
+    for history in found:
+        pushed = history.blade_impulse[-1]
+        assert pushed[3] == 0.0
+        assert (np.delete(pushed, 3) > 0.0).any()
+        assert not history.tips[:, 3].any()
+        assert history.contacts == found[0].contacts > 3
+        impulse = found[0].contact_impulse
+        assert history.contact_impulse == pytest.approx(impulse, rel=1e-8)
+        through = sum(map(abs, history.ledger.values()))
+        assert abs(history.ledger["residual"]) < 1e-9 * through
+        assert history.gap_error < 1e-12
+
+
+def test_the_loss_of_another_blade_is_the_same_elsewhere():
+    """Of round walls at rest, turned by the angle between the two blades."""
+    first, other = (
+        march_of(lost_blade=j, **RIGID, gap=3e-5, modes=35, duration=0.01).run()
+        for j in (0, 3)
+    )
+    assert first.contacts == other.contacts > 3
+    turned = (first.centre @ [1, 1j]) * np.exp(2j * np.pi * 3 / 5)
+    assert np.abs(other.centre @ [1, 1j] - turned).max() < 1e-10
+
+
+def test_a_mirrored_speed_gives_a_mirrored_loss():
+    given = {"lost_blade": 0, **RIGID, "gap": 3e-5, "duration": 0.01}
+    there, back = (march_of(speed=s, **given).run() for s in (400.0, -400.0))
+    assert there.contacts == back.contacts > 3
+    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-13)
+
+
+def test_without_contact_the_rotor_comes_to_its_circle():
+    march = march_of(
+        **RIGID | {"duration": 0.3}, gap=1.0, time_step=1e-5,
+        **{"engine.rotor.damping": 0.05, "suspension_damping": 0.2},
+    )  # fmt: skip
+    steady = centre_of(march.model, circle(march.model, march.scene))
+    z = march.run().centre @ [1, 1j]
+    assert abs(z[0]) < 0.1 * abs(steady)
+    assert z[-1] == pytest.approx(steady, rel=1e-4)
+    assert GAP > 0.0
+
+
+def test_exact_refuses_and_a_command_says_where_it_is(capsys):
+    given = ["--set", "rotation=full", "--set", "lost_blade=1"]
+    assert main(["run", *given]) == 2
+    assert "amplitude_limit must be > 0." in capsys.readouterr().err
+    given += ["--set", "amplitude_limit=0.3"]
+    assert main(["run", *given, "--set", "scheme=exact"]) == 2
+    assert "three or more equal blades" in capsys.readouterr().err
+    assert main(["inputs", "blade-off"]) == 2
+    assert "lost_blade" in capsys.readouterr().err
+    small = ["--set", "blades=5", "--set", "modes=10", "--set", "harmonics=4"]
+    assert main(["model", "--json", *given, *small]) == 0
+    told = json.loads(capsys.readouterr().out)["rotation"]["unbalance"]
+    assert told["radius"] > 0.0

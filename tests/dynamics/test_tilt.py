@@ -1,0 +1,149 @@
+"""Disks that tilt on overhung shafts: their lines, and the marched motion.
+
+(k_11 - m w^2) (k_22 - I_d w^2 + I_p Omega w) = k_12^2 of a rigid disk on a massless
+shaft, w in the static frame, forward > 0.
+"""
+
+import numpy as np
+import pytest
+from jeffcott import MASS, density, stiff
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.reduction.bodies import rotor_model
+from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
+from hpcwhirl.scene import Rotor, Scene, apply_settings
+from hpcwhirl.structure import bladed_disk
+from hpcwhirl.structure.tilting import shaft_stiffness
+
+# L_1 0.6, L_2 0.4, d 0.05 m, E 2.11e11 Pa, m 60, I_d 1.5, I_p 3, Omega 300 rad/s
+OVERHUNG = {
+    "shaft": "two bearings", "shaft_length": 0.6, "shaft_overhang": 0.4,
+    "shaft_diameter": 0.05, "shaft_young": 2.11e11, "tilt_inertia": 1.5,
+    "polar_inertia": 3.0, "unbalance": 0.0, "suspension_damping": 0.0, "speed": 300.0,
+}  # fmt: skip
+LINES = -501.768, -78.499, 185.714, 994.554  # ROSS 2.3.0: 78.4990 ... 994.552
+SMALL = {
+    "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
+    "time_step": 2e-6, "interval": 1e-4, "scheme": "general", "speed": 400.0,
+    "shaft": "cantilever", "shaft_length": 0.3, "shaft_diameter": 0.12,
+}  # fmt: skip
+
+
+def overhung(**settings):
+    heavy = {"rotor.density": density(8) * 60.0 / MASS}
+    return stiff(8, **OVERHUNG | heavy | settings)
+
+
+def lines_of(scene):
+    lines = wave_lines(
+        resolve(scene).model.rotor, scene.engine.rotor.blades, scene.speed
+    )
+    own = [x.static for x in lines if x.family in {"suspension", "conical"}]
+    return sorted(own)
+
+
+def test_an_overhung_disk_has_the_lines_of_other_codes():
+    assert lines_of(overhung()) == pytest.approx(LINES, rel=2e-4)
+
+
+def test_lines_of_a_mirrored_speed_are_mirrored():
+    back = lines_of(overhung(speed=-300.0))
+    assert back == pytest.approx([-line for line in LINES[::-1]], rel=2e-4)
+
+
+def test_a_disk_at_rest_on_a_cantilever_has_den_hartog_s_frequencies():
+    """D = I_d / m L^2 = 1/3: w sqrt(m L^3 / 3 E I) = sqrt(3) -+ 1."""
+    own = {"shaft": "cantilever", "shaft_length": 0.5, "speed": 0.0}
+    scene = overhung(**own, tilt_inertia=60.0 * 0.5**2 / 3)
+    unit = np.sqrt(shaft_stiffness(scene.engine.rotor)[0] / 4 / 60.0)
+    found = np.array(lines_of(scene)[2:]) / unit
+    assert found == pytest.approx([np.sqrt(3) - 1, np.sqrt(3) + 1], rel=1e-3)
+
+
+def test_a_shaft_on_two_bearings_far_apart_leans_as_one_that_is_simply_held():
+    """Force and moment of a unit place and slope, by the compliance that is printed."""
+    rotor = overhung().engine.rotor
+    k_11, k_12, k_22 = shaft_stiffness(rotor)
+    bending = 2.11e11 * np.pi * 0.05**4 / 64
+    give = np.array([[0.4**2 / 3, 0.4 * 2.4 / 6], [0.4 * 2.4 / 6, 1.8 / 3]]) / bending
+    assert np.array([[k_11, k_12], [k_12, k_22]]) @ give == pytest.approx(
+        np.eye(2), abs=1e-12
+    )
+
+
+def test_inertia_that_is_not_given_is_that_of_the_blades():
+    """Of a thin disk about its axis, and about a diameter half of it."""
+    rotor = Rotor(shaft="cantilever", disk_radius=1e-3, taper=1.0)
+    tilt = bladed_disk(rotor).tilt
+    bars = rotor.density * rotor.blade_width * rotor.root_thickness
+    assert tilt.polar == pytest.approx(22 * bars * 0.5**3 / 3, rel=2e-2)
+    assert tilt.about_diameter == tilt.polar / 2
+
+
+def test_a_rotor_taken_as_a_whole_tilts_as_one_of_equal_sectors():
+    given = {"blades": 5, "elements": 4, "shaft": "cantilever", "shaft_diameter": 0.05}
+    found = []
+    for change in ((), (1e-9, 0.0, 0.0, 0.0, 0.0)):
+        model = rotor_model(Rotor(**given, mistuning=change), 20, "full")
+        found.append([x for x in wave_lines(model, 5, 300.0) if x.nodal_diameter == 1])
+    lines = [sorted(x.static for x in own)[5:15] for own in found]
+    assert {"suspension", "conical"} <= {x.family for x in found[0]}
+    assert lines[0] == pytest.approx(lines[1], rel=1e-5)
+
+
+def test_the_unbalance_meets_the_forward_lines_that_follow_the_speed():
+    """A synchronous motion: (k_11 - m w^2) (k_22 + (I_p - I_d) w^2) = k_12^2."""
+    k_11, k_12, k_22 = shaft_stiffness(overhung().engine.rotor)
+    roots = np.roots([-60.0 * 1.5, 1.5 * k_11 - 60.0 * k_22, k_11 * k_22 - k_12**2])
+    expected = np.sqrt(roots[roots > 0.0])
+    found = unbalance_speeds(resolve(overhung()).model.rotor)
+    assert found == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
+def test_marched_the_centre_moves_in_these_lines(scheme):
+    """Begun off its place: four lines are all that it does, Jacobi's energy stays."""
+    scene = overhung(
+        scheme=scheme, force=0.0, gap=1.0, time_step=2e-6, duration=0.2,
+        amplitude_limit=1e3, interval=5e-4, plan="everything",
+        **{"casing.kind": "rigid", "unbalance": 1e-3},
+    )  # fmt: skip
+    march = March(resolve(apply_settings(scene, {"gap": 1e-5})))
+    first = march.scheme.balance(march.state)
+    kept = march.lean.scene
+    march.lean = march.lean._replace(scene=apply_settings(kept, {"gap": 1.0}))
+    history = march.run()
+    time, z = history.time, history.centre @ [1, 1j]
+    waves = np.exp(1j * np.outer(time, lines_of(scene) - np.array(300.0)))
+    basis = np.column_stack([waves, np.ones(len(time))])
+    parts, *_ = np.linalg.lstsq(basis, z, rcond=None)
+    assert np.abs(z - basis @ parts).max() < 2e-3 * np.abs(z).max()
+    assert (np.abs(parts[1:3]) > 0.05 * np.abs(z).max()).all()
+    last = march.scheme.balance(march.state)
+    assert last.energy + last.damping == pytest.approx(first.energy, rel=1e-9)
+    assert abs(last.damping) < 1e-9 * abs(first.energy)
+
+
+def test_all_schemes_march_the_same_tilting_rotor():
+    marches = [
+        March(
+            resolve(apply_settings(Scene(), {**SMALL, "scheme": s, "duration": 0.01}))
+        )
+        for s in ("general", "paper", "modal")
+    ]
+    found = [march.run() for march in marches]
+    level = apply_settings(Scene(), {**SMALL, "tilt_inertia": 1e3, "duration": 0.01})
+    other = March(resolve(level)).run()
+    for history in found[1:]:
+        assert history.contacts == found[0].contacts > 5
+        assert history.contact_impulse == pytest.approx(
+            found[0].contact_impulse, rel=1e-8
+        )
+        assert history.centre == pytest.approx(found[0].centre, abs=1e-12)
+    assert (
+        np.abs(other.centre - found[0].centre).max()
+        > 1e-3 * np.abs(found[0].centre).max()
+    )
+    for history in found:
+        assert abs(history.ledger["residual"]) < 1e-9 * history.ledger["pulse"]
