@@ -7,7 +7,6 @@ claim. If one rank fails unexpectedly, all are ended, since they would wait for 
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -23,7 +22,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.launch import Communicator
+from hpcwhirl.launch import Communicator, end_all
 from hpcwhirl.store.directory.owner import Claim
 
 T = TypeVar("T")
@@ -148,6 +147,5 @@ def together(
             return call(session)
         except BaseException as failed:  # noqa: BLE001 - told; the others would wait
             code = tell(session, failed)
-            sys.stderr.flush()
-            comm.Abort(code)
+            end_all(comm, code)
             return code

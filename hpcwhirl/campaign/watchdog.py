@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from typing import Self
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import SIGNALS, Stopping
-from hpcwhirl.launch import ALONE, Communicator
+from hpcwhirl.launch import ALONE, Communicator, end_all
 
 STOPPED = 75
 LOOK_EVERY = 0.25  # s
@@ -69,9 +68,8 @@ class Watchdog:
             f"not all {whom} have stopped {self.seconds:g} s after they were asked to: "
             "ended without them; what was finished is kept, the same command continues"
         )
-        sys.stdout.flush()
         self.last()
-        self.comm.Abort(STOPPED)
+        end_all(self.comm, STOPPED)
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:

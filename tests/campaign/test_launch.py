@@ -2,8 +2,10 @@
 
 import json
 import os
+import select
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -139,3 +141,24 @@ def test_a_serial_campaign_begins_no_mpi(tmp_path):
     file = tmp_path / "short.toml"
     file.write_text("scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n")
     python(SERIAL, file, tmp_path / "out")
+
+
+def test_no_rank_ends_the_others_before_its_last_line_is_read(tmp_path):
+    """MPICH's mpirun drops what is left in the pipes of ranks after an abort."""
+    told = tmp_path / "left"
+    code = (
+        "import sys; from pathlib import Path; from hpcwhirl import launch\n"
+        "class Two:\n"
+        "    size = 2\n"
+        "    def Abort(self, code):\n"
+        f"        Path({str(told)!r}).write_text(str(launch._unread(2)))\n"
+        "print('why it ended', file=sys.stderr)\n"
+        "launch.end_all(Two(), 75)\n"
+    )
+    call = [sys.executable, "-c", code]
+    with subprocess.Popen(call, stderr=subprocess.PIPE, text=True) as process:
+        select.select([process.stderr], [], [], LIMIT)  # the line is there, unread
+        time.sleep(0.3)
+        assert not told.exists()
+        assert process.stderr.read() == "why it ended\n"
+    assert told.read_text() == "0"

@@ -23,7 +23,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import NoRoomError, WhirlError
-from hpcwhirl.launch import ALONE, Communicator
+from hpcwhirl.launch import ALONE, Communicator, end_all
 from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.directory.manifest import read_manifest
 from hpcwhirl.store.directory.owner import RESULTS as OWNER_OF_RESULTS
@@ -226,8 +226,8 @@ def _or_all_end(
         told = refusal(final, _cause(part, failed))
         time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
         line = f"hpcwhirl: stopped early: {told}; the same command continues"
-        print(line, file=sys.stderr, flush=True)  # noqa: T201 - before all end
-        comm.Abort(STOPPED if isinstance(told, NoRoomError) else WRONG)
+        print(line, file=sys.stderr)  # noqa: T201 - before all end
+        end_all(comm, STOPPED if isinstance(told, NoRoomError) else WRONG)
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
