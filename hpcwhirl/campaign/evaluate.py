@@ -31,6 +31,7 @@ from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.planner.jobs import Completion, completion_of
+from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene.words import TOLD
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
@@ -238,6 +239,7 @@ class Evaluator:
         for name in names:
             self.context.checkpoints.drop(name)
 
+    @one_thread()
     def _measured(self, computed: Computation, result: Result) -> Record:
         """Return the numbers of the user's function, or the reason for none."""
         if self.design.measure is None or "twin" in computed.facts:

@@ -17,6 +17,7 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
+from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import is_open
@@ -121,6 +122,7 @@ class Course:
         no longer march can continue from it
     """
 
+    @one_thread()
     def __init__(self, case: Case, *, keep: bool = True) -> None:
         self.keep = keep
         self.case, self.ends = case, case.scene.end_times
@@ -136,6 +138,7 @@ class Course:
         given = apply_settings(self.case.given, settings)
         return March(Case(given, self.case.own))
 
+    @one_thread()
     def set_out(self, steps: int, total: int) -> None:
         """Select the march to which a saved state belongs, by its steps and total."""
         marches = [self._march(number) for number in range(len(self.ends))]
@@ -161,6 +164,7 @@ class Course:
             self._go_on()
             yield self._to_the_end(between_slices)
 
+    @one_thread()
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
         """March to the present end time; return the result of a run that long."""
         march, self.last = self.march, None
@@ -170,6 +174,7 @@ class Course:
             self.last = snapshot(march) if fits else None
         return result_of(march.case, march.run(between_slices))
 
+    @one_thread()
     def _go_on(self) -> None:
         """Begin the next longer march, from the last one's state if that lies on it."""
         self.number += 1

@@ -16,7 +16,7 @@ from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.reduction.numbers import one_thread, representable
 from hpcwhirl.reduction.supports import Bearing
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
@@ -258,6 +258,7 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
     return float(phase) * math.sqrt(accuracy / asked)
 
 
+@one_thread()
 def step_asked(model: Model, scene: Scene) -> float:
     """Return the longest step that a scene's accuracy allows, s.
 

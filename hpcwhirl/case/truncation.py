@@ -51,6 +51,7 @@ from hpcwhirl.reduction.bodies import (
 )
 from hpcwhirl.reduction.model import has_families
 from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.reduction.round_casing import casing_table
 from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings, content_digest
 from hpcwhirl.scene.files import Value
@@ -264,6 +265,7 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
     )
 
 
+@one_thread()
 def with_truncation(scene: Scene) -> Scene:
     """Return the scene with the modes that meet its truncation error, if it sets one.
 

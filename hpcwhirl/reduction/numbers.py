@@ -1,18 +1,36 @@
-"""Refuse inputs whose model cannot be computed in double precision."""
+"""Numbers of a model: the same bits anywhere, or refused.
+
+Products and factorizations round otherwise where BLAS splits them on more threads.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
 import numpy as np
+import scipy.linalg  # noqa: F401 - its BLAS must be there when threads are limited
+from threadpoolctl import ThreadpoolController
 
 from hpcwhirl.errors import InputError, WhirlError
 
 
+@cache
+def _controller() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let BLAS compute on one thread inside the block, or the decorated function."""
+    with _controller().limit(limits=1, user_api="blas"):
+        yield
+
+
 @contextmanager
 def representable(what: str) -> Iterator[None]:
-    """Turn numerical failures inside the block into one InputError.
+    """Turn numerical failures inside the block into one InputError, on one thread.
 
     Parameters
     ----------
@@ -24,7 +42,7 @@ def representable(what: str) -> Iterator[None]:
         on overflow, division by zero, or matrices without modes
     """
     try:
-        with np.errstate(over="raise", invalid="raise", divide="raise"):
+        with one_thread(), np.errstate(over="raise", invalid="raise", divide="raise"):
             yield
     except WhirlError:
         raise

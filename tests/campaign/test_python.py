@@ -388,6 +388,35 @@ def test_a_script_of_two_ranks_gives_the_bits_of_one(measured, tmp_path):
     assert sum("was begun with measure" in line for line in lines) == 2
 
 
+THREADS = """
+import json, sys
+import scipy.linalg  # both libraries must be there to be told
+from threadpoolctl import threadpool_info, threadpool_limits
+import hpcwhirl
+from hpcwhirl.scene import Scene, apply_settings
+threadpool_limits(int(sys.argv[1]))
+for given in ({"rotation": "full"}, {"scheme": "paper"}):
+    settings = {"duration": 2e-3, "time_step": 2e-6, **given}
+    print(json.dumps(hpcwhirl.simulate(apply_settings(Scene(), settings)).row))
+print(*{p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"})
+"""
+
+
+def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
+    """OpenBLAS rounds the matrices of a step otherwise on two threads than on one."""
+    free = {n: v for n, v in ENVIRONMENT.items() if not n.endswith("_NUM_THREADS")}
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", THREADS, str(count)],
+            capture_output=True, text=True, timeout=LIMIT, check=True, env=free,
+            cwd=ROOT,
+        ).stdout.splitlines()
+        for count in (1, 2)
+    ]  # fmt: skip
+    assert told[0][:2] == told[1][:2]
+    assert [lines[2] for lines in told] == ["1", "2"]
+
+
 UNLIKE = """
 import os, sys
 import hpcwhirl
