@@ -14,6 +14,7 @@ from hpcwhirl.analysis.critical import (
     critical_of_waves,
 )
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.rotation import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import (
@@ -29,7 +30,7 @@ from hpcwhirl.reduction.waves import (
     wave_lines,
     wave_roots,
 )
-from hpcwhirl.scene import apply_settings
+from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
 Floats = NDArray[np.float64]
@@ -62,7 +63,8 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
     Returns
     -------
-    kind : engine.rotation
+    kind : none or full
+    auto : what engine.rotation = auto chose and why, see `Choice`, or None
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
     unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
@@ -74,7 +76,8 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     turns = model.rotor.spin is not None
     running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
     return {
-        "kind": case.given.engine.rotation,
+        "kind": case.reduced.engine.rotation,
+        "auto": _chosen(case.given),
         "growth": largest_growth(model.rotor, model.blades, speed),
         "unstable_from": unstable_from(model.rotor, model.blades) if turns else None,
         "unbalance_speeds": unbalance_speeds(model.rotor),
@@ -84,9 +87,17 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     }
 
 
+def _chosen(scene: Scene) -> dict[str, Any] | None:
+    if scene.engine.rotation != "auto":
+        return None
+    choice = choice_of(scene)
+    change = None if choice.change is None else choice.change._asdict()
+    return {**choice._asdict(), "change": change, "told": choice.told}
+
+
 def beside(case: Case) -> Case | None:
     """Return the case with the other choice of engine.rotation; None if not allowed."""
-    other = BESIDE[case.given.engine.rotation]
+    other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
     if other == "none":
         usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
@@ -176,7 +187,7 @@ def side_by_side(case: Case, orders: int) -> dict[str, Any]:
     """
     cases = [case, beside(case)]
     return {
-        one.given.engine.rotation: {
+        one.reduced.engine.rotation: {
             **rotation_of_case(one),
             "lines": lines_of(one),
             "critical_speeds": critical_of(one, orders),

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
+from hpcwhirl.case.rotation import with_rotation
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
@@ -34,8 +35,8 @@ class Case:
 
     @cached_property
     def reduced(self) -> Scene:
-        """The scene with modes and harmonics chosen by its truncation error."""
-        return with_truncation(self.given)
+        """The scene with rotation chosen, and modes and harmonics by truncation."""
+        return with_truncation(with_rotation(self.given))
 
     @cached_property
     def model(self) -> Model:

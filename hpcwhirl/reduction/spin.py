@@ -255,7 +255,9 @@ def check_terms(given: Given) -> None:
     missing += missing_terms(given.arrays)
     if missing:
         names = ", ".join(f"rotor/{name}" for name in missing)
-        raise given.refusal(f"has no {names}: engine.rotation must be none, got full")
+        raise given.refusal(
+            f"has no {names}: engine.rotation must be none, got full or auto"
+        )
     if "speeds" in given:
         speeds = given["speeds"]
         if speeds.shape != (2,) or not 0.0 < speeds[0] < speeds[1]:

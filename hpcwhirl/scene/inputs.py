@@ -336,11 +336,13 @@ class Engine(Inputs):
         " export-model`; one regular file of at most 2 GiB; a relative path starts "
         "at the TOML file that names it, from --set at the working directory",
     )
-    rotation: Literal["none", "full"] = given(
+    rotation: Literal["none", "full", "auto"] = given(
         "none",
         "what rotation adds to the rotor; none: nothing, as in the paper; full: "
         "Coriolis, centrifugal stiffening and softening, and supports that stand; of a "
-        "rotor from file if that has them; `gap` is the clearance as `gap_at` says",
+        "rotor from file if that has them; `gap` is the clearance as `gap_at` says; "
+        "auto: case by case none, where the centre rests and these change no wave by "
+        "more than 1 % or `accuracy`, else full",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()

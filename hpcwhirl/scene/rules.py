@@ -206,7 +206,7 @@ OF_ENGINE = (
         ),
         lambda _, own, least: (
             f"rotor.suspension_damping must be >= damping ({least}), "
-            "or -1, where rotation is full: a damper that stands gives the rest, "
+            "or -1, where rotation is not none: a damper that stands gives the rest, "
             f"got {own}"
         ),
     ),

@@ -27,7 +27,8 @@ class Scheme:
     cyclic : whether it refuses rotors and rings that the cyclic kernel cannot compute
     matrices : whether it integrates coordinates with M, D and K, not modes
     stands : whether supports may differ by direction
-    turns : computing time of a step with engine.rotation = "full", s; no scheme flies
+    turns : computing time of a step with engine.rotation = "full", s, taken for "auto",
+        too; no scheme flies
         then, and only rotors of equal sectors settle
     """
 
@@ -45,7 +46,7 @@ class Scheme:
 
     def step_seconds(self, rotation: str) -> float:
         """Return the assumed computing time of a step with engine.rotation, s."""
-        return self.turns if rotation == "full" else self.nominal
+        return self.nominal if rotation == "none" else self.turns
 
 
 _TABLE = (

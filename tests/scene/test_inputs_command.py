@@ -42,7 +42,7 @@ TOLD = {
     "revolutions": ("0", "not s"),
     "engine.name": ('"four_motions"', "engine"),
     "engine.file": ('""', "HDF5", "rotor", "relative path"),
-    "engine.rotation": ('"none"', "Coriolis", "stand", "gap_at"),
+    "engine.rotation": ('"none"', "Coriolis", "stand", "gap_at", "auto"),
     "engine.casing.kind": ('"ring"', "rigid", "exp(sigma t)", "static frame"),
     "engine.casing.discretization": ('"fourier"', "elements"),
     "engine.casing.harmonics": ("20", "highest harmonic H", "two modes"),

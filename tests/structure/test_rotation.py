@@ -294,7 +294,10 @@ def test_model_tells_lines_of_the_rotation_asked_for(capsys):
 @pytest.mark.parametrize(
     ("settings", "told"),
     [
-        ({"rotation": "some"}, "engine.rotation must be one of 'none' or 'full'"),
+        (
+            {"rotation": "some"},
+            "engine.rotation must be one of 'none', 'full' or 'auto'",
+        ),
         ({"cross_coupling": 1.0}, "must be 0 where rotation is none"),
         ({"rotation": "full", "suspension_damping": 0.001}, "must be >= damping"),
     ],

@@ -1,0 +1,228 @@
+"""Choose whether a case has the terms of rotation, by how much they change its waves.
+
+`rotation = "auto"` takes all terms or none: softening alone makes blades unstable.
+
+A centre that moves needs them at any speed: its lines belong to the static frame, and
+without Coriolis forces turn with the rotor, a whole turn off after one revolution. It
+rests where it is clamped, and where equal blades and a load on k lobes move alike after
+a turn by 1/g, g = gcd(k, N) > 1; then only nodal diameters move that are multiples of
+g. Each free wave of the rotor is e^{i k theta + s t}, and at the case's speed
+
+max |s_full - s_none| / |s_none|
+
+over the waves that move and that the tips see decides. Tips see a wave whose mode has
+at least `SEEN` of the largest compliance of the tips. The shift of Eq. (13) is that of
+its wave, and `gap` is the clearance at speed with either choice. The two models differ
+in their bases, too, which counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.reduction.bodies import tip_rows
+from hpcwhirl.reduction.model import Model, has_families, model_of
+from hpcwhirl.reduction.modes import ModalModel, has_centre
+from hpcwhirl.reduction.waves import WaveLine, turning_matrices, wave_lines
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.rules import STANDING, WHOLE
+
+LEFT_OUT = 0.01  # largest relative change of a wave that is left out
+MOVING = "a centre that moves"
+SEEN = 1e-2  # share of the tips' largest modal compliance that a wave has at least
+MOST_KEPT = 256  # cached estimates
+Pair = tuple[str, complex, complex]  # name of a wave, -s without and with the terms
+
+
+class Change(NamedTuple):
+    """What the terms of rotation change at most.
+
+    Attributes
+    ----------
+    share : |s_full - s_none| / |s_none| of the wave that changes most
+    wave : what it is called
+    none, full : its frequency without and with the terms, rad/s, rotating frame; > 0:
+        turns with the rotation
+    """
+
+    share: float
+    wave: str
+    none: float
+    full: float
+
+
+class Choice(NamedTuple):
+    """What `auto` chooses for a case.
+
+    Attributes
+    ----------
+    rotation : none or full
+    needed : what needs full: an input or `MOVING`; "" where the estimate decides
+    change : the estimate; None where it does not decide
+    limit : largest share that is left out
+    """
+
+    rotation: str
+    needed: str
+    change: Change | None
+    limit: float
+
+    @property
+    def told(self) -> str:
+        """The choice and why, a sentence."""
+        if self.change is None:
+            return f"rotation auto: {self.rotation}, which {self.needed} needs"
+        change, beyond = self.change, "beyond" if self.rotation == "full" else "within"
+        return (
+            f"rotation auto: {self.rotation}; its terms change {change.wave} most, "
+            f"by {100 * change.share:.2g} %, {beyond} {100 * self.limit:.2g} %: from "
+            f"{change.none:.1f} to {change.full:.1f} rad/s in the rotating frame"
+        )
+
+
+def needing(scene: Scene) -> str:
+    """Return the name of an input that needs rotation full; "" if there is none."""
+    rotor = scene.engine.rotor
+    usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
+    own = [name for name, value in usual.items() if getattr(rotor, name) != value]
+    if scene.unbalance != 0.0:
+        own.append("unbalance")
+    if scene.gap_at != "speed":
+        own.append("gap_at")
+    return own[0] if own else ""
+
+
+def choice_of(scene: Scene) -> Choice:
+    """Return what `auto` chooses for a scene.
+
+    The limit is `LEFT_OUT`, or `solver.accuracy` where that asks for less.
+
+    Raises
+    ------
+    InputError
+        where the rotor of a file has no terms of rotation
+    """
+    limit = min(scene.solver.accuracy or LEFT_OUT, LEFT_OUT)
+    needed = needing(scene) or (MOVING if _centre_moves(scene) else "")
+    if needed:
+        return Choice("full", needed, None, limit)
+    change = change_of(scene)
+    return Choice("full" if change.share > limit else "none", "", change, limit)
+
+
+def change_of(scene: Scene) -> Change:
+    """Return what the terms change most in a scene, wherever its centre is."""
+    rest, turning = (model_of(_turned(scene, name)) for name in ("none", "full"))
+    return _change(rest, turning, scene.speed, _alike(scene))
+
+
+def _turned(scene: Scene, rotation: str) -> Scene:
+    return apply_settings(scene, {"engine.rotation": rotation})
+
+
+def _alike(scene: Scene) -> int:
+    """Return g, the number of sectors that move alike; 1: all move by themselves."""
+    if not has_families(_turned(scene, "full")):
+        return 1
+    return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
+
+
+def _centre_moves(scene: Scene) -> bool:
+    model = model_of(_turned(scene, "full"))
+    return has_centre(model.rotor, model.blades) and _alike(scene) == 1
+
+
+def with_rotation(scene: Scene) -> Scene:
+    """Return the scene with rotation none or full where it is auto."""
+    if scene.engine.rotation != "auto":
+        return scene
+    return apply_settings(scene, {"engine.rotation": choice_of(scene).rotation})
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _change(rest: Model, turning: Model, speed: float, folds: int) -> Change:
+    """Return what changes most from one model to the other; `folds` is g."""
+    own, blades = turning.rotor, turning.blades
+    if own.spin and own.spin.waves and rest.rotor.cyclic:
+        pairs = _by_diameter(rest.rotor, own, blades, speed, folds)
+    else:
+        pairs = _of_whole(rest.rotor, own, blades, speed)
+    changes = (
+        Change(abs(full - none) / abs(none), name, none.imag, full.imag)
+        for name, none, full in pairs
+    )
+    return max(changes, key=lambda change: change.share)
+
+
+def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
+    """Return which modes of a rotor its tips see, (m,)."""
+    free = np.maximum(body.omega, np.finfo(float).tiny)
+    moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
+    gives = np.asarray(moved) / free**2
+    return np.asarray(gives >= SEEN * gives.max())
+
+
+def _by_diameter(
+    rest: ModalModel, turning: ModalModel, blades: int, speed: float, folds: int
+) -> Iterator[Pair]:
+    """Yield the waves of equal sectors that move; either model may have more modes.
+
+    Sorted, the lines of a diameter keep their order at all speeds: the r-th from the
+    middle outwards is the same wave.
+    """
+    seen = _seen(rest, blades)
+    before, after = (
+        _grouped(wave_lines(body, blades, speed)) for body in (rest, turning)
+    )
+    for k in range(0, blades // 2 + 1, folds):
+        ranks = rest.rank[seen & (rest.diameter == k)]
+        for rank in range(int(ranks.max(initial=-1)) + 1):
+            for line, other in zip(
+                _middle(before[k], rank, k), _middle(after[k], rank, k), strict=True
+            ):
+                yield f"{line.family} of k = {k}", _turning(line), _turning(other)
+
+
+def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
+    out: dict[int, list[WaveLine]] = {}
+    for line in lines:
+        out.setdefault(line.nodal_diameter, []).append(line)
+    return out
+
+
+def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
+    """Return the two waves of a rank, of k = 0 the one; `lines` by frequency."""
+    half = len(lines) // 2
+    return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
+
+
+def _turning(line: WaveLine) -> complex:
+    return complex(line.growth, line.rotating)
+
+
+def _of_whole(
+    rest: ModalModel, turning: ModalModel, blades: int, speed: float
+) -> Iterator[Pair]:
+    """Yield the motions of unequal sectors, which have no diameter, by frequency."""
+    count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
+    gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)
+    shapes = turning.shapes
+    rates, whole = (
+        shapes.T @ matrix @ shapes for matrix in (gyro + damping, stiffness + push)
+    )
+    n = len(whole)
+    roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)],
+                                        [-whole, -rates]]))  # fmt: skip
+    roots = np.sort_complex(-1j * roots[roots.imag > 0.0])
+    ratios, omega = rest.ratios[:count], rest.omega[:count]
+    swing = np.sqrt(np.maximum(1.0 - ratios**2, 0.0))
+    for place, (none, full) in enumerate(
+        zip(omega * (swing + 1j * ratios), roots, strict=False)
+    ):
+        yield f"mode {place + 1}", 1j * none, 1j * full
