@@ -28,6 +28,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from attacks import process
 from attacks.family import Chance, Family, Verdict
 from crashing.trace import compiled

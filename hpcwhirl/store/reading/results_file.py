@@ -32,8 +32,9 @@ BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
 
 
 def results_of(place: Path) -> Path:
-    """Return the results file of a directory, or the file itself."""
-    return place if place.is_file() else place / "results.h5"
+    """Return the results file of a directory, or the file itself, even if missing."""
+    named = place.suffix == ".h5" and not place.is_dir()
+    return place if named or place.is_file() else place / "results.h5"
 
 
 def opened(path: Path) -> h5py.File:
