@@ -150,6 +150,33 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     }
 
 
+def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
+    """Return growth rates of the rotor's free motions over the speed, 1/s.
+
+    Parameters
+    ----------
+    case : gives the rotor
+    speeds : (n,), rad/s
+
+    Returns
+    -------
+    (n,), of the motion that grows fastest, of any nodal diameter; and {family: ((n,),
+    (n,))} of k = 1, as `waves_over`, empty where the rotor has no such waves
+    """
+    model, blades = case.model.rotor, case.model.blades
+    fastest = [largest_growth(model, blades, speed) for speed in speeds.tolist()]
+    spin = model.spin
+    if spin is None or len(spin.waves) < 2:
+        return np.array(fastest), {}
+    piece, count = spin.waves[1], len(spin.waves[1].omega)
+    rates = np.array([wave_roots(model, piece, s).real for s in speeds.tolist()])
+    own = {
+        name: (rates[:, count - 1 - rank], rates[:, count + rank])
+        for rank, name in moving_ranks(model, 1).items()
+    }
+    return np.array(fastest), own
+
+
 def bands_over(case: Case, speeds: Floats) -> Waves:
     """Return the least and the largest |omega| of each family over the speed, rad/s.
 

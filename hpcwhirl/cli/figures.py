@@ -15,7 +15,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--kind", action="append", metavar="NAME",
         help="kind of figure, may be repeated (default: all); over the speed: "
         "frequency, cascade, bifurcation, interaction, growth; of the engine: shapes, "
-        "campbell; of each case: orbit, section, contributions, contacts, ledger",
+        "campbell, stability; of each case: orbit, section, contributions, contacts, "
+        "ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

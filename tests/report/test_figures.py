@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import jeffcott
 import numpy as np
 import pytest
 from paper import figures as paper_figures
@@ -499,3 +500,31 @@ def test_waves_over_the_speed_are_those_at_each():
                 )
                 told = sorted(wave[place] for wave in both)
                 assert told == pytest.approx(own, abs=1.0)  # damped, and not
+
+
+def test_the_stability_diagram_shows_who_grows_by_damping_that_turns():
+    """T3: Z'' + 2 (xi_s + xi_r) w Z' + (w^2 - 2 i Omega xi_r w) Z = 0 of a stiff rotor.
+
+    The forward whirl grows beyond w (1 + xi_s / xi_r), the backward one never.
+    """
+    own, turns, stands = jeffcott.OWN, 0.01, 0.005
+    scene = jeffcott.stiff(
+        7,
+        unbalance=0.0,
+        **{"rotor.damping": turns, "suspension_damping": turns + stands},
+    )
+    onset = own * (1 + stands / turns)
+    figure = waves.draw_stability(scene, np.array([0.0, onset]))
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    speeds, forward = lines["suspension, k = 1, forward"].get_data()
+    _, backward = lines["suspension, k = 1, backward"].get_data()
+    for speed, ahead, behind in zip(speeds, forward, backward, strict=True):
+        last = own**2 - 2j * speed * turns * own
+        roots = np.roots([1.0, 2 * (turns + stands) * own, last])
+        with_it, against = roots[np.argsort(-roots.imag)].real
+        assert ahead == pytest.approx(with_it, abs=2e-3 * own * turns)
+        assert behind == pytest.approx(against, abs=2e-3 * own * turns)
+    assert np.interp(0.0, forward, speeds) == pytest.approx(onset, rel=2e-3)
+    marked = f"unstable from: {onset:.0f} rad/s"
+    assert marked in lines
+    figure.draw_without_rendering()

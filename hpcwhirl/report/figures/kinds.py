@@ -49,6 +49,11 @@ def _campbell(results: Results, line: list[int]) -> Any:
     return waves.draw_campbell(results.scene(line[0]), speeds)
 
 
+def _stability(results: Results, line: list[int]) -> Any:
+    speeds = results["speed"][results.finished()]
+    return waves.draw_stability(results.scene(line[0]), speeds)
+
+
 KINDS = {
     "frequency": Kind(sweeps.draw_frequency, ("centre", "tips"), "speeds"),
     "cascade": Kind(sweeps.draw_cascade, ("centre",), "speeds", transient=True),
@@ -61,6 +66,7 @@ KINDS = {
     "contacts": Kind(motions.draw_contacts, ("blade_impulse",), "case", transient=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
+    "stability": Kind(_stability, (), "engine"),
     "ledger": Kind(motions.draw_ledger, ("energy", "fed", "rubbed", "lost"), "case"),
 }
 

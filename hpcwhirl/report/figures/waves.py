@@ -16,6 +16,7 @@ from hpcwhirl.analysis.rotation import (
     bands_over,
     beside,
     critical_of,
+    growth_over,
     waves_over,
 )
 from hpcwhirl.case.resolve import Case, resolve
@@ -169,6 +170,46 @@ def _marks(axes: Any, case: Case, first: float, most: float) -> None:
             axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
                           (6, 8 if name == "1F" else -14), fontsize=8,
                           textcoords="offset points")  # fmt: skip
+
+
+def draw_stability(scene: Scene, speeds: Floats) -> Any:
+    """Return growth rates of the rotor's free motions over the speed, no contact.
+
+    Above 0 a motion grows by damping that turns with the rotor, by cross-coupled
+    stiffness, or by two waves that meet. The motion of largest growth of all nodal
+    diameters is drawn with and without the effects of rotation; with them also the
+    waves of k = 1, which move the centre.
+
+    Parameters
+    ----------
+    scene : engine
+    speeds : (n,), rad/s, of the campaign
+    """
+    case = resolve(scene)
+    most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
+    span = np.linspace(0.0, most, POINTS)
+    figure = Figure(figsize=(9.5, 5.0), layout="constrained")
+    axes = figure.subplots()
+    fastest, waves = growth_over(case, span)
+    for name in [name for name in FAMILIES if name in waves]:
+        ways = ("-", "forward"), ("--", "backward")
+        for rates, (look, told) in zip(waves[name], ways, strict=True):
+            axes.plot(span, rates, look, c=COLOURS[name], lw=1.2,
+                      label=f"{name}, k = 1, {told}")  # fmt: skip
+    axes.plot(span, fastest, "k-", lw=2.0, label="largest of all waves")
+    other = beside(case)
+    if other is not None:
+        kind = other.reduced.engine.rotation
+        axes.plot(span, growth_over(other, span)[0], "k:", lw=1.4,
+                  label=f"largest, rotation = {kind}")  # fmt: skip
+    axes.axhline(0.0, c="#999999", lw=0.8)
+    if case.model.rotor.spin is not None:
+        _at_speed(axes, case, most)
+    axes.set(xlim=(0.0, most), xlabel=axis_of("speed"), ylabel=axis_of("growth_rate"))
+    name = title_of(scene.engine.name, scene.engine.file)
+    axes.set_title(f"{name}: free motions without contact", parse_math=False)
+    legend_below(figure, axes)
+    return figure
 
 
 def draw_interaction(cases: Results, line: list[int]) -> Any:
