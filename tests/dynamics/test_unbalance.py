@@ -20,6 +20,7 @@ from scipy.optimize import brentq
 
 from hpcwhirl import Design
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
@@ -413,3 +414,14 @@ def test_a_campaign_from_before_there_was_an_unbalance_goes_on(tmp_path):
     heavy = Design.of(tables, {"unbalance": 1e-3}).manifest()
     with pytest.raises(InputError, match="begun with unbalance = 0"):
         check_same(old, heavy, tmp_path)
+
+
+@pytest.mark.parametrize(("unbalance", "word"), [(4e-3, "damped"), (1e-2, "sustained")])
+def test_a_rub_that_holds_the_rotor_off_its_circle_is_sustained(unbalance, word):
+    scene = apply_settings(Scene(), {
+        "rotation": "full", "speed": 420.0, "friction": 0.05, "force": 0.0,
+        "unbalance": unbalance, "time_step": 2e-6, "traces": "summary",
+    })  # fmt: skip
+    row = simulate(scene).row
+    assert (row["regime"], row["whirl"]) == (word, "forward")
+    assert row["late_contacts"] == (word == "sustained")
