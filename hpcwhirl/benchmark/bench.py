@@ -17,6 +17,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     GeneralRotor,
     WaveRotor,
+    WholeRotor,
 )
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
@@ -26,6 +27,7 @@ from hpcwhirl.scene.schemes import DEFAULT, NAMES
 
 SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
 OWN = "as given"  # name of the scene's own engine
+FULL = "rotation full"  # names of the variants with rotation begin so
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 STEPS = 5_000  # timed in a repeat; the same steps each time, so the same contacts
@@ -134,6 +136,30 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     ]
 
 
+def over_none(timings: Sequence[Timing]) -> dict[str, list[float]]:
+    """Return {engine: [in flight, in contact]}: a step with rotation over one without.
+
+    Of the same engine; in contact what a step takes in which blades touch, since the
+    shares of such steps differ.
+    """
+    of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
+    found = {}
+    for name in dict.fromkeys(t.engine for t in timings if t.engine.startswith(FULL)):
+        plain = name.removeprefix(FULL).removeprefix(", ") or OWN
+        times = [
+            _apart(*(of[DEFAULT, engine, touches] for touches in (False, True)))
+            for engine in (name, plain)
+        ]
+        found[name] = [ours / theirs for ours, theirs in zip(*times, strict=True)]
+    return found
+
+
+def _apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
+    """Return the time of a step in flight and of one in contact, us."""
+    first = flight.microseconds_per_step
+    return first, first + (mixed.microseconds_per_step - first) / mixed.contact
+
+
 def fma_peak(repeats: int) -> float:
     """Return the measured peak of a core, GFLOP/s; a multiply-add counts as two."""
     values = np.linspace(0.0, 1.0, CHAINS)
@@ -152,7 +178,7 @@ def flight_operations(scene: Scene, scheme: str) -> int:
     Counted from `dynamics.kernels.passes`, padding included: 11 per real amplitude of
     the rotor, 36 per complex one of the ring, 2 per entry of the transform, 4 per gap;
     in `general` also 2 per entry of the matrix of tips by modes. With rotation a wave
-    of the rotor takes 12.
+    of the rotor takes 12, of the whole one 8.
 
     Raises
     ------
@@ -168,10 +194,13 @@ def flight_operations(scene: Scene, scheme: str) -> int:
     tips = march.scheme.arrays.rotor
     if isinstance(tips, WaveRotor):
         step = 6 * int(tips.hub.shape[1])
+    elif isinstance(tips, WholeRotor):
+        step = 4 * len(tips.ahead)
     else:
         step = 11 * len(rotor) // passes.ROTOR_STATE
     step += 36 * len(ring) // passes.RING_STATE + 2 * (2 * k * wide) + 4 * wide
-    return step + (2 * len(tips.read) if isinstance(tips, GeneralRotor) else 2 * k)
+    reads = isinstance(tips, GeneralRotor | WholeRotor)
+    return step + (2 * len(tips.read) if reads else 2 * k)
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:

@@ -99,8 +99,10 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     peak = bench.fma_peak(repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
         asked = bench.rows_of(scene, engines_of(scene, Path(folder)))
-        rows = [asdict(timing) for timing in bench.time_steps(asked, repeats)]
+        timings = bench.time_steps(asked, repeats)
+    rows = [asdict(timing) for timing in timings]
     facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
+    facts["rotation_over_none"] = bench.over_none(timings)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
     for scheme in COUNTED:
         flight = next(r for r in rows if r["scheme"] == scheme)["microseconds_per_step"]
@@ -121,6 +123,7 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     scene : a scene with a built-in engine
     folder : directory for the engine files
     """
+    from hpcwhirl.benchmark.bench import FULL
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
     from hpcwhirl.store.results.single import write_arrays
@@ -137,8 +140,8 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
         engines[name] = apply_settings(scene, {"file": str(path)})
     if scene.engine.rotation == "none":
         full = {"rotation": "full"}
-        engines["rotation full"] = apply_settings(scene, full)
-        engines["rotation full, mistuned"] = apply_settings(mistuned, full)
+        engines[FULL] = apply_settings(scene, full)
+        engines[f"{FULL}, mistuned"] = apply_settings(mistuned, full)
     return engines
 
 
@@ -224,6 +227,11 @@ def _show(facts: dict[str, Any]) -> None:
         f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
         f"damped tail costs {facts['modal_tail_ratio']:.2f} times one that is alive"
     )
+    for name, (flight, contact) in facts["rotation_over_none"].items():
+        console.print(
+            f"{name}: a step in flight takes {flight:.2f} times that of the same "
+            f"engine without, one in contact {contact:.2f} times"
+        )
     for case in facts.get("cases", []):
         console.print(
             f"{case['speed']:g} rad/s, gap {1e3 * case['gap']:g} mm, {case['scheme']}: "

@@ -32,6 +32,16 @@ NONE = np.zeros((0, 0))
 ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0)  # no support that differs
 
 
+class Terms(NamedTuple):
+    """M, 2 Omega C, D, K(Omega) and S of a rotor, (n, n), (skew-)symmetric."""
+
+    mass: Floats
+    gyro: Floats
+    damping: Floats
+    stiffness: Floats
+    push: Floats
+
+
 class Turning(NamedTuple):
     """Matrices of a step d' = keep d - pull x + inverse f, and of its ledger, (n, n).
 
@@ -51,18 +61,29 @@ class Turning(NamedTuple):
     push: Floats
 
 
+def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
+    """Return the matrices of a rotor with a spin; basis as of `turning`."""
+    body = model.rotor
+    matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
+    if basis is not None:
+        matrices = [basis.T @ matrix @ basis for matrix in matrices]
+    mass, gyro, damping, stiffness, push = matrices
+    return Terms(
+        mass,
+        (gyro - gyro.T) / 2,
+        (damping + damping.T) / 2,
+        (stiffness + stiffness.T) / 2,
+        (push - push.T) / 2,
+    )
+
+
 def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
     """Return the step matrices of a rotor with a spin.
 
     basis : (n, m), for matrices in its coordinates; None: in those of the model
     """
-    body, step = model.rotor, scene.solver.time_step
-    matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
-    if basis is not None:
-        matrices = [basis.T @ matrix @ basis for matrix in matrices]
-    mass, gyro, damping, stiffness, push = matrices
-    stiffness, damping = (stiffness + stiffness.T) / 2, (damping + damping.T) / 2
-    push, gyro = (push - push.T) / 2, (gyro - gyro.T) / 2
+    step = scene.solver.time_step
+    mass, gyro, damping, stiffness, push = turning_terms(model, scene, basis)
     before = (damping + gyro) / (2 * step)
     inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
     return Turning(

@@ -231,7 +231,7 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
     whole, damping = stiffness + push, rate + gyro
     same: Complexes = np.eye(len(rate), dtype=np.complex128)
     mass = same if exact else np.asarray(same - step**2 / 4 * whole)
-    roots, shapes = _roots(mass, damping, whole)
+    roots, shapes = roots_of(mass, damping, whole)
     scale = np.sqrt((2.0 - piece.simple) / model.blades)
     radial, along = -scale * piece.tips
     turned = radial @ shapes
@@ -257,10 +257,11 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
     )  # fmt: skip
 
 
-def _roots(
-    mass: Complexes, damping: Complexes, stiffness: Complexes
-) -> tuple[Complexes, Complexes]:
-    """Return (s (2 m,), Y (m, 2 m)) of [s^2 M + s G + K] Y = 0."""
+def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Complexes]:
+    """Return (s (2 m,), Y (m, 2 m)) of [s^2 M + s G + K] Y = 0, (m, m) each.
+
+    Of real matrices, roots that are not real come in exact pairs.
+    """
     m = len(mass)
     right = np.linalg.solve(mass, np.hstack([stiffness, damping]))
     top = np.hstack([np.zeros((m, m)), np.eye(m)])

@@ -297,6 +297,9 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     for row in found["rows"]:
         assert row.keys() >= {"microseconds_per_step", "spread"}
         assert row["microseconds_per_step"] > 0
+    over = found["rotation_over_none"]
+    assert list(over) == ["rotation full", "rotation full, mistuned"]
+    assert max(map(max, over.values())) < 20.0  # coupled modes took 150 times as long
     # which is larger, one repeat on a busy machine cannot tell
     assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0
 

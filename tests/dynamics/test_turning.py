@@ -12,12 +12,19 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import circulant
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, WaveRotor
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    CoupledBody,
+    WaveRotor,
+    WholeRotor,
+)
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
+from hpcwhirl.dynamics.schemes import modal
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.turning_waves import Flow, diameters_of
+from hpcwhirl.dynamics.whole_waves import whole_waves
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.waves import largest_growth, stiff_up_to, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.structure import bladed_disk
@@ -27,7 +34,9 @@ SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
     "time_step": 2e-6, "interval": 1e-4, "scheme": "general",
 }  # fmt: skip
-TURNING_SCHEMES = "modal", "exact", "general"
+UNEVEN = [0.05, -0.02, 0.01, 0.01, -0.02]  # its own mirror image
+# `modal` by waves of nodal diameters, or, as "whole", of all unequal sectors at once
+TURNING_SCHEMES = "modal", "exact", "general", "whole"
 QUIET = {
     "kind": "rigid", "duration": 1e-2, "damping": 0.0, "suspension_damping": 0.0,
 }  # fmt: skip
@@ -37,6 +46,8 @@ def march_of(**settings):
     settings = {key.replace("__", "."): value for key, value in settings.items()}
     names = {"damping": "engine.rotor.damping", "kind": "casing.kind"}
     given = {names.get(key, key): value for key, value in settings.items()}
+    if given.get("scheme") == "whole":
+        given |= {"scheme": "modal", "mistuning": UNEVEN}
     return March(resolve(apply_settings(Scene(), {**SMALL, **given})))
 
 
@@ -48,6 +59,12 @@ def kicked(march, speeds, seed=1):
     velocity[own] = np.asarray(speeds) * np.random.default_rng(seed).choice([-1, 1])
     if isinstance(march.scheme.arrays.rotor, CoupledBody):
         march.state.d_b[:] = step * velocity[by_diameter(body)[0]]
+        return velocity
+    if isinstance(march.scheme.arrays.rotor, WholeRotor):
+        own = whole_waves(march.model, march.scene)
+        a = own.amplitudes(0.0 * velocity, step * velocity)
+        march.state.rotor[own.places] = a
+        march.state.sums_b[2] = -march.scheme.balance(march.state).damping
         return velocity
     slots, _ = widths(march.model.blades)
     rows = march.state.rotor.reshape(-1, 2, slots)
@@ -97,14 +114,26 @@ CASES = {
 }  # fmt: skip
 
 
+WHOLE = {
+    "uneven": {"mistuning": UNEVEN},
+    "uneven, back": {"mistuning": UNEVEN, "speed": -450.0, "nodal_diameter": 1},
+    "uneven, wall": {**WALL, "mistuning": UNEVEN, "speed": 450.0, "friction": 0.3},
+    "uneven, standing": {"mistuning": UNEVEN, **CASES["standing"]},
+    "uneven, many": {
+        "blades": 12, "modes": 54, "mistuning": UNEVEN + 7 * [0.0], "gap": 5e-5,
+    },
+    "two": {"blades": 2, "modes": 4, "nodal_diameter": 1},
+    "creeps": {"mistuning": UNEVEN, "suspension_damping": 3.0, "nodal_diameter": 1},
+}  # fmt: skip
 CRITICAL = {"suspension_damping": -1.0, "speed": 0.0}  # with damping of 1
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [*CASES, *WHOLE])
 def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
-    given = {"duration": 6e-3, "traces": "blades", **CASES[name]}
+    given = {"duration": 6e-3, "traces": "blades", **(CASES | WHOLE)[name]}
     marches = [march_of(scheme=s, **given) for s in ("modal", "general")]
-    assert isinstance(marches[0].scheme.arrays.rotor, WaveRotor)
+    kind = WholeRotor if name in WHOLE else WaveRotor
+    assert isinstance(marches[0].scheme.arrays.rotor, kind)
     waves, modes = [march.run() for march in marches]
     assert waves.contacts == modes.contacts > 0
     assert waves.contact_impulse == pytest.approx(modes.contact_impulse, rel=1e-9)
@@ -154,17 +183,17 @@ def test_what_waves_lose_is_what_damping_and_supports_take(scheme):
 @pytest.mark.parametrize(
     "given",
     [
-        {"mistuning": [1e-3, 0.0, 0.0, 0.0, 0.0]},
         {"discretization": "elements"},
-        {"blades": 2, "modes": 4, "nodal_diameter": 1},
+        {"mistuning": UNEVEN, "stiffness_difference": 1e6},
         # two waves coincide: they are no basis
         {**CRITICAL, "damping": 1.0},
+        {**CRITICAL, "damping": 1.0, "mistuning": UNEVEN},
     ],
 )
 def test_modal_hands_over_what_is_not_told_apart(given):
     found = [march_of(scheme=s, duration=2e-3, **given) for s in ("modal", "general")]
     arrays = [march.scheme.arrays for march in found]
-    assert not isinstance(arrays[0].rotor, WaveRotor)
+    assert not isinstance(arrays[0].rotor, WaveRotor | WholeRotor)
     assert type(arrays[0].rotor) is type(arrays[1].rotor)
 
 
@@ -195,7 +224,7 @@ def test_no_certificate_of_a_rotor_whose_free_motion_grows():
     assert march.coast is None
 
 
-@pytest.mark.parametrize("scheme", ["modal", "exact"])
+@pytest.mark.parametrize("scheme", ["modal", "exact", "whole"])
 def test_waves_in_slices_have_the_same_bits(scheme):
     whole, parts = (march_of(scheme=scheme, duration=6e-3) for _ in range(2))
     whole.advance(whole.total)
@@ -204,6 +233,40 @@ def test_waves_in_slices_have_the_same_bits(scheme):
     assert whole.history().contacts > 0
     for one, other in zip(whole.state, parts.state, strict=True):
         assert one.tobytes() == other.tobytes()
+
+
+@pytest.mark.parametrize("unbalance", [0.0, 1e-2])
+def test_waves_of_the_whole_are_those_of_all_diameters(monkeypatch, unbalance):
+    """Of equal sectors, which the kernel of unequal ones marches as well."""
+    given = {"blades": 22, "modes": 110, "unbalance": unbalance, "gap": 6e-5}
+    given |= {"scheme": "modal", "duration": 6e-3}
+    parts = march_of(**given)
+    monkeypatch.setattr(modal, "waves_apart", lambda *_: None)
+    whole = march_of(**given)
+    assert isinstance(whole.scheme.arrays.rotor, WholeRotor)
+    one, other = whole.run(), parts.run()
+    assert one.contacts == other.contacts > 3
+    assert one.contact_impulse == pytest.approx(other.contact_impulse, rel=1e-9)
+    assert one.centre == pytest.approx(other.centre, abs=1e-12)
+    assert one.energy == pytest.approx(other.energy, abs=1e-9 * other.energy.max())
+
+
+def test_what_contact_gives_waves_of_the_whole_is_its_work():
+    """By forms of the energy and of what D and S take; friction drags."""
+    march = march_of(
+        scheme="whole", friction=0.2, speed=-410.0, suspension_damping=0.05,
+        cross_coupling=3e6,
+    )  # fmt: skip
+    own, mu = whole_waves(march.model, march.scene), -0.2
+    radial, along = tip_rows(march.model.rotor, 5)
+    reads = -radial - mu * along
+    rows, numbers = own.adds(reads.T)
+    size = np.abs(rows).max()
+    assert rows == pytest.approx(reads @ own.passing / 2, abs=1e-12 * size)
+    symmetric = reads @ own.give @ reads.T
+    symmetric = (symmetric + symmetric.T) / 4
+    found = (numbers + numbers.T) / 2
+    assert found == pytest.approx(symmetric, abs=1e-12 * np.abs(found).max())
 
 
 def test_unequal_sectors_turn_as_equal_ones_do():

@@ -65,8 +65,10 @@ from hpcwhirl.dynamics.kernels.flight import total_of
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicState,
+    GeneralRotor,
     GeneralSpace,
     Wanted,
+    WholeRotor,
 )
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
@@ -91,8 +93,14 @@ from hpcwhirl.dynamics.kernels.vectors import (
     lower_of,
     store,
 )
-
-EIGHT = 2 * FOUR  # modes and folded blades are padded to this
+from hpcwhirl.dynamics.kernels.whole import (
+    EIGHT,
+    energies_of_whole,
+    note_slips_of_waves,
+    push_waves,
+    settle_whole,
+    turn_waves,
+)
 
 
 @inlined
@@ -241,18 +249,18 @@ def write_tips(rotor, q, whole, tips):
 
 
 @rare
-def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, judge,
-                   tracks):  # fmt: skip
-    """Write a sample of the state as it is with its step ended, from copies.
+def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, energies, less,
+                   keep, judge, tracks):  # fmt: skip
+    """Write a sample of the state from copies of it with its step ended.
 
     Where there is contact and the motion is judged, the gaps of the bodies are compared
     with `row` of those that were solved. space.wall : of a rigid casing, or 0
+
+    energies : of the copies; less : what the sums of losses have too much, J
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole = space
-    settle_general(rotor.items, c_c, state, (t_b, t_c, end_b, end_c))
-    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
-    energies = energies_of(t_b, rotor.items, t_c, c_c, counter[STEP] & 1, step)
+    m, n = len(rotor.hub) // 2, len(t_c) // RING_STATE
     q = t_b[:m]
     if judge and counter[LAST] == counter[STEP]:
         k = len(wall) // 2
@@ -269,8 +277,8 @@ def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, keep, jud
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
     write_sample(
-        counter, whole, state.impulse, tips, t_c[: 2 * n], energies, loss, keep, judge,
-        tracks,
+        counter, whole, state.impulse, tips, t_c[: 2 * n], energies, loss - less, keep,
+        judge, tracks,
     )  # fmt: skip
 
 
@@ -278,7 +286,7 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     """Return the work space of a march: nothing of it is needed to resume."""
     check_sizes("general", arrays, state, own_sizes(arrays, state))
     blades, wide = len(state.last), len(state.gaps) // 6
-    modes, width = len(state.rotor) // ROTOR_STATE, len(state.sums_c) // 2
+    modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
     own = [modes, width, 2 * modes, width, blades]
     sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide]
@@ -292,14 +300,13 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return the sizes of the arrays of modes, see `cyclic.check_sizes`."""
-    blades, modes = len(state.impulse), len(state.rotor) // ROTOR_STATE
-    k, wide = widths(blades)
-    rotor = arrays.rotor
+    """Return the sizes of the arrays of the rotor, see `cyclic.check_sizes`."""
+    blades, rotor = len(state.impulse), arrays.rotor
+    modes, (k, wide) = len(rotor.hub) // 2, widths(blades)
+    modes = modes // EIGHT * EIGHT
+    own = _of_waves if isinstance(rotor, WholeRotor) else _of_modes
     return [
-        ("rotor", state.rotor, modes // EIGHT * EIGHT * ROTOR_STATE),
-        ("lam", state.lam, 2 * modes + 4 * k), ("sums_b", state.sums_b, 3 * modes),
-        ("rotor items", rotor.items, ITEMS * modes), ("hub", rotor.hub, 2 * modes),
+        *own(rotor, state, modes, k), ("hub", rotor.hub, 2 * modes),
         ("read", rotor.read, 2 * wide * modes),
         ("radial", rotor.radial, blades * modes),
         ("tangential", rotor.tangential, blades * modes),
@@ -308,82 +315,138 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
     ]  # fmt: skip
 
 
-@kernel
-def march_general(
-    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
-    state, tracks, space,
-):  # fmt: skip
-    """March `steps` steps; see `bodies.march_bodies` and `kernel_types`.
+def _of_modes(rotor: GeneralRotor, state: CyclicState, modes: int, k: int) -> Wanted:
+    return [
+        ("rotor", state.rotor, modes * ROTOR_STATE),
+        ("lam", state.lam, 2 * modes + 4 * k), ("sums_b", state.sums_b, 3 * modes),
+        ("rotor items", rotor.items, ITEMS * modes),
+    ]  # fmt: skip
 
-    space : of `general_space`
-    """
-    force, pulse, lobe = loading
-    c_b, gamma, radial, tangential, _, _ = rotor
-    c_c, slot, sign = casing
-    _, turns, wave = contact
-    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    spare, spectrum, slip_b, slip_c, before, solver = space[:6]
-    spectrum_of_wall, out = space.wall, space.out
-    push, known, inverse, opening, where, _, _, _, _ = solver
-    blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
-    size, ring_size = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
-    ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
-    lam_b, lam_c = lam[: 2 * size], lam[2 * size :]
-    recall(blades, wide, solver)
-    goal = counter[STEP] + steps
-    while counter[STEP] < goal and counter[STOP] == RUNNING:
-        pass_rotor(s_b, c_b, lam_b, 1, size, counter, spare, sums_b, slip_b)
-        pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c, slip_c)
-        if slips_now(counter):
-            note_slips(
-                slip_b, slip_c, tangential, turns, known, last, step, counter, ledger
-            )
-        thrust = pulse_of(counter[STEP] * step, force, pulse)
-        counter[STEP] += 1
-        time, angle = counter[STEP] * step, 0.0
-        if thrust != 0.0:
-            angle = angle_of(wall, speed, time)
-            push_pulse(
-                s_c, c_c, ring_size, thrust, lobe, sign, angle, counter, spectrum, k
-            )
-        if driven:
-            write_wall(wall, time, speed, slot, sign, spectrum)
-        row = counter[STEP] % 3 * 2 * wide
-        to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
-        read_tips(s_b, gamma, out)
-        lowest, _ = close_gaps(out, gaps, row)
-        if lowest < 0.0:
-            active = solved(
-                gaps, row, lowest, blades, wide, push, known, inverse, opening,
-                where, solver,
-            )  # fmt: skip
-            if active < 0:
-                counter[STOP] = COMPLEMENTARITY
-                return
-            older = (counter[STEP] + 1) % 3 * 2 * wide
-            read_before(gaps, older, where, active, blades, wide, before)
-            to_modes(push, where, active, radial, tangential, lam_b)
-            to_spectrum(push, where, active, turns, 2 * k, lam_c)
-            book_contacts(
-                push, where, active, before, last, counter, ledger, impulse, step
-            )
-        if thrust != 0.0:
-            ledger[PULSE] += pulse_work(
-                s_c, c_c, lam_c, ring_size, k, thrust, lobe, sign, angle, counter
-            )  # fmt: skip
-        if counter[STEP] % FLUSH_EVERY == 0:
-            flush(s_b)
-            flush(s_c)
-        keep = counter[STEP] % strides.traces == 0
-        judge = counter[STEP] % strides.evidence == 0
-        if counter[STEP] >= counter[NEXT_LOOK]:
-            watch(farthest(limit, s_b, rotor, out), limit, counter)
-        if keep or judge:
-            for c in range(2 * k):
-                spectrum_of_wall[c] = 0.0
+
+def _of_waves(rotor: WholeRotor, state: CyclicState, modes: int, k: int) -> Wanted:
+    blades = len(state.impulse)
+    padded = -(-blades // EIGHT) * EIGHT
+    rows = blades * (modes + padded)
+    return [
+        ("rotor", state.rotor, modes + padded), ("ahead", rotor.ahead, modes),
+        ("lam", state.lam, padded + 4 * k), ("sums_b", state.sums_b, 3),
+        ("push", rotor.push, blades * modes), ("opens", rotor.opens, rows),
+        ("slides", rotor.slides, rows), ("adds", rotor.adds, rows),
+        ("form", rotor.form, modes * (modes + FOUR) // 2),
+    ]  # fmt: skip
+
+
+def marching(waves):
+    """Return the loop for a rotor as modes or as waves of the whole, to be compiled."""
+
+    def march(
+        steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+        state, tracks, space,
+    ):  # fmt: skip
+        """March `steps` steps; see `bodies.march_bodies` and `kernel_types`.
+
+        space : of `general_space`
+        """
+        force, pulse, lobe = loading
+        gamma = rotor.read
+        c_c, slot, sign = casing
+        _, turns, wave = contact
+        s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
+        spare, spectrum, slip_b, slip_c, before, solver = space[:6]
+        spectrum_of_wall, out = space.wall, space.out
+        push, known, inverse, opening, where, _, _, _, _ = solver
+        blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
+        ring_size = len(s_c) // RING_STATE
+        ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
+        lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
+        recall(blades, wide, solver)
+        goal = counter[STEP] + steps
+        while counter[STEP] < goal and counter[STOP] == RUNNING:
+            if waves:
+                turn_waves(s_b, rotor.ahead)
+            else:
+                size = len(s_b) // ROTOR_STATE
+                pass_rotor(
+                    s_b, rotor.items, lam_b, 1, size, counter, spare, sums_b, slip_b
+                )
+            pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c, slip_c)
+            if slips_now(counter):
+                if waves:
+                    note_slips_of_waves(
+                        lam_b, slip_c, turns, known, last, step, counter[LAST], ledger
+                    )
+                else:
+                    note_slips(
+                        slip_b, slip_c, rotor.tangential, turns, known, last, step,
+                        counter, ledger,
+                    )  # fmt: skip
+            thrust = pulse_of(counter[STEP] * step, force, pulse)
+            counter[STEP] += 1
+            time, angle = counter[STEP] * step, 0.0
+            if thrust != 0.0:
+                angle = angle_of(wall, speed, time)
+                push_pulse(
+                    s_c, c_c, ring_size, thrust, lobe, sign, angle, counter, spectrum, k
+                )
             if driven:
-                write_wall(wall, time, speed, slot, sign, spectrum_of_wall)
-            sample_general(
-                step, mu, wall.gap, row, rotor, c_c, wave, state, space, keep, judge,
-                tracks,
-            )  # fmt: skip
+                write_wall(wall, time, speed, slot, sign, spectrum)
+            row = counter[STEP] % 3 * 2 * wide
+            to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
+            read_tips(s_b, gamma, out)
+            lowest, _ = close_gaps(out, gaps, row)
+            if counter[STEP] >= counter[NEXT_LOOK]:
+                watch(farthest(limit, s_b, rotor, out), limit, counter)
+            if lowest < 0.0:
+                active = solved(
+                    gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                    where, solver,
+                )  # fmt: skip
+                if active < 0:
+                    counter[STOP] = COMPLEMENTARITY
+                    return
+                older = (counter[STEP] + 1) % 3 * 2 * wide
+                read_before(gaps, older, where, active, blades, wide, before)
+                if waves:
+                    push_waves(push, where, active, rotor, s_b, sums_b, lam_b)
+                else:
+                    to_modes(push, where, active, rotor.radial, rotor.tangential, lam_b)
+                to_spectrum(push, where, active, turns, 2 * k, lam_c)
+                book_contacts(
+                    push, where, active, before, last, counter, ledger, impulse, step
+                )
+            if thrust != 0.0:
+                ledger[PULSE] += pulse_work(
+                    s_c, c_c, lam_c, ring_size, k, thrust, lobe, sign, angle, counter
+                )  # fmt: skip
+            if counter[STEP] % FLUSH_EVERY == 0:
+                flush(s_b)
+                flush(s_c)
+            keep = counter[STEP] % strides.traces == 0
+            judge = counter[STEP] % strides.evidence == 0
+            if keep or judge:
+                for c in range(2 * k):
+                    spectrum_of_wall[c] = 0.0
+                if driven:
+                    write_wall(wall, time, speed, slot, sign, spectrum_of_wall)
+                copies, now, less = space[6:10], counter[STEP] & 1, 0.0
+                if waves:
+                    settle_whole(c_c, state, copies)
+                    energies = energies_of_whole(
+                        space.rotor, rotor, space.ring, c_c, now, step
+                    )
+                    less = energies[0]
+                else:
+                    settle_general(rotor.items, c_c, state, copies)
+                    energies = energies_of(
+                        space.rotor, rotor.items, space.ring, c_c, now, step
+                    )
+                sample_general(
+                    step, mu, wall.gap, row, rotor, c_c, wave, state, space, energies,
+                    less, keep, judge, tracks,
+                )  # fmt: skip
+
+    return march
+
+
+march_general = kernel(marching(False))
+march_whole = kernel(marching(True))

@@ -117,9 +117,11 @@ class CyclicState(NamedTuple):
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
     lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
-        of `general` behind the rotor's modal forces (2 m,), normal and tangential
+        of `general` behind the rotor's modal forces (2 m,), normal and tangential, or
+        what its waves slip, see `whole`
     gaps : (3, 2 wide) flat, folded, of three steps
-    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`
+    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`;
+        of `whole` (3,)
     known : (N + 2,), blades of the last solution, see `circulant`
     last, counter, ledger, impulse : as in `BodiesState`
     """
@@ -357,6 +359,35 @@ class GeneralRotor(NamedTuple):
     tangential: Floats
     hub: Floats
     reach: Floats
+
+
+class WholeRotor(NamedTuple):
+    """A rotor of unequal sectors as waves, see `whole`; tips counted negative.
+
+    Of m real amplitudes, re then im of the waves, each half padded; `padded` of N.
+
+    Attributes
+    ----------
+    ahead : (m,), re and im of z - 1
+    read, radial, tangential, hub, reach : as of `GeneralRotor`
+    push : (N, m) flat, beta: what a unit multiplier and its friction add
+    opens, slides, adds : (N, m + padded) flat: of amplitudes after a step without
+        contact, and of the multipliers, d' + d of a tip's radial place, of that along
+        the casing, and what a unit multiplier adds to energy and loss
+    form : energy q^T form q, J, upper triangle by rows, each begun at a multiple of 4
+    """
+
+    ahead: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+    push: Floats
+    opens: Floats
+    slides: Floats
+    adds: Floats
+    form: Floats
 
 
 class GeneralContact(NamedTuple):

@@ -6,6 +6,7 @@ from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.waves import waves_apart
+from hpcwhirl.dynamics.schemes.whole import whole_apart
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -15,8 +16,10 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     The cyclic kernel, with rotation that of waves, or the general one where the rotor's
     sectors are not equal, the ring is the paper's elements or there are fewer than
-    three blades.
+    three blades; with rotation by waves of the whole rotor where they can be told
+    apart.
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
-    return waves_apart(model, scene) or general.build(model, scene, beat)
+    waves = waves_apart(model, scene) or whole_apart(model, scene)
+    return waves or general.build(model, scene, beat)

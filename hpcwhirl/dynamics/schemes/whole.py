@@ -1,0 +1,124 @@
+"""Rotors of unequal sectors that rotation couples: waves of the whole, in `general`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+
+from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.differences import column_sums
+from hpcwhirl.dynamics.kernels.general import general_space, march_whole
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
+from hpcwhirl.dynamics.kernels.whole import energies_of_whole, settle_whole
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes.integrator import (
+    Balance,
+    Ended,
+    Floats,
+    Integrator,
+    at_rest,
+    reader,
+    ring_reader,
+    unfold,
+)
+from hpcwhirl.dynamics.slots import ring_displacements
+from hpcwhirl.dynamics.whole_waves import (
+    WholeWaves,
+    padded_blades,
+    whole_arrays,
+    whole_waves,
+)
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import RingOperator
+
+
+def _circling(
+    march: Integrator, model: Model, scene: Scene, waves: WholeWaves
+) -> Integrator:
+    """Return the march of a rotor from its circle, if it is unbalanced.
+
+    As `waves._circling`: the circle is the last wave, which stands.
+    """
+    places, share = circle(model, scene), share_at_start(model, scene)
+    if places is None:
+        return march
+    body, state = model.rotor, march.state
+    rest = (share - 1.0) * body.shapes.T @ (body.mass @ places)
+    state.rotor[waves.places] = waves.amplitudes(rest, 0.0 * rest)
+    state.rotor[waves.half - 1] = 1.0
+    if share < 1.0:
+        state.sums_b[2] = state.ledger[PULSE] = march.balance(state).energy
+
+    def displacements(now: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        rotor, casing = march.displacements(now, steps)
+        return rotor + places, casing
+
+    return replace(march, displacements=displacements)
+
+
+def whole_apart(model: Model, scene: Scene) -> Integrator | None:
+    """Return the march of a whole rotor's waves; None where they are not told apart.
+
+    That is where rotation couples no modes, or two waves nearly coincide; and beside
+    rings of elements and on supports that differ by direction, where nothing is
+    constant in the rotating frame.
+    """
+    spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
+    if spin is None or elements or model.folds > 1 or not spin.support.is_round:
+        return None
+    waves = whole_waves(model, scene)
+    return _march(model, scene, waves) if waves.is_basis else None
+
+
+def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
+    arrays, step = whole_arrays(model, scene, waves), scene.solver.time_step
+    rotor, c_c, blades = arrays.rotor, arrays.casing.items, model.blades
+    k, _ = widths(blades)
+    padded, march = padded_blades(blades), cast(Any, march_whole)
+    ring = RING_STATE * (len(c_c) // ITEMS)
+    sizes = len(rotor.ahead) + padded, ring, padded + 4 * k, 3
+    state_at_rest = at_rest(blades, scene.gap, sizes)
+    friction = friction_with_sign(scene)
+
+    @cache
+    def space() -> GeneralSpace:
+        return general_space(arrays, state_at_rest)
+
+    def kernel(*given: Any) -> None:
+        march(*given, space())
+
+    def ended(state: CyclicState) -> Ended:
+        parts = state.rotor, state.ring, state.sums_b, state.sums_c
+        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
+        settle_whole(c_c, state, (s_b, s_c, sums_b, sums_c))
+        return s_b, s_c, sums_b, sums_c
+
+    def balance(state: CyclicState) -> Balance:
+        s_b, s_c, sums_b, sums_c = ended(state)
+        now = int(state.counter[STEP] & 1)
+        own, beside = energies_of_whole(s_b, rotor, s_c, c_c, now, step)
+        rotation, impact, drag, given = column_sums(sums_b, sums_c, step)
+        return Balance(own + beside, given - own, rotation, friction * drag, impact)
+
+    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        s_b, s_c, _, _ = ended(state)
+        q = waves.parts(waves.shapes) @ s_b[waves.places]
+        return unfold(model, q, ring_displacements(model, scene, s_c, steps))
+
+    whole = Integrator(
+        kernel=kernel,
+        arrays=arrays,
+        state=state_at_rest,
+        balance=balance,
+        displacements=displacements,
+        casing_width=2 * len(c_c) // ITEMS,
+        casing_waves=reader(model, scene, ring_reader(model, scene)),
+    )
+    return _circling(whole, model, scene, waves)

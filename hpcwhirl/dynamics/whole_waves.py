@@ -1,0 +1,228 @@
+"""Arrays of `kernels.whole`: a rotating rotor of unequal sectors as waves of the whole.
+
+As in `turning_waves`, but in one piece and real: of the 2 m roots of
+
+[s^2 (1 - dt^2 K/4) + s G + K] Y = 0,  G = D + 2 Omega C,
+
+those in pairs make one wave a pair, x = Re(Y a), with a complex amplitude, and each
+real one a wave whose amplitude stays real. Columns are what the parts of amplitudes
+move: Re Y for re, -Im Y for im. With x, d = x_n - x_{n-1} read of amplitudes q,
+
+q' = turned q + beta lambda,  d' + d = passing q + give F lambda,
+
+F the modal forces of the multipliers, which act at the step's start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.case.unbalance import circle
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels.bodies import NOWHERE
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicCasing,
+    GeneralContact,
+    Load,
+    WholeRotor,
+)
+from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
+from hpcwhirl.dynamics.kernels.whole import EIGHT
+from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
+from hpcwhirl.dynamics.slots import fold, ring_arrays, transforms
+from hpcwhirl.dynamics.tips import delassus
+from hpcwhirl.dynamics.turning import turning, turning_terms
+from hpcwhirl.dynamics.turning_waves import WORST, roots_of
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class WholeWaves:
+    """Waves of a whole rotor with m modes at rest; w waves, 2 m parts of amplitudes.
+
+    Attributes
+    ----------
+    step : dt, s
+    ahead : (w,), z - 1
+    shapes, rises : (m, w), x and d of unit amplitudes
+    paired : (w,), whether a wave has a conjugate: amplitudes of others are real
+    give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S
+    """
+
+    step: float
+    ahead: Complexes
+    shapes: Complexes
+    rises: Complexes
+    paired: NDArray[np.bool_]
+    give: Floats
+    rate: Floats
+    stiffness: Floats
+    push: Floats
+
+    def parts(self, rows: Complexes) -> Floats:
+        """Return what rows (r, w) read of the parts of amplitudes, (r, 2 m)."""
+        return np.hstack([rows.real, -rows.imag[:, self.paired]])
+
+    @property
+    def places(self) -> Integers:
+        """Places (2 m,) of the parts among the kernel's, each half padded."""
+        return np.append(
+            np.arange(len(self.ahead)), self.half + np.flatnonzero(self.paired)
+        )
+
+    @property
+    def half(self) -> int:
+        """Half of the kernel's amplitudes: the waves and one that stands, padded."""
+        return -(-(len(self.ahead) + 1) // FOUR) * FOUR
+
+    @cached_property
+    def basis(self) -> Floats:
+        """Return x and d, scaled, of the parts, (2 m, 2 m)."""
+        return np.vstack([self.parts(self.shapes), self.parts(self.rises) / self.scale])
+
+    @property
+    def scale(self) -> float:
+        """What d is divided by."""
+        return float(np.abs(self.rises).max())
+
+    @property
+    def is_basis(self) -> bool:
+        """Whether the waves span the rotor's motion: none nearly coincide."""
+        size = sum(1 + self.paired) == 2 * len(self.give)
+        return bool(size and np.linalg.cond(self.basis) < WORST)
+
+    def amplitudes(self, x: Floats, d: Floats) -> Floats:
+        """Return the parts of amplitudes, (2 m, ...), of x and d, (m, ...)."""
+        return np.linalg.solve(self.basis, np.concatenate([x, d / self.scale]))
+
+    @property
+    def before(self) -> Floats:
+        """What parts read of x a step before, without forces, (m, 2 m)."""
+        return self.parts(self.shapes / (1 + self.ahead))
+
+    @property
+    def passing(self) -> Floats:
+        """What parts read of d' + d, after a step without forces, (m, 2 m)."""
+        return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
+
+    @cached_property
+    def form(self) -> Floats:
+        """Jacobi's energy of the parts, q^T form q, J, symmetric (2 m, 2 m)."""
+        moved, place = self.parts(self.rises), self.parts(self.shapes)
+        twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
+        return np.asarray((twice + twice.T) / 4)
+
+    def adds(self, forces: Floats) -> tuple[Floats, Floats]:
+        """Return (rows (N, 2 m), numbers (N, N)): what contact adds to energy and loss.
+
+        It adds lambda . (rows q + numbers lambda), q after the step without it.
+
+        forces : (m, N), modal forces of unit multipliers
+        """
+        more = self.give @ forces
+        beta = self.amplitudes(more, more)
+        loss = self.rate @ self.passing / (2 * self.step) + self.push @ self.before / 2
+        rows = 2 * beta.T @ self.form + more.T @ loss
+        numbers = more.T @ self.rate @ more / (4 * self.step)
+        return rows, beta.T @ self.form @ beta + numbers
+
+
+def whole_waves(model: Model, scene: Scene) -> WholeWaves:
+    """Return the waves of central differences of a rotor with a spin."""
+    step, shapes = scene.solver.time_step, model.rotor.shapes
+    own, terms = turning(model, scene, shapes), turning_terms(model, scene, shapes)
+    whole = terms.stiffness + terms.push
+    mass = terms.mass - step**2 / 4 * whole
+    roots, found = roots_of(mass, terms.damping + terms.gyro, whole)
+    chosen = roots.imag >= 0.0
+    roots, found = roots[chosen], found[:, chosen]
+    ahead = roots * step / (1 - roots * step / 2)
+    return WholeWaves(
+        step, ahead, found, found * ahead / (1 + ahead), roots.imag > 0.0,
+        own.inverse, own.damping, own.stiffness, own.push,
+    )  # fmt: skip
+
+
+def whole_arrays(model: Model, scene: Scene, waves: WholeWaves) -> Arrays:
+    """Return the arrays of `kernels.general.march_whole`: round or rigid casing."""
+    ring, lobe, _ = ring_arrays(model, scene)
+    w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
+    if lost != NO_BLADE:
+        w[lost] -= rotor_compliance(model, scene)[lost]
+    return Arrays(
+        Load(scene.force, scene.pulse, lobe),
+        _rotor(model, scene, waves),
+        CyclicCasing(passes.packed(ring), *fold(scene.nodal_diameter, model.blades)),
+        GeneralContact(w, *transforms(model.blades)),
+    )
+
+
+def padded_blades(blades: int) -> int:
+    """Return the multipliers in the kernel's state."""
+    return -(-blades // EIGHT) * EIGHT
+
+
+def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
+    """Return the kernel's arrays; an unbalance's circle stands as the last wave."""
+    body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
+    radial, along = (-rows for rows in tip_rows(body, blades))
+    steady, lost = circle(model, scene), scene.engine.rotor.lost_blade
+    stands = np.zeros(len(body.shapes)) if steady is None else steady
+    tips = -stands[: 2 * blades].reshape(-1, 2)
+    hub = centre_rows(body, blades)
+    centre = stands[2 * blades :][: len(hub)] if hub.any() else np.zeros(2)
+    half, places = waves.half, waves.places
+    moved = waves.parts(waves.shapes)
+
+    def spread(rows: Floats, last: Floats | float = 0.0) -> Floats:
+        wide = np.zeros((len(rows), 2 * half))
+        wide[:, places], wide[:, half - 1] = rows, last
+        return wide
+
+    outward = spread(radial @ moved, tips[:, 0])
+    sideways = spread(along @ moved, tips[:, 1])
+    read = outward.copy()
+    if lost != NO_BLADE:
+        read[lost] = outward[lost] = sideways[lost] = 0.0
+        read[lost, half - 1] = NOWHERE
+    forces = (radial + mu * along).T
+    more = waves.give @ forces
+    ahead = np.zeros((2, half))
+    ahead[:, : len(waves.ahead)] = waves.ahead.real, waves.ahead.imag
+    chosen = read[folded(blades, widths(blades)[1])]
+    form = np.zeros((2 * half, 2 * half))
+    form[np.ix_(places, places)] = waves.form
+
+    def contact(rows: Floats, numbers: Floats) -> Floats:
+        extra = padded_blades(blades) - blades
+        return np.hstack([spread(rows), np.pad(numbers, ((0, 0), (0, extra)))])
+
+    arrays = (
+        ahead, chosen.T.reshape(2 * half, -1, EIGHT).transpose(1, 0, 2), outward,
+        sideways, spread(hub @ moved, centre), np.abs(sideways).max(axis=0),
+        spread(waves.amplitudes(more, more).T),
+        contact(radial @ waves.passing, radial @ more),
+        contact(along @ waves.passing, along @ more),
+        contact(*waves.adds(forces)), _upper(form),
+    )  # fmt: skip
+    return WholeRotor._make(aligned(np.ravel(array)) for array in arrays)
+
+
+def _upper(form: Floats) -> Floats:
+    """Return a symmetric form as the kernel reads it, see `WholeRotor`."""
+    upper = np.triu(form) + np.triu(form, 1)
+    return np.concatenate([row[i - i % FOUR :] for i, row in enumerate(upper)])
