@@ -2,21 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.limits import step_counts
-from hpcwhirl.dynamics.kernels import flight, passes
+from hpcwhirl.dynamics.kernels import flight, passes, waves
 from hpcwhirl.dynamics.kernels.kernel_types import Flight
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 
+class Flyer(NamedTuple):
+    """How a body moves where no blade touches.
+
+    Attributes
+    ----------
+    jump : steps -> items of a jump over them, see `kernels.flight`
+    bound : s, time ahead up to which they are used -> items that bound the motion
+    dies : whether all free motion dies out
+    """
+
+    jump: Callable[[int], Floats]
+    bound: Callable[[float], Floats]
+    dies: bool
+
+
+def flying_modes(items: Floats, step: float) -> Flyer:
+    """Return how modes with `passes` items (ITEMS, size) fly; step : s."""
+    real = items[:, items[passes.KEEP] > 0.0]
+    held = bool((real[passes.OMEGA] > 0.0).all())
+    return Flyer(
+        lambda count: _jump(items, count, step),
+        lambda longest: _bound(items, longest),
+        held and bool((real[passes.DAMPING] > 0.0).all()),
+    )
+
+
+def flying_waves(items: Floats, step: float) -> Flyer:
+    """Return how waves with `waves` items (ITEMS, size) fly; step : s."""
+    ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
+    roots = np.log1p(ahead) / step
+    return Flyer(
+        lambda count: _turned(roots * (count * step)),
+        lambda longest: _bound_waves(roots, items[waves.RADIAL], longest),
+        all_die_out(items),
+    )
+
+
+def all_die_out(items: Floats) -> bool:
+    """Return whether all waves that contact can push die out; items (ITEMS, size)."""
+    ahead, away = items[[waves.AHEAD_RE, waves.AHEAD_IM]]
+    less = 2 * ahead + ahead**2 + away**2  # |z|^2 - 1, without cancelling
+    moved = items[[waves.PUSH_RE, waves.PUSH_IM]].any(axis=0)
+    return bool((less < 0.0).all(where=moved | (ahead != 0.0) | (away != 0.0)))
+
+
 def flight_arrays(
-    scene: Scene, beat: int, rotor: Floats, ring: Floats
+    scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
     """Return the argument `flight` of `kernels.flight.fly`; empty for other schemes.
 
@@ -24,36 +73,27 @@ def flight_arrays(
     ----------
     scene : the case
     beat : steps between rows of evidence, at which jumps end
-    rotor, ring : items of both bodies, (ITEMS size,) and (ITEMS ring_size,)
+    rotor : how it flies
+    ring : its items, (ITEMS ring_size,)
     """
     if not SCHEMES[scene.solver.scheme].flies:
         return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
-    bodies = rotor.reshape(passes.ITEMS, -1), ring.reshape(passes.ITEMS, -1)
     step = scene.solver.time_step
+    bodies = rotor, flying_modes(ring.reshape(passes.ITEMS, -1), step)
     jumps = [
-        np.array([_jump(b, int(count), step).ravel() for count in counts])
-        for b in bodies
+        np.array([body.jump(int(count)).ravel() for count in counts]) for body in bodies
     ]
-    longest = counts[-2] * step
-    bounds = [_bound(b, longest).ravel() for b in bodies]
-    return Flight(total, _certifiable(scene, bodies), counts, *jumps, *bounds)
+    bounds = [body.bound(counts[-2] * step).ravel() for body in bodies]
+    certifiable = can_fly(scene) and all(body.dies for body in bodies)
+    return Flight(total, certifiable, counts, *jumps, *bounds)
 
 
 def can_fly(scene: Scene) -> bool:
     """Return whether gaps move by free modes only between contacts."""
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
-
-
-def _certifiable(scene: Scene, bodies: tuple[Floats, Floats]) -> bool:
-    """Return whether all free motion dies out: every mode is damped and held."""
-    real = [b[:, b[passes.KEEP] > 0.0] for b in bodies]
-    held = all((b[passes.OMEGA] > 0.0).all() for b in real)
-    return (
-        can_fly(scene) and held and all((b[passes.DAMPING] > 0.0).all() for b in real)
-    )
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
@@ -103,4 +143,23 @@ def _bound(items: Floats, longest: float) -> Floats:
     out[flight.RISE_HELD] = weight * spin**2
     held = np.divide(weight, omega, out=np.zeros_like(omega), where=omega > 0.0)
     out[flight.REACH] = held
+    return out
+
+
+def _turned(angles: Complexes) -> Floats:
+    """Return e^{s t} of waves as items of a jump, (JUMP_ITEMS, size)."""
+    turn = np.exp(angles)
+    return np.stack([turn.real, turn.imag])  # TURNED_RE, TURNED_IM
+
+
+def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
+    """Return the items that bound the waves' free motion, (BOUND_ITEMS, size).
+
+    A gap's share gamma a e^{st} has the rate gamma s a at first, and later a second
+    derivative below |gamma s^2 a|, times its growth where a wave is unstable.
+    """
+    out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
+    rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)
+    out[waves.VELOCITY_RE], out[waves.VELOCITY_IM] = rate.real, rate.imag
+    out[waves.RISE], out[waves.REACH] = weight * np.abs(roots) ** 2 * grown, weight
     return out

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.flights import all_die_out
 from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
@@ -95,9 +96,7 @@ class FreeWaves:
         self.own = np.flatnonzero(items.any(axis=0))
         chosen = items[:, self.own]
         ahead = chosen[waves.AHEAD_RE] + 1j * chosen[waves.AHEAD_IM]
-        less = 2 * ahead.real + np.abs(ahead) ** 2  # |z|^2 - 1, without cancelling
-        pushed = chosen[[waves.PUSH_RE, waves.PUSH_IM]].any(axis=0)
-        self.decays = bool((less < 0.0).all(where=pushed | (ahead != 0.0)))
+        self.decays = all_die_out(items)
         self.log = np.log1p(ahead)
         self.radius = np.exp(self.log.real)
         self.radial = chosen[waves.RADIAL]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.flights import flight_arrays
+from hpcwhirl.dynamics.flights import flight_arrays, flying_modes
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -293,20 +293,15 @@ def _ring_modes(model: Model) -> list[_RingMode]:
     return out
 
 
-def modal_amplitudes(
-    model: Model, scene: Scene, bodies: tuple[Floats, Floats], steps: int
-) -> tuple[Floats, Floats]:
-    """Return the modal amplitudes of rotor (m,) and ring (n,), static frame.
-
-    bodies : states of both after `schemes.integrator.Integrator.ended`
-    """
+def rotor_amplitudes(model: Model, state: Floats) -> Floats:
+    """Return the rotor's modal amplitudes (m,) from an ended state."""
     slots, _ = widths(model.blades)
-    rotor = bodies[0].reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
+    rotor = state.reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
     q_b = np.zeros(len(model.rotor.omega))
     for mode in _rotor_modes(model):
         value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
         q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
-    return q_b, ring_displacements(model, scene, bodies[1], steps)
+    return q_b
 
 
 def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) -> Floats:
@@ -371,12 +366,14 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
     ring, lobe, casing_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
-    flight = flight_arrays(scene, beat, passes.unpacked(rotor), ring) if flies else ()
+    flyer = flying_modes(passes.unpacked(rotor), step)
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
         CyclicRotor(rotor, hub),
         CyclicCasing(passes.packed(ring), slot, sign),
-        CyclicContact(column.copy(), turns, wave, flight),
+        CyclicContact(
+            column.copy(), turns, wave, flight_arrays(scene, beat, flyer, ring)
+        ),
     )
     return arrays, rows, casing_rows
 

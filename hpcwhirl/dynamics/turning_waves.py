@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from hpcwhirl.case.unbalance import circle
+from hpcwhirl.dynamics.flights import flight_arrays, flying_waves
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -304,9 +305,12 @@ def is_basis(diameters: list[Diameter]) -> bool:
 
 
 def wave_arrays(
-    model: Model, scene: Scene, diameters: list[Diameter]
+    model: Model, scene: Scene, diameters: list[Diameter], beat: int
 ) -> tuple[Arrays, int]:
-    """Return (arrays of `kernels.waves.march_waves`, rows of the ring)."""
+    """Return (arrays of the cyclic kernel, rows of the ring).
+
+    beat : steps between rows of evidence
+    """
     blades, mu = model.blades, friction_with_sign(scene)
     ring, lobe, ring_rows = ring_arrays(model, scene)
     slot, sign = fold(scene.nodal_diameter, blades)
@@ -317,11 +321,13 @@ def wave_arrays(
     opens = [own.radial @ own.shapes @ own.pushed(mu) for own in diameters]
     waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
     column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
+    count = waves.FLOW_ITEMS if is_exact(scene) else waves.ITEMS
+    flyer = flying_waves(unpacked(rotor.items, count), scene.solver.time_step)
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
         rotor,
         CyclicCasing(packed_modes(ring), slot, sign),
-        CyclicContact(column, turns, wave, ()),
+        CyclicContact(column, turns, wave, flight_arrays(scene, beat, flyer, ring)),
     )
     return arrays, ring_rows
 

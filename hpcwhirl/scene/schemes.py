@@ -28,8 +28,7 @@ class Scheme:
     matrices : whether it integrates coordinates with M, D and K, not modes
     stands : whether supports may differ by direction
     turns : computing time of a step with engine.rotation = "full", s, taken for "auto",
-        too; no scheme flies
-        then, and only rotors of equal sectors settle
+        too; only rotors of equal sectors fly or settle then
     """
 
     name: str

@@ -6,14 +6,17 @@ import pytest
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import flights
-from hpcwhirl.dynamics.kernels import contact, flight, passes
+from hpcwhirl.dynamics.kernels import contact, flight, passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import central_differences, exact_flow
+from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 
 NEVER = np.iinfo(np.int64).max
+ROTATIONS = "none", "full"
 
 
 def scene(**settings):
@@ -63,60 +66,94 @@ def test_the_flow_is_central_differences_as_the_step_goes_to_zero():
 
 def items_of(march):
     """Return the items of rotor and ring, (ITEMS, size) each."""
-    bodies = march.scheme.arrays.rotor, march.scheme.arrays.casing
-    return [passes.unpacked(body.items) for body in bodies]
+    rotor, casing = march.scheme.arrays.rotor, march.scheme.arrays.casing
+    ring = passes.unpacked(casing.items)
+    if isinstance(rotor, WaveRotor):
+        return [unpacked(rotor.items, waves.FLOW_ITEMS), ring]
+    return [passes.unpacked(rotor.items), ring]
+
+
+def spread(rng, parts, size, share):
+    """Return random numbers over ten decades, a share of them not 0."""
+    out = 10.0 ** rng.uniform(-6, 0) * rng.normal(size=(parts, size))
+    out *= 10.0 ** rng.uniform(-4, 0, size=(parts, size))
+    return out * (rng.random((parts, size)) < share)
+
+
+def random_modes(state, item, parts, rng, share):
+    """Set a random free motion of a share of the modes; parts : 2 for the ring."""
+    state[:] = 0.0
+    size = item.shape[1]
+    speed, held = spread(rng, parts, size, share), item[passes.OMEGA] > 0
+    place = speed * rng.normal(size=(parts, size))
+    place = np.divide(place, item[passes.OMEGA], out=np.zeros_like(place), where=held)
+    of_d = np.where(held, item[passes.SPEED_D], 1.0)
+    d = (speed - item[passes.SPEED_Q] * place) / of_d * held
+    state[: parts * size] = place.ravel()
+    state[parts * size : 2 * parts * size] = d.ravel()
+
+
+def random_waves(state, items, k, rng, share):
+    """Set a random free motion of a share of the waves."""
+    parts = spread(rng, 2, items.shape[1], share) * (items[waves.AHEAD_IM] != 0)
+    rate = np.abs(items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM])
+    parts = np.divide(parts, 1e6 * rate, out=np.zeros_like(parts), where=rate > 0)
+    state[: parts.size] = parts.reshape(2, -1, k).transpose(1, 0, 2).ravel()
 
 
 def random_state(march, rng, share=1.0):
     """Put a random free motion of a share of all modes into a march."""
-    rotor, ring = march.state.rotor, march.state.ring
-    items = items_of(march)
-    for state, item, parts in ((rotor, items[0], 1), (ring, items[1], 2)):
-        state[:] = 0.0
-        size = item.shape[1]
-        speed = 10.0 ** rng.uniform(-6, 0) * rng.normal(size=(parts, size))
-        speed *= 10.0 ** rng.uniform(-4, 0, size=(parts, size))
-        speed *= rng.random((parts, size)) < share
-        held = item[passes.OMEGA] > 0
-        place = speed * rng.normal(size=(parts, size))
-        place = np.divide(
-            place, item[passes.OMEGA], out=np.zeros_like(place), where=held
-        )
-        of_d = np.where(held, item[passes.SPEED_D], 1.0)
-        d = (speed - item[passes.SPEED_Q] * place) / of_d * held
-        state[: parts * size] = place.ravel()
-        state[parts * size : 2 * parts * size] = d.ravel()
+    rotor, ring = items_of(march)
+    if isinstance(march.scheme.arrays.rotor, WaveRotor):
+        k, _ = widths(march.model.blades)
+        random_waves(march.state.rotor, rotor, k, rng, share)
+    else:
+        random_modes(march.state.rotor, rotor, 1, rng, share)
+    random_modes(march.state.ring, ring, 2, rng, share)
 
 
-def folded(march, q_rotor, q_ring):
-    """Return the N gaps of amplitudes (ring in the rotating frame), m."""
+def folded(march, of_rotor, q_ring):
+    """Return the N gaps of a rotor's spectrum and the ring's amplitudes, m.
+
+    The ring's are in the rotating frame.
+    """
     blades = march.model.blades
     k, _ = widths(blades)
-    items = items_of(march)
-    spectrum = (items[0][passes.RADIAL] * q_rotor).reshape(-1, 2, k).sum(axis=0)
-    ring = items[1][passes.RADIAL] * q_ring.reshape(2, -1)
+    ring = items_of(march)[1][passes.RADIAL] * q_ring.reshape(2, -1)
     ring = ring.reshape(2, -1, k).sum(axis=1)
     turns = march.scheme.arrays.contact.turns.reshape(blades, 2 * k)
-    return march.scene.gap + turns @ (spectrum + ring).ravel()
+    return march.scene.gap + turns @ (of_rotor + ring.ravel())
+
+
+def flown_modes(state, item, steps, step, parts):
+    """Return the places (parts, size) that modes have `steps` after a state."""
+    table, size = flights._jump(item, steps, step), item.shape[1]
+    q = state[: parts * size].reshape(parts, size)
+    d = state[parts * size : 2 * parts * size].reshape(parts, size)
+    q = table[flight.QQ] * q + table[flight.QD] * d
+    if parts == 2:
+        turn = table[flight.TURNED_RE] + 1j * table[flight.TURNED_IM]
+        turned = (q[0] + 1j * q[1]) * turn
+        q = np.array([turned.real, turned.imag])
+    return q
 
 
 def flown(march, steps):
     """Return the gaps `steps` (any real number) after the state of a march, m."""
-    step, out = march.scene.solver.time_step, []
-    states = march.state.rotor, march.state.ring
-    for state, item, parts in zip(states, items_of(march), (1, 2), strict=True):
-        table = flights._jump(item, steps, step)
-        size = item.shape[1]
-        q = state[: parts * size].reshape(parts, size)
-        d = state[parts * size : 2 * parts * size].reshape(parts, size)
-        q = table[flight.QQ] * q + table[flight.QD] * d
-        if parts == 2:
-            turned = (q[0] + 1j * q[1]) * (
-                table[flight.TURNED_RE] + 1j * table[flight.TURNED_IM]
-            )
-            q = np.array([turned.real, turned.imag])
-        out.append(q.ravel())
-    return folded(march, *out)
+    step, (rotor, ring) = march.scene.solver.time_step, items_of(march)
+    k, _ = widths(march.model.blades)
+    if isinstance(march.scheme.arrays.rotor, WaveRotor):
+        parts = march.state.rotor.reshape(-1, 2, k)
+        a = (parts[:, 0] + 1j * parts[:, 1]).ravel()
+        ahead = rotor[waves.AHEAD_RE] + 1j * rotor[waves.AHEAD_IM]
+        a = rotor[waves.RADIAL] * a * (1 + ahead) ** steps
+        spectrum = a.reshape(-1, k).sum(axis=0)
+        of_rotor = np.concatenate([spectrum.real, spectrum.imag])
+    else:
+        q = flown_modes(march.state.rotor, rotor, steps, step, 1)
+        of_rotor = (rotor[passes.RADIAL] * q).reshape(-1, 2 * k).sum(axis=0)
+    q_ring = flown_modes(march.state.ring, ring, steps, step, 2)
+    return folded(march, of_rotor, q_ring.ravel())
 
 
 @pytest.mark.parametrize("speed", [410.0, -150.0])
@@ -148,10 +185,20 @@ def test_free_motion_is_the_same_at_any_step_and_with_any_jumps(speed):
         assert np.all(np.abs(found - want) < 1e-6 * scale)
 
 
-@pytest.mark.parametrize("k", [1, 2, 3])
-def test_flights_change_nothing_but_the_work(k):
-    settings = {"nodal_diameter": k, "duration": 4e-3, "interval": 2e-5, "gap": 4e-4,
-                "force": 4e5}  # fmt: skip
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"nodal_diameter": 1},
+        {"nodal_diameter": 2},
+        {"nodal_diameter": 3},
+        {"nodal_diameter": 1, "rotation": "full", "duration": 2e-2},
+        {"nodal_diameter": 2, "rotation": "full"},
+        {"nodal_diameter": 3, "rotation": "full"},
+        {"nodal_diameter": 2, "rotation": "full", "unbalance": 2e-2},
+    ],
+)
+def test_flights_change_nothing_but_the_work(given):
+    settings = {"duration": 4e-3, "interval": 2e-5, "gap": 4e-4, "force": 4e5} | given
     (with_jumps, a), (without, b) = (ended(fly=f, **settings) for f in (True, False))
     assert without.counter[contact.JUMPED] == 0
     assert with_jumps.counter[contact.JUMPED] > 50
@@ -161,17 +208,60 @@ def test_flights_change_nothing_but_the_work(k):
         assert np.abs(one - other).max() < 1e-7 * np.abs(other).max(), name
 
 
-@pytest.mark.parametrize("speed", [0.0, 410.0, 5000.0])
-def test_no_blade_touches_within_a_jump(speed):
-    march = March(resolve(scene(speed=speed, gap=5e-4)))
-    blades, rng = march.model.blades, np.random.default_rng(int(speed))
+def bounds_of(march):
+    """Return (second derivative, reach) that bound rotor and ring, (2, 2)."""
+    (_, rotor, casing, touching), state = march.scheme.arrays, march.state
+    k, _ = widths(march.model.blades)
+    rows, rate = rotor.hub.shape[1] // (2 * k), np.zeros(2 * k)
+    ring_rows = len(state.ring) // passes.RING_STATE // k
+    of_rotor = flight.bound_rotor.kinds[type(rotor)](
+        rotor, state.rotor, touching.flight.bounds_b, rows, k, state.counter, rate
+    )
+    return of_rotor, flight.bound_ring(
+        state.ring, casing.items, touching.flight.bounds_c, ring_rows, k,
+        state.counter, rate,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("rotation", ROTATIONS)
+def test_reach_bounds_all_later_displacements(rotation):
+    march = March(resolve(scene(rotation=rotation)))
+    rng, gap, used = np.random.default_rng(3), march.scene.gap, []
+    for _ in range(200):
+        random_state(march, rng, share=0.01)
+        (_, rotor), (_, ring) = bounds_of(march)
+        if rotor + ring == 0.0:
+            continue
+        later = np.r_[0, 10.0 ** rng.uniform(0, 4, size=8)]
+        lowest = min(flown(march, steps).min() for steps in later)
+        used.append((gap - lowest) / (rotor + ring))
+    assert max(used) < 1 + 1e-9
+    assert max(used) > 0.9  # and not far too careful
+
+
+def looked_ahead(march):
+    """Return the steps that a march takes for free, from its state as the first."""
+    blades, (_, rotor, casing, touching) = march.model.blades, march.scheme.arrays
     k, wide = widths(blades)
-    rows = len(march.state.rotor) // passes.ROTOR_STATE // (2 * k)
     ring_rows = len(march.state.ring) // passes.RING_STATE // k
     fold = [j if j < wide else (blades - (j - wide)) % blades for j in range(2 * wide)]
-    c_b, c_c = march.scheme.arrays.rotor.items, march.scheme.arrays.casing.items
-    _, _, wave, arrays = march.scheme.arrays.contact
-    closed, jumps = 0, []
+    march.counter[:] = 0
+    march.counter[[contact.LAST, contact.CERTIFIED]] = -1
+    march.state.gaps[: 2 * wide] = flown(march, 0.0)[fold]
+    return 1 + flight.look_ahead(
+        march.scene.solver.time_step, march.scene.gap, rotor, casing.items,
+        touching.wave, touching.flight, march.state, np.zeros(2 * k),
+        np.zeros(2 * wide), rotor.hub.shape[1] // (2 * k), ring_rows, k, wide,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rotation", "speed"),
+    [("none", 0.0), ("none", 410.0), ("none", 5000.0), ("full", 1.0), ("full", 1000.0)],
+)
+def test_no_blade_touches_within_a_jump(rotation, speed):
+    march = March(resolve(scene(rotation=rotation, speed=speed, gap=5e-4)))
+    rng, closed, jumps = np.random.default_rng(int(speed)), 0, []
     for _ in range(500):
         random_state(march, rng, share=0.02)
         gap = march.scene.gap
@@ -181,14 +271,7 @@ def test_no_blade_touches_within_a_jump(speed):
         used = rng.uniform(0.1, 0.95) * gap / nearest
         march.state.rotor[:] *= used  # the nearest blade uses up part of the gap
         march.state.ring[:] *= used
-        now = flown(march, 0.0)
-        march.counter[:] = 0
-        march.counter[[contact.LAST, contact.CERTIFIED]] = -1
-        march.state.gaps[: 2 * wide] = now[fold]
-        steps = 1 + flight.look_ahead(
-            march.scene.solver.time_step, march.scene.gap, c_b, c_c, wave, arrays,
-            march.state, np.zeros(2 * k), np.zeros(2 * wide), rows, ring_rows, k, wide,
-        )  # fmt: skip
+        steps = looked_ahead(march)
         jumps.append(steps)
         for part in np.linspace(0.0, steps, 12):
             assert flown(march, part).min() > -1e-18
@@ -200,14 +283,14 @@ def test_no_blade_touches_within_a_jump(speed):
     assert closed > 0.02 * len(jumps)  # and not far too careful
 
 
-def test_after_a_certificate_no_blade_ever_touches():
-    march, history = ended(gap=1e-3, friction=0.2, duration=0.1, nodal_diameter=2)
+@pytest.mark.parametrize("rotation", ROTATIONS)
+def test_after_a_certificate_no_blade_ever_touches(rotation):
+    settings = {"gap": 1e-3, "friction": 0.2, "nodal_diameter": 2, "rotation": rotation}
+    march, history = ended(duration=0.1, **settings)
     certified = int(march.counter[contact.CERTIFIED])
     assert certified > 0
     assert 0 < history.certificate_reach < march.scene.gap
-    again = March(
-        resolve(scene(gap=1e-3, friction=0.2, duration=1.0, nodal_diameter=2))
-    )
+    again = March(resolve(scene(duration=1.0, **settings)))
     again.advance(certified)
     last = again.counter[contact.LAST]
     lowest = np.inf
@@ -223,9 +306,14 @@ def test_after_a_certificate_no_blade_ever_touches():
 
 @pytest.mark.parametrize(
     "settings",
-    [{"engine.casing.damping": 0.0}, {"engine.casing.support_frequency": 0.0}],
+    [
+        {"engine.casing.damping": 0.0},
+        {"engine.casing.support_frequency": 0.0},
+        {"engine.rotor.damping": 0.0, "rotation": "full"},
+        {"speed": 1000.0, "rotation": "full"},  # ground resonance: a wave grows
+    ],
 )
-def test_no_certificate_without_damping_or_support(settings):
+def test_no_certificate_where_motion_may_last(settings):
     quiet = {"gap": 0.05, "duration": 0.02, "force": 10.0}
     march, history = ended(**quiet, **settings)
     assert march.counter[contact.JUMPED] > 0
@@ -241,10 +329,12 @@ def test_a_growing_rigid_casing_allows_no_flight():
     assert march.counter[contact.JUMPED] == 0
 
 
-def test_flights_between_two_cuts_of_a_run_give_the_same_bits():
+@pytest.mark.parametrize("rotation", ROTATIONS)
+def test_flights_between_two_cuts_of_a_run_give_the_same_bits(rotation):
+    settings = {"gap": 1e-3, "friction": 0.2, "duration": 8e-3, "rotation": rotation}
     runs = []
     for cuts in ((10**9,), (1, 7, 100, 333, 10**9), (2500, 10**9)):
-        march = March(resolve(scene(gap=1e-3, friction=0.2, duration=8e-3)))
+        march = March(resolve(scene(**settings)))
         for size in cuts:
             march.advance(size)
         runs.append(march)
@@ -267,28 +357,19 @@ def test_exact_says_what_it_cannot_do(settings):
         March(resolve(scene(**settings)))
 
 
+@pytest.mark.parametrize("rotation", ROTATIONS)
 @pytest.mark.parametrize("tiny", [1e-140, 1e-160, 1e-161, 1e-162, 1e-163, 5e-324])
-def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny):
+def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny, rotation):
     # the envelope's square is rounded below zero there; its root once made the bounds
     # NaN and let a jump pass over a contact
-    march, _ = ended(duration=2e-4)
-    _, rotor, casing, touching = march.scheme.arrays
-    bounds, k = touching.flight, widths(march.model.blades)[0]
+    march, _ = ended(duration=2e-4, rotation=rotation)
     chance = np.random.default_rng(1)
     for _ in range(50):
-        for body, items, bound, read, per in (
-            (march.state.rotor, rotor.items, bounds.bounds_b, flight.bound_rotor, 3),
-            (march.state.ring, casing.items, bounds.bounds_c, flight.bound_ring, 6),
-        ):
+        for body in (march.state.rotor, march.state.ring):
             body[:] = tiny * chance.normal(size=len(body))
             body[len(body) // 3 :] *= 0.01  # increments
-            width = 2 * k if per == 3 else k
-            rows = len(body) // per // width
-            rate = np.zeros(2 * k)
-            now = len(body) // per * (per // 3)
-            bend, reach = read(body, items, bound, rows, k, now, rate)
-            assert 0.0 <= bend < 1e-100
-            assert 0.0 <= reach < 1e-100
+        for bound in np.ravel(bounds_of(march)):
+            assert 0.0 <= bound < 1e-100
 
 
 def test_what_is_not_known_is_not_jumped_over():
@@ -299,17 +380,22 @@ def test_what_is_not_known_is_not_jumped_over():
     assert flight.free_steps(gaps, 0, rates, 4, 1.0, 1e-6, 1000) == 0
 
 
-def test_a_jump_that_passes_over_a_contact_is_no_result(monkeypatch):
+@pytest.mark.parametrize("rotation", ROTATIONS)
+def test_a_jump_that_passes_over_a_contact_is_no_result(monkeypatch, rotation):
     # bounds a thousand times too small: blades are found beyond the casing
-    true = flights._bound
+    def short(bound, kinds):
+        def less(*given):
+            out = bound(*given)
+            out[kinds] *= 1e-3
+            return out
 
-    def short(items, longest):
-        out = true(items, longest)
-        out[[flight.RISE, flight.RISE_HELD]] *= 1e-3
-        return out
+        return less
 
-    monkeypatch.setattr(flights, "_bound", short)
-    march, history = ended(duration=20e-3, interval=1e-3)
+    kinds = [flight.RISE, flight.RISE_HELD]
+    monkeypatch.setattr(flights, "_bound", short(flights._bound, kinds))
+    of_waves = short(flights._bound_waves, [waves.RISE])
+    monkeypatch.setattr(flights, "_bound_waves", of_waves)
+    march, history = ended(duration=20e-3, interval=1e-3, rotation=rotation)
     row = result_of(march.case, history).row
     assert row["gap_error"] > 1e-3
     assert (row["outcome"], row["regime"]) == ("unstable", "none")

@@ -150,6 +150,27 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         return self.twin.get_overload(sig)
 
 
+class Verb(Part):
+    """A part that is another one for each kind of its first argument, a NamedTuple."""
+
+    kinds: dict[type, Any]
+
+    def __call__(self, first: Any, *rest: Any) -> Any:
+        """Call the kernel of that kind."""
+        return self.kinds[type(first)](first, *rest)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the template of a call of that kind's part."""
+        return self._of(args).get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return what that kind's part compiles to."""
+        return self._of(sig).get_overload(sig)
+
+    def _of(self, args: Any) -> Any:
+        return self.kinds[args[0].instance_class]
+
+
 COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 
 
@@ -189,6 +210,23 @@ def rare(function: Any) -> Any:
 def inlined(function: Any) -> Any:
     """Compile a part that each of its callers has a copy of."""
     return part(function, inline=True)
+
+
+def verb(function: Any) -> Any:
+    """Name what parts do, or kernels, each for a kind of its first argument."""
+    made = numba_njit(function)
+    made.__class__, made.kinds = Verb, {}
+    return made
+
+
+def does(named: Any, kind: type) -> Callable[[Any], Any]:
+    """Let the decorated part do a verb for a kind, a NamedTuple."""
+
+    def register(made: Any) -> Any:
+        named.kinds[kind] = made
+        return made
+
+    return register
 
 
 rare_kernel = partial(kernel, twin=rare)

@@ -50,23 +50,26 @@ from hpcwhirl.dynamics.kernels.contact import (
     slips_now,
     watch,
 )
-from hpcwhirl.dynamics.kernels.flight import fly, total_of
+from hpcwhirl.dynamics.kernels.flight import fly
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicSpace,
     CyclicState,
     Sizes,
     Wanted,
+    WaveRotor,
 )
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RING_STATE,
     ROTOR_STATE,
     copy_to,
+    one_norm,
     pulse_work,
     push_pulse,
     slip_of,
     to_gaps,
+    total_of,
     write_wall,
 )
 from hpcwhirl.dynamics.kernels.samples import (
@@ -74,7 +77,7 @@ from hpcwhirl.dynamics.kernels.samples import (
     aside_space,
     keep_between,
     put_aside,
-    sample_cyclic,
+    sample_rotor,
     sample_space,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -82,10 +85,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
     all_aligned,
     broadcast,
     fma,
-    higher_of,
     load,
     store,
 )
+from hpcwhirl.dynamics.kernels.waves import wave_sizes
 from hpcwhirl.errors import ModelError
 
 
@@ -146,14 +149,20 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return the sizes of the arrays of slots, see `check_sizes`."""
-    k, _ = widths(len(state.impulse))
-    size, rotor = len(state.rotor) // ROTOR_STATE, arrays.rotor
+    """Return the sizes of the arrays of a rotor and its slots, see `check_sizes`."""
+    blades, rotor = len(state.impulse), arrays.rotor
+    k, _ = widths(blades)
+    size = rotor.hub.shape[1] // (2 * k) * 2 * k
+    shared: Wanted = [
+        ("lam", state.lam, 4 * k), ("hub", rotor.hub, 2 * size),
+        ("column", arrays.contact.column, blades),
+    ]  # fmt: skip
+    if isinstance(rotor, WaveRotor):
+        exact = bool(arrays.contact.flight)
+        return [*wave_sizes(rotor, state, size // 2, k, exact=exact), *shared]
     return [
-        ("rotor", state.rotor, size // (2 * k) * 2 * k * ROTOR_STATE),
-        ("lam", state.lam, 4 * k), ("sums_b", state.sums_b, 6 * k),
-        ("rotor items", rotor.items, ITEMS * size), ("hub", rotor.hub, 2 * size),
-        ("column", arrays.contact.column, len(state.impulse)),
+        ("rotor", state.rotor, size * ROTOR_STATE), ("sums_b", state.sums_b, 6 * k),
+        ("rotor items", rotor.items, ITEMS * size), *shared,
     ]  # fmt: skip
 
 
@@ -175,12 +184,11 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
 
 
 @inlined
-def sizes_of(state):
-    """Return the sizes of a state's arrays."""
+def sizes_of(rotor, state):
+    """Return the sizes of a rotor's and a state's arrays."""
     k, blades = len(state.lam) // 4, len(state.impulse)
-    rows, ring_rows = len(state.rotor) // (2 * k), len(state.ring) // k
-    wide = len(state.gaps) // 6
-    return Sizes(blades, rows // ROTOR_STATE, ring_rows // RING_STATE, k, wide)
+    rows, ring_rows = rotor.hub.shape[1] // (2 * k), len(state.ring) // k
+    return Sizes(blades, rows, ring_rows // RING_STATE, k, len(state.gaps) // 6)
 
 
 @inlined
@@ -200,18 +208,8 @@ def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, r
     return to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
 
 
-@inlined
-def one_norm(spectrum, width):
-    """Return a bound of what a spectrum is at any blade."""
-    total = broadcast(0.0)
-    for c in range(0, width, FOUR):
-        part = load(spectrum, c)
-        total = total + higher_of(part, broadcast(0.0) - part)
-    return total_of(total)
-
-
 @rare
-def farthest(limit, q, c_b, out_b, wave, sizes, work):
+def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest displacement of a tip, of both components, m.
 
     Where a bound of all of them is below `NEAR` of the limit, that.
@@ -221,7 +219,7 @@ def farthest(limit, q, c_b, out_b, wave, sizes, work):
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
-    along_of(q, c_b, rows, k, spectrum)
+    along_of(rotor, q, rows, k, spectrum)
     bound = math.hypot(one_norm(out_b, 2 * k), one_norm(spectrum, 2 * k))
     if not bound > NEAR * limit:
         return bound
@@ -272,16 +270,17 @@ def prepare(step, speed, wall, slot, sign, state, sample):
 def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
                        keep, judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""
-    c_b, c_c, slot, sign = rotor.items, casing.items, casing.slot, casing.sign
+    c_c, slot, sign = casing
     counter, wide = state.counter, len(state.gaps) // 6
     t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
     prepare(step, speed, wall, slot, sign, state, sample)
     differences.end_step(
-        state.rotor, t_b, c_b, state.ring, t_c, c_c, state.lam, counter, sums_b, sums_c
-    )
-    sample_cyclic(
-        mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns, wave, state,
-        differences.energies_of(t_b, c_b, t_c, c_c, counter[STEP] & 1, step),
+        rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
+        sums_c,
+    )  # fmt: skip
+    sample_rotor(
+        rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
+        differences.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
         differences.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
     )  # fmt: skip
 
@@ -290,184 +289,156 @@ def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state,
 def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
                 judge, tracks):  # fmt: skip
     """End the step in copies and write a sample of them."""
-    c_b, c_c, slot, sign = rotor.items, casing.items, casing.slot, casing.sign
+    c_c, slot, sign = casing
     counter, wide = state.counter, len(state.gaps) // 6
     t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
     prepare(step, speed, wall, slot, sign, state, sample)
     flow.end_step(
-        state.rotor, t_b, c_b, state.ring, t_c, c_c, state.lam, counter, sums_b, sums_c
-    )
-    sample_cyclic(
-        mu, wall.gap, counter[STEP] % 3 * 2 * wide, rotor, c_c, turns, wave, state,
-        flow.energies_of(t_b, c_b, t_c, c_c, counter[STEP] & 1, step),
+        rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
+        sums_c,
+    )  # fmt: skip
+    sample_rotor(
+        rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
+        flow.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
         flow.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
     )  # fmt: skip
 
 
-@kernel
-def march_differences(
-    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
-    state, tracks, space,
-):  # fmt: skip
-    """March `steps` steps by central differences; see `bodies.march_bodies`.
+@inlined
+def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, flight,
+         state, outs, space, tracks, sizes):  # fmt: skip
+    """Jump if it is time to try and no blade can touch for a while; return whether.
 
-    space : of `space_of`
+    between : whether to write the samples of the traces that are jumped over
     """
-    force, pulse, lobe = loading
-    (c_b, _), (c_c, slot, sign), (_, turns, wave, _) = rotor, casing, contact
-    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
-    looking = spectrum, rates, sample.again
-    push, known, inverse, opening, where, _, _, _, _ = solver
-    sizes = sizes_of(state)
-    blades, rows, ring_rows, k, wide = sizes
-    ring_size = ring_rows * k
-    recall(blades, wide, solver)
-    goal = counter[STEP] + steps
-    while counter[STEP] < goal and counter[STOP] == RUNNING:
-        differences.pass_rotor(
-            s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b, slips[0]
-        )
-        differences.pass_ring(
-            s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
-        )
-        if slips_now(counter):
-            note_slips(slips, turns, known, last, step, k, spectrum, counter, ledger)
-        thrust = pulse_of(counter[STEP] * step, force, pulse)
-        counter[STEP] += 1
-        time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
-        if thrust != 0.0:
-            push_pulse(
-                s_c, c_c, ring_size, thrust, lobe, sign, angle_of(wall, speed, time),
-                counter, out_c, k,
-            )  # fmt: skip
-        lowest = predict(
-            out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
-            sizes,
+    counter = state.counter
+    begun = counter[STEP]
+    if begun < counter[NEXT_TRY] or counter[LAST] == begun:
+        return False
+    if between:
+        put_aside(state, space.aside)
+    jumped = fly(
+        strides.evidence, step, wall, loading, rotor, c_c, wave, flight, state, outs,
+        sizes,
+    )  # fmt: skip
+    if jumped and between:
+        keep_between(
+            begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns, wave,
+            flight, state, space, tracks, sizes,
         )  # fmt: skip
-        if lowest < 0.0:
-            active = solved(
-                gaps, row, lowest, blades, wide, push, known, inverse, opening,
-                where, solver,
-            )  # fmt: skip
-            if active < 0:
-                counter[STOP] = COMPLEMENTARITY
-                return
-            older = (counter[STEP] + 1) % 3 * 2 * wide
-            read_before(gaps, older, where, active, blades, wide, before)
-            to_spectrum(push, where, active, turns, 2 * k, lam)
-            book_contacts(
-                push, where, active, before, last, counter, ledger, impulse, step
-            )
-        if thrust != 0.0:
-            ledger[PULSE] += pulse_work(
-                s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
-                angle_of(wall, speed, time), counter,
-            )  # fmt: skip
-        if counter[STEP] % FLUSH_EVERY == 0:
-            flush(s_b)
-            flush(s_c)
-        keep = counter[STEP] % strides.traces == 0
-        judge = counter[STEP] % strides.evidence == 0
-        if counter[STEP] >= counter[NEXT_LOOK]:
-            far = farthest(limit, s_b, c_b, out_b, wave, sizes, looking)
-            watch(far, limit, counter)
-        if keep or judge:
-            sample_differences(
-                step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
-                judge, tracks,
-            )  # fmt: skip
+    return jumped
 
 
-@kernel
-def march_flow(
-    steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
-    state, tracks, space,
-):  # fmt: skip
-    """March `steps` steps of the exact flow, as `march_differences`; see `flight`."""
-    force, pulse, lobe = loading
-    (c_b, _), (c_c, slot, sign), (_, turns, wave, flight) = rotor, casing, contact
-    s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-    out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
-    outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
-    between = strides.traces % strides.evidence != 0  # traces end no jump
-    push, known, inverse, opening, where, _, _, _, _ = solver
-    sizes = sizes_of(state)
-    blades, rows, ring_rows, k, wide = sizes
-    ring_size = ring_rows * k
-    recall(blades, wide, solver)
-    goal = counter[STEP] + steps
-    while counter[STEP] < goal and counter[STOP] == RUNNING:
-        jumped = False
-        if counter[STEP] >= counter[NEXT_TRY] and counter[LAST] != counter[STEP]:
-            begun = counter[STEP]
-            if between:
-                put_aside(state, space.aside)
-            jumped = fly(
-                strides.evidence, step, wall, loading, c_b, c_c, wave, flight, state,
-                outs, sizes,
-            )  # fmt: skip
-            if jumped and between:
-                keep_between(
-                    begun, strides.traces, step, mu, wall.gap, rotor, c_c, turns, wave,
-                    flight, state, space, tracks, sizes,
+def marching(exact):
+    """Return the loop by central differences or by the exact flow, to be compiled."""
+
+    def march(
+        steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
+        state, tracks, space,
+    ):  # fmt: skip
+        """March `steps` steps; see `bodies.march_bodies`; space : of `space_of`.
+
+        The exact flow jumps where no blade can touch, see `flight`.
+        """
+        force, pulse, lobe = loading
+        (c_c, slot, sign), (_, turns, wave, flight) = casing, contact
+        s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
+        out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
+        outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
+        between = strides.traces % strides.evidence != 0  # traces end no jump
+        push, known, inverse, opening, where, _, _, _, _ = solver
+        sizes = sizes_of(rotor, state)
+        blades, rows, ring_rows, k, wide = sizes
+        ring_size = ring_rows * k
+        recall(blades, wide, solver)
+        goal = counter[STEP] + steps
+        while counter[STEP] < goal and counter[STOP] == RUNNING:
+            jumped = False
+            if exact:
+                jumped = flew(
+                    between, strides, step, mu, wall, loading, rotor, c_c, turns, wave,
+                    flight, state, outs, space, tracks, sizes,
                 )  # fmt: skip
-        if not jumped:
-            flow.pass_rotor(
-                s_b, c_b, lam, rows, 2 * k, counter, out_b, sums_b, slips[0]
-            )
-            flow.pass_ring(
-                s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
-            )
-            if slips_now(counter):
-                note_slips(
-                    slips, turns, known, last, step, k, spectrum, counter, ledger
-                )
-            thrust = pulse_of(counter[STEP] * step, force, pulse)
-            counter[STEP] += 1
-            time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
-            if thrust != 0.0:
-                push_pulse(
-                    s_c, c_c, ring_size, thrust, lobe, sign,
-                    angle_of(wall, speed, time), counter, out_c, k,
+            if not jumped:
+                if exact:
+                    flow.pass_rotor(
+                        rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
+                    )
+                    flow.pass_ring(
+                        s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+                    )
+                else:
+                    differences.pass_rotor(
+                        rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
+                    )
+                    differences.pass_ring(
+                        s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+                    )
+                if slips_now(counter):
+                    note_slips(
+                        slips, turns, known, last, step, k, spectrum, counter, ledger
+                    )
+                thrust = pulse_of(counter[STEP] * step, force, pulse)
+                counter[STEP] += 1
+                time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
+                if thrust != 0.0:
+                    push_pulse(
+                        s_c, c_c, ring_size, thrust, lobe, sign,
+                        angle_of(wall, speed, time), counter, out_c, k,
+                    )  # fmt: skip
+                lowest = predict(
+                    out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps,
+                    row, sizes,
                 )  # fmt: skip
-            lowest = predict(
-                out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
-                sizes,
-            )  # fmt: skip
-            if lowest < 0.0:
-                active = solved(
-                    gaps, row, lowest, blades, wide, push, known, inverse, opening,
-                    where, solver,
-                )  # fmt: skip
-                if active < 0:
-                    counter[STOP] = COMPLEMENTARITY
-                    return
-                if ring_size == 0 and wall.amplitude != 0.0:
-                    carried = carried_by_wall(
-                        push, where, active, blades, wall, speed, time, step
-                    )  # what the columns take for impact
-                    ledger[ROTATION] += carried
-                    ledger[IMPACT] += carried
-                to_spectrum(push, where, active, turns, 2 * k, lam)
-                book_contacts(
-                    push, where, active, before, last, counter, ledger, impulse, step
-                )
-            if thrust != 0.0:
-                ledger[PULSE] += pulse_work(
-                    s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
-                    angle_of(wall, speed, time), counter,
-                )  # fmt: skip
-            if counter[STEP] % FLUSH_EVERY == 0:
-                flush(s_b)
-                flush(s_c)
-        keep = counter[STEP] % strides.traces == 0
-        judge = counter[STEP] % strides.evidence == 0
-        if counter[STEP] >= counter[NEXT_LOOK]:
-            far = farthest(limit, s_b, c_b, out_b, wave, sizes, looking)
-            watch(far, limit, counter)
-        if keep or judge:
-            sample_flow(
-                step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
-                judge, tracks,
-            )  # fmt: skip
+                if lowest < 0.0:
+                    active = solved(
+                        gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                        where, solver,
+                    )  # fmt: skip
+                    if active < 0:
+                        counter[STOP] = COMPLEMENTARITY
+                        return
+                    if not exact:
+                        older = (counter[STEP] + 1) % 3 * 2 * wide
+                        read_before(gaps, older, where, active, blades, wide, before)
+                    elif ring_size == 0 and wall.amplitude != 0.0:
+                        carried = carried_by_wall(
+                            push, where, active, blades, wall, speed, time, step
+                        )  # what the columns take for impact
+                        ledger[ROTATION] += carried
+                        ledger[IMPACT] += carried
+                    to_spectrum(push, where, active, turns, 2 * k, lam)
+                    book_contacts(
+                        push, where, active, before, last, counter, ledger, impulse,
+                        step,
+                    )  # fmt: skip
+                if thrust != 0.0:
+                    ledger[PULSE] += pulse_work(
+                        s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
+                        angle_of(wall, speed, time), counter,
+                    )  # fmt: skip
+                if counter[STEP] % FLUSH_EVERY == 0:
+                    flush(s_b)
+                    flush(s_c)
+            keep = counter[STEP] % strides.traces == 0
+            judge = counter[STEP] % strides.evidence == 0
+            if counter[STEP] >= counter[NEXT_LOOK]:
+                far = farthest(rotor, limit, s_b, out_b, wave, sizes, looking)
+                watch(far, limit, counter)
+            if keep or judge:
+                if exact:
+                    sample_flow(
+                        step, speed, mu, wall, rotor, casing, turns, wave, state,
+                        sample, keep, judge, tracks,
+                    )  # fmt: skip
+                else:
+                    sample_differences(
+                        step, speed, mu, wall, rotor, casing, turns, wave, state,
+                        sample, keep, judge, tracks,
+                    )  # fmt: skip
+
+    return march
+
+
+march_differences = kernel(marching(False))
+march_flow = kernel(marching(True))

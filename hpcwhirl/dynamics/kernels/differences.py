@@ -5,8 +5,16 @@ A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
+from hpcwhirl.dynamics.kernels.compiled import (
+    does,
+    inlined,
+    kernel,
+    rare,
+    rare_kernel,
+    verb,
+)
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor, GeneralRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     OMEGA,
@@ -67,7 +75,7 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Do `pass_rotor`, with or without contact."""
+    """Do `pass_modes`, with or without contact."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -122,9 +130,14 @@ def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums,
         store_both(out, k, col, (real, imag))
 
 
+@verb
+def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """End a step of a rotor and predict the next; see `pass_modes`."""
+
+
 @inlined
-def pass_rotor(s, c, lam, rows, width, counter, out, sums, slip):
-    """End a step of the rotor and predict the next.
+def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
+    """End a step of modes and predict the next.
 
     Parameters
     ----------
@@ -144,9 +157,16 @@ def pass_rotor(s, c, lam, rows, width, counter, out, sums, slip):
         rotor_columns(s, c, lam, rows, width, now, then, False, out, sums, slip)
 
 
+@does(pass_rotor, CyclicRotor)
+@inlined
+def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """End a step of cyclic modes and predict the next."""
+    pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
+
+
 @inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
-    """End a step of the ring and predict the next; as `pass_rotor`.
+    """End a step of the ring and predict the next; as `pass_modes`.
 
     s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
     2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,); slip : (2 k,)
@@ -200,11 +220,17 @@ def settle_ring(s, t, c, lam, k, counter, sums):
             book_ring(sums, k, col, push, works)
 
 
-@kernel
-def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+@verb
+def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+
+
+@does(end_step, CyclicRotor)
+@kernel
+def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Do `end_step` for cyclic modes and the ring."""
     k = len(sums_c) // 4
-    settle_rotor(s_b, t_b, c_b, lam, 2 * k, counter, sums_b)
+    settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
 
 
@@ -223,17 +249,30 @@ def energy_of(s, c, place, increment, size, step):
     return total
 
 
-@rare_kernel
-def energies_of(t_b, c_b, t_c, c_c, now, step):
+@rare
+def energy_of_ring(t, c, now, step):
+    """Return the energy of the ring from its ended state, J."""
+    n = len(t) // RING_STATE
+    at = 2 * n * (1 + now)
+    ring = energy_of(t, c, n - n, at, n, step)
+    return ring + energy_of(t, c, n, at + n, n, step)
+
+
+@verb
+def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from ended states, J.
 
     now : 0 or 1, the place of d
     """
-    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
-    at = 2 * n * (1 + now)
-    ring = energy_of(t_c, c_c, n - n, at, n, step)
-    ring += energy_of(t_c, c_c, n, at + n, n, step)
-    return energy_of(t_b, c_b, m - m, (1 + now) * m, m, step), ring
+
+
+@does(energies_of, GeneralRotor)
+@does(energies_of, CyclicRotor)
+@rare_kernel
+def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
+    """Do `energies_of` for a rotor's modes."""
+    m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now, step)
+    return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
 
 
 @rare_kernel

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import does, kernel, part, verb
 from hpcwhirl.dynamics.kernels.contact import (
     CERTIFICATE,
     CERTIFIED,
@@ -29,18 +29,20 @@ from hpcwhirl.dynamics.kernels.contact import (
     STEP,
 )
 from hpcwhirl.dynamics.kernels.flow import end_step
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RADIAL,
     SPEED_D,
     SPEED_Q,
     SPIN,
+    places,
     to_gaps,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
-    element,
     fma,
     fnma,
     higher_of,
@@ -61,10 +63,17 @@ PASSES = 2  # jumps of powers of two that make up one
 LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
 
 
+@verb
+def bound_rotor(rotor, s, bound, rows, k, counter, rate):
+    """Return (A, reach) of a rotor; set rate (2 k,), the spectrum of its velocity."""
+
+
+@does(bound_rotor, CyclicRotor)
 @kernel
-def bound_rotor(s, c, bound, rows, k, now, rate):
-    """Return (A, reach) of the rotor; set rate (2 k,), the spectrum of its velocity."""
-    width, size = 2 * k, 2 * k * rows
+def bound_modes(rotor, s, bound, rows, k, counter, rate):
+    """Do `bound_rotor` for cyclic modes."""
+    c, width, size = rotor.items, 2 * k, 2 * k * rows
+    now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -93,9 +102,10 @@ def bound_rotor(s, c, bound, rows, k, now, rate):
 
 
 @kernel
-def bound_ring(s, c, bound, rows, k, now, rate):
+def bound_ring(s, c, bound, rows, k, counter, rate):
     """Return (A, reach) of the ring; add to rate (2 k,)."""
     size = rows * k
+    now, _ = places(counter, 2 * size)
     bend, reach = broadcast(0.0), broadcast(0.0)
     for col in range(0, k, FOUR):
         rate_re, rate_im = load(rate, col), load(rate, k + col)
@@ -124,12 +134,6 @@ def bound_ring(s, c, bound, rows, k, now, rate):
     return total_of(bend), total_of(reach)
 
 
-@inlined
-def total_of(four):
-    """Return the sum of four doubles."""
-    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
-
-
 @kernel
 def open_until(gap, rate, bend):
     """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
@@ -153,10 +157,17 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     return int(LESS * time / step)
 
 
+@verb
+def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
+    """Jump; set out (2 k,); add damping loss. now, then : counts of steps are odd."""
+
+
+@does(jump_rotor, CyclicRotor)
 @part
-def jump_rotor(s, c, table, rows, width, now, then, out, sums):
-    """Jump: q, d at `now` to q, d at `then`; set out (width,); add damping loss."""
-    size = rows * width
+def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
+    """Do `jump_rotor` for cyclic modes: q, d to q, d in another place."""
+    c, width, size = rotor.items, 2 * k, 2 * k * rows
+    now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
         loss, spectrum = load(sums, 2 * width + col), broadcast(0.0)
         for f in range(rows):
@@ -180,6 +191,7 @@ def jump_rotor(s, c, table, rows, width, now, then, out, sums):
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
     """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
     size = rows * k
+    now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
         loss, real, imag = load(sums, 2 * k + col), broadcast(0.0), broadcast(0.0)
         for r in range(rows):
@@ -211,19 +223,14 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 
 
 @kernel
-def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring_rows,
+def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ring_rows,
                k, wide):  # fmt: skip
     """End the step; return the steps free of contact from here; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
-    width, odd = 2 * k, counter[STEP] & 1
-    end_step(s_b, s_b, c_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
+    end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
-    bend, reach = bound_rotor(
-        s_b, c_b, flight.bounds_b, rows, k, (1 + odd) * rows * width, rate
-    )
-    more, further = bound_ring(
-        s_c, c_c, flight.bounds_c, ring_rows, k, (2 + 2 * odd) * ring_rows * k, rate
-    )
+    bend, reach = bound_rotor(rotor, s_b, flight.bounds_b, rows, k, counter, rate)
+    more, further = bound_ring(s_c, c_c, flight.bounds_c, ring_rows, k, counter, rate)
     if flight.certifiable and (reach + further) < LESS * gap:
         counter[CERTIFIED] = counter[STEP]
         ledger[CERTIFICATE] = reach + further
@@ -234,26 +241,23 @@ def look_ahead(step, gap, c_b, c_c, wave, flight, state, rate, rates, rows, ring
 
 
 @part
-def leap(count, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
+def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     """Jump over `count` steps, or the most of them that a few jumps make; return it."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
-    counter, width, left = state.counter, 2 * k, count
+    counter, left = state.counter, count
     for _ in range(PASSES):
         p = len(counts) - 1 if left == counts[-1] else len(counts) - 2
         while p >= 0 and counts[p] > left:
             p -= 1
         if p < 0:
             break
-        odd = counter[STEP] & 1
-        after = (counter[STEP] + counts[p]) & 1
+        now, then = counter[STEP] & 1, (counter[STEP] + counts[p]) & 1
         jump_rotor(
-            state.rotor, c_b, jumps_b[p], rows, width, (1 + odd) * rows * width,
-            (1 + after) * rows * width, out_b, state.sums_b,
-        )  # fmt: skip
+            rotor, state.rotor, jumps_b[p], rows, k, now, then, out_b, state.sums_b
+        )
         jump_ring(
-            state.ring, c_c, jumps_c[p], ring_rows, k, (2 + 2 * odd) * ring_rows * k,
-            (2 + 2 * after) * ring_rows * k, out_c, state.sums_c,
-        )  # fmt: skip
+            state.ring, c_c, jumps_c[p], ring_rows, k, now, then, out_c, state.sums_c
+        )
         counter[STEP] += counts[p]
         counter[ENDED] = counter[STEP]
         counter[JUMPED] += counts[p]
@@ -263,7 +267,7 @@ def leap(count, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
 
 
 @part
-def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, outs, sizes):
+def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
@@ -285,11 +289,11 @@ def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, outs, sizes):
     free = left
     if counter[CERTIFIED] < 0:
         free = look_ahead(
-            step, wall.gap, c_b, c_c, wave, flight, state, spectrum, rates,
+            step, wall.gap, rotor, c_c, wave, flight, state, spectrum, rates,
             rows, ring_rows, k, wide,
         )  # fmt: skip
     if counter[CERTIFIED] >= 0:
-        leap(left, c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k)
+        leap(left, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k)
         return True
     if free < SHORTEST:
         counter[PATIENCE] = min(max(2 * counter[PATIENCE], 2), LONGEST_PATIENCE)
@@ -297,7 +301,7 @@ def fly(beat, step, wall, load, c_b, c_c, wave, flight, state, outs, sizes):
         return False
     counter[PATIENCE] = 0
     done = leap(
-        min(free, left), c_b, c_c, flight, state, out_b, out_c, rows, ring_rows, k
+        min(free, left), rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k
     )
     counter[NEXT_TRY] = counter[STEP] + (done == free)
     for c in range(2 * k):

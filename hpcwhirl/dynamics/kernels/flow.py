@@ -7,8 +7,16 @@ normal forces times the rate at which the ring's shape passes below the blades.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
+from hpcwhirl.dynamics.kernels.compiled import (
+    does,
+    inlined,
+    kernel,
+    rare,
+    rare_kernel,
+    verb,
+)
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     LOSS_DD,
@@ -175,9 +183,16 @@ def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums,
         store_both(out, k, col, (real, imag))
 
 
+@verb
+def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """End a step of a rotor, if one waits, and predict; as in `differences`."""
+
+
+@does(pass_rotor, CyclicRotor)
 @inlined
-def pass_rotor(s, c, lam, rows, width, counter, out, sums, slip):
-    """End a step of the rotor, if one waits, and predict; as in `differences`."""
+def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """Do `pass_rotor` for cyclic modes."""
+    c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
         rotor_columns(s, c, lam, rows, width, now, then, False, False, out, sums, slip)
@@ -199,20 +214,31 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
         ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums, slip)
 
 
-@kernel
-def end_step(s_b, t_b, c_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+@verb
+def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
-    size, ring = len(s_b) // ROTOR_STATE, len(s_c) // RING_STATE
-    ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
-    touched = touched and ended
-    settle_rotor(s_b, t_b, c_b, lam, size, counter, ended, touched, sums_b)
-    settle_ring(s_c, t_c, c_c, lam, ring, counter, ended, touched, sums_c)
+
+
+@does(end_step, CyclicRotor)
+@kernel
+def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Do `end_step` for cyclic modes and the ring."""
+    settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
+    settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @inlined
-def settle_rotor(s, t, c, lam, size, counter, ended, touched, sums):
+def waiting(counter):
+    """Return whether a step waits to be ended, and whether it has contact."""
+    ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
+    return ended, touched and ended
+
+
+@inlined
+def settle_rotor(s, t, c, lam, counter, sums):
     """Do `end_step` for the rotor."""
-    width, zero = len(sums) // 3, broadcast(0.0)
+    ended, touched = waiting(counter)
+    size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
     now, then = places(counter, size)
     for col in range(0, width, FOUR):
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -231,9 +257,10 @@ def settle_rotor(s, t, c, lam, size, counter, ended, touched, sums):
 
 
 @inlined
-def settle_ring(s, t, c, lam, size, counter, ended, touched, sums):
+def settle_ring(s, t, c, lam, counter, sums):
     """Do `end_step` for the ring."""
-    k, zero = len(sums) // 4, broadcast(0.0)
+    ended, touched = waiting(counter)
+    size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
     now, then = places(counter, 2 * size)
     for col in range(0, k, FOUR):
         push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
@@ -265,16 +292,28 @@ def energy_of(s, c, place, increment, size):
     return total
 
 
-@rare_kernel
-def energies_of(t_b, c_b, t_c, c_c, now, _):
+@rare
+def energy_of_ring(t, c, now):
+    """Return the energy of the ring from its ended state, J."""
+    n = len(t) // RING_STATE
+    at = 2 * n * (1 + now)
+    return energy_of(t, c, n - n, at, n) + energy_of(t, c, n, at + n, n)
+
+
+@verb
+def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from ended states at n, J.
 
     now : 0 or 1, the place of d
     """
-    m, n = len(t_b) // ROTOR_STATE, len(t_c) // RING_STATE
-    at = 2 * n * (1 + now)
-    ring = energy_of(t_c, c_c, n - n, at, n) + energy_of(t_c, c_c, n, at + n, n)
-    return energy_of(t_b, c_b, m - m, (1 + now) * m, m), ring
+
+
+@does(energies_of, CyclicRotor)
+@rare_kernel
+def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
+    """Do `energies_of` for a rotor's modes."""
+    m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now)
+    return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m), ring
 
 
 @rare_kernel

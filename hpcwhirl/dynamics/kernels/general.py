@@ -9,7 +9,7 @@ g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma of friction.
 They are summed over the blades in contact alone, and wait with the ring's spectrum for
-the next pass: a mode of the rotor is a column of `differences.pass_rotor`, of one row,
+the next pass: a mode of the rotor is a column of `differences.pass_modes`, of one row,
 which reads its modal forces where a slot has the spectrum.
 """
 
@@ -55,13 +55,12 @@ from hpcwhirl.dynamics.kernels.cyclic import (
 )
 from hpcwhirl.dynamics.kernels.differences import (
     column_sums,
-    energies_of,
+    energies_of_modes,
+    pass_modes,
     pass_ring,
-    pass_rotor,
     settle_ring,
     settle_rotor,
 )
-from hpcwhirl.dynamics.kernels.flight import total_of
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicState,
@@ -79,6 +78,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     pulse_work,
     push_pulse,
     to_gaps,
+    total_of,
     write_wall,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -366,7 +366,7 @@ def marching(waves):
                 turn_waves(s_b, rotor.ahead)
             else:
                 size = len(s_b) // ROTOR_STATE
-                pass_rotor(
+                pass_modes(
                     s_b, rotor.items, lam_b, 1, size, counter, spare, sums_b, slip_b
                 )
             pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c, slip_c)
@@ -437,8 +437,8 @@ def marching(waves):
                     less = energies[0]
                 else:
                     settle_general(rotor.items, c_c, state, copies)
-                    energies = energies_of(
-                        space.rotor, rotor.items, space.ring, c_c, now, step
+                    energies = energies_of_modes(
+                        rotor, space.rotor, space.ring, c_c, now, step
                     )
                 sample_general(
                     step, mu, wall.gap, row, rotor, c_c, wave, state, space, energies,

@@ -495,30 +495,6 @@ class CyclicSpace(NamedTuple):
     aside: CyclicState
 
 
-class WaveSpace(NamedTuple):
-    """Work space of the kernel `waves`.
-
-    Attributes
-    ----------
-    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
-    rates : (2 wide,)
-    slip_b, slip_c : (4 k,), (2 k,), see `passes.slip_of`; spare : (4 k,)
-    before : (N,), m, gaps before contact
-    sample, contact : of `samples` and `circulant`
-    """
-
-    out_b: Floats
-    out_c: Floats
-    spectrum: Floats
-    rates: Floats
-    slip_b: Floats
-    slip_c: Floats
-    spare: Floats
-    before: Floats
-    sample: SampleSpace
-    contact: ConstantSpace
-
-
 class Flight(NamedTuple):
     """What the exact scheme jumps with, see `flight`.
 
@@ -528,7 +504,8 @@ class Flight(NamedTuple):
     certifiable : whether a certificate is possible
     counts : (P,), steps of the jumps, the last those between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size)
-    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,)
+    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,); those of the
+        rotor's waves are told in `waves`
     """
 
     total: int

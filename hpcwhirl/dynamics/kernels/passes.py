@@ -34,6 +34,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     element,
     fma,
     fnma,
+    higher_of,
     load,
     lower_of,
     store,
@@ -266,6 +267,22 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
             both = re * math.cos(angle) + sign * im * math.sin(angle)
             total += 0.5 * push * lobe[m] * both
     return total
+
+
+@inlined
+def total_of(four):
+    """Return the sum of four doubles."""
+    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
+
+
+@inlined
+def one_norm(spectrum, width):
+    """Return a bound of what a spectrum is at any blade."""
+    total = broadcast(0.0)
+    for c in range(0, width, FOUR):
+        part = load(spectrum, c)
+        total = total + higher_of(part, broadcast(0.0) - part)
+    return total_of(total)
 
 
 @inlined

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
+from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, verb
 from hpcwhirl.dynamics.kernels.contact import (
     ENDED,
     FRICTION,
@@ -20,7 +20,11 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.flight import leap
 from hpcwhirl.dynamics.kernels.flow import column_sums, end_step, energies_of
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, SampleSpace
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    CyclicRotor,
+    CyclicState,
+    SampleSpace,
+)
 from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -76,9 +80,16 @@ def read_tips(q, c, hub, turns, width, work, tips):
             tips[j, direction] = at_blade(work, turns, j, width)
 
 
-@inlined
-def along_of(q, c, rows, k, out):
+@verb
+def along_of(rotor, q, rows, k, out):
     """Set out (2 k,): the spectrum of the tips' tangential places, counted negative."""
+
+
+@does(along_of, CyclicRotor)
+@inlined
+def along_of_modes(rotor, q, rows, k, out):
+    """Do `along_of` for cyclic modes."""
+    c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
@@ -117,17 +128,24 @@ def read_centre(q, hub, tips):
         tips[-1, axis] = total
 
 
-@rare
-def sample_cyclic(mu, gap, row, rotor, c_c, turns, wave, state, energies, works, sample,
-                  keep, judge, tracks):  # fmt: skip
+@verb
+def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
+                 keep, judge, tracks):  # fmt: skip
     """Write a sample of the state as it is with its step ended, as `sample` has it.
 
     Tips are read where they are kept. Where there is contact and the motion is judged,
     the gaps are compared with `row` of those that were solved. energies, works : of
     the ended state and sums, by the scheme's `energies_of` and `column_sums`
     """
+
+
+@does(sample_rotor, CyclicRotor)
+@rare
+def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
+                 keep, judge, tracks):  # fmt: skip
+    """Do `sample_rotor` for cyclic modes."""
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
-    t_b, t_c, whole, (c_b, hub) = sample.rotor, sample.ring, sample.ledger, rotor
+    t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
     if judge and counter[LAST] == counter[STEP]:
         most = radial_bound(t_b, c_b, size, width)
@@ -136,18 +154,25 @@ def sample_cyclic(mu, gap, row, rotor, c_c, turns, wave, state, energies, works,
     if keep and len(tracks.tips) > 0:
         read_tips(t_b, c_b, hub, turns, width, sample.columns, sample.tips)
     read_centre(t_b, hub, sample.tips)
-    rotation, impact, drag, loss = works
-    copy_to(whole, ledger)
+    write_all(mu, state, energies, works, works[3], sample, keep, judge, tracks)
+
+
+@rare
+def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
+    """Write a sample with all that the columns have booked entered in the ledger."""
+    whole, (rotation, impact, drag, _) = sample.ledger, works
+    copy_to(whole, state.ledger)
     whole[ROTATION] += rotation
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
     write_sample(
-        counter, whole, impulse, sample.tips, t_c, energies, loss, keep, judge, tracks
-    )
+        state.counter, whole, state.impulse, sample.tips, sample.ring, energies, loss,
+        keep, judge, tracks,
+    )  # fmt: skip
 
 
 def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
-    """Return the work space of `sample_cyclic`."""
+    """Return the work space of `sample_rotor`."""
     return SampleSpace(
         np.zeros(len(state.rotor)), np.zeros(len(state.ring)),
         np.zeros(len(state.sums_b)), np.zeros(len(state.sums_c)), np.zeros(width),
@@ -186,21 +211,21 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     out_b, out_c = space.between
     if own[ENDED] != begun:  # the step that waited has been ended by the jump
         end_step(
-            aside.rotor, aside.rotor, rotor.items, aside.ring, aside.ring, c_c,
-            aside.lam, own, aside.sums_b, aside.sums_c,
+            rotor, aside.rotor, aside.rotor, aside.ring, aside.ring, c_c, aside.lam,
+            own, aside.sums_b, aside.sums_c,
         )  # fmt: skip
         own[ENDED] = begun
     first = (begun // stride + 1) * stride
     for goal in range(first, counter[STEP], stride):
         while own[STEP] < goal:
-            leap(goal - own[STEP], rotor.items, c_c, flight, aside, out_b, out_c, rows,
+            leap(goal - own[STEP], rotor, c_c, flight, aside, out_b, out_c, rows,
                  ring_rows, k)  # fmt: skip
         own[SAMPLE] = counter[SAMPLE]
         copy_to(sample.rotor, aside.rotor)
         copy_to(sample.ring, aside.ring)
-        sample_cyclic(
-            mu, gap, 0, rotor, c_c, turns, wave, aside,
-            energies_of(aside.rotor, rotor.items, aside.ring, c_c, own[STEP] & 1, step),
+        sample_rotor(
+            rotor, mu, gap, 0, c_c, turns, wave, aside,
+            energies_of(rotor, aside.rotor, aside.ring, c_c, own[STEP] & 1, step),
             column_sums(aside.sums_b, aside.sums_c, step), sample, yes, not yes, tracks,
         )  # fmt: skip
         counter[SAMPLE] = own[SAMPLE]

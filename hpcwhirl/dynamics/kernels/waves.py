@@ -6,8 +6,11 @@ the multipliers' spectrum pushes, beta Lambda. What contact adds waits until the
 pass, as in `passes`; ring, transform and contact are those of `cyclic`.
 
 Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. Behind
-them the state has the gaps' spectra of the last three steps. The items of four
-neighbouring waves p .. p + 3 stand together, item i at (p ITEMS + 4 i).
+them the state of central differences has the gaps' spectra of the last three steps. The
+items of four neighbouring waves p .. p + 3 stand together, item i at (p ITEMS + 4 i).
+
+In flight a wave jumps over n steps by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|, s
+its root, bound the gaps, see `flight`.
 
 Free motion loses Jacobi's energy as D and S take it: the rotor's loss is what contact
 has added to energy and loss, less the energy that is left.
@@ -15,71 +18,41 @@ has added to energy and loss, less the energy that is left.
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from hpcwhirl.dynamics.kernels import differences, flow
-from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
-from hpcwhirl.dynamics.kernels.circulant import circulant_space, recall, solved
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare, rare_kernel
-from hpcwhirl.dynamics.kernels.contact import (
-    COMPLEMENTARITY,
-    FRICTION,
-    IMPACT,
-    LAST,
-    NEAR,
-    NEXT_LOOK,
-    PULSE,
-    ROTATION,
-    RUNNING,
-    STEP,
-    STOP,
-    book_contacts,
-    carried_by_wall,
-    pulse_of,
-    slips_now,
-    watch,
-    write_sample,
+from hpcwhirl.dynamics.kernels.compiled import (
+    does,
+    inlined,
+    kernel,
+    part,
+    rare,
+    rare_kernel,
 )
-from hpcwhirl.dynamics.kernels.cyclic import (
-    angle_of,
-    check_sizes,
-    flush,
-    note_slips,
-    one_norm,
-    predict,
-    prepare,
-    read_before,
-    to_spectrum,
-    widths,
-)
-from hpcwhirl.dynamics.kernels.flight import total_of
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    CyclicState,
-    Sizes,
-    Wanted,
-    WaveSpace,
-)
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP
+from hpcwhirl.dynamics.kernels.flight import bound_rotor, jump_rotor
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Wanted, WaveRotor
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
-    RING_STATE,
     copy_to,
     load_both,
-    pulse_work,
-    push_pulse,
+    one_norm,
     store_both,
     to_gaps,
+    total_of,
 )
-from hpcwhirl.dynamics.kernels.samples import at_blade, read_centre, sample_space
+from hpcwhirl.dynamics.kernels.samples import (
+    along_of,
+    at_blade,
+    read_centre,
+    sample_rotor,
+    write_all,
+)
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
-    all_aligned,
     broadcast,
     fma,
     fnma,
     load,
+    root,
     store,
 )
 
@@ -95,7 +68,12 @@ FIXED = 5
 # of the exact flow also dt (v- + v+) of the gap, of waves and of a unit Lambda
 NEARS_RE, NEARS_IM = ITEMS, ITEMS + 1
 FLOW_ITEMS, FLOW_FIXED = ITEMS + 2, FIXED + 2
-SEEN = 3  # steps whose spectra the state has
+SEEN = 3  # steps whose spectra the state of central differences has
+# items of a jump: z^n; of the bound: gamma s, and |gamma s^2| and |gamma| of |a|
+TURNED_RE, TURNED_IM = range(2)
+JUMP_ITEMS = 2
+VELOCITY_RE, VELOCITY_IM, RISE, REACH = range(4)
+BOUND_ITEMS = 4
 
 
 @inlined
@@ -135,39 +113,43 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
             gamma = load(c, at + RADIAL * FOUR)
             real, imag = fma(gamma, re, real), fma(gamma, im, imag)
         if touched:
-            book(
-                s, fixed, push, k, col, own, older, rate, work, near, exact, sums, slip
+            slid = book(
+                s, fixed, push, k, col, own, older, rate, work, near, exact, sums
             )
+            store_both(slip, k, col, slid)
         store_both(out, k, col, (real, imag))
-        store_both(s, k, next_one + col, (real, imag))
+        if not exact:
+            store_both(s, k, next_one + col, (real, imag))
 
 
 @inlined
-def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums,
-         slip):  # fmt: skip
-    """Enter the works of a column; complete the spectrum of the step that ends."""
+def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
+    """Enter the works of a column; return what drag works on, see `passes.slip_of`.
+
+    By central differences, complete the spectrum of the step that ends.
+    """
     pr, pi = push
-    a, b = load_both(fixed, k, OPENS_RE * k + col)
-    real, imag = load_both(s, k, own + col)
-    real, imag = fnma(b, pi, fma(a, pr, real)), fma(b, pr, fma(a, pi, imag))
-    store_both(s, k, own + col, (real, imag))
     if exact:
         a, b = load_both(fixed, k, FIXED * k + col)
         real, imag = fnma(b, pi, fma(a, pr, near[0])), fma(b, pr, fma(a, pi, near[1]))
     else:
+        a, b = load_both(fixed, k, OPENS_RE * k + col)
+        real, imag = load_both(s, k, own + col)
+        real, imag = fnma(b, pi, fma(a, pr, real)), fma(b, pr, fma(a, pi, imag))
+        store_both(s, k, own + col, (real, imag))
         was = load_both(s, k, older + col)
         real, imag = real - was[0], imag - was[1]
     normal = fma(pi, imag, load(sums, col))
     store(sums, col, fma(pr, real, normal))
     a, b = load_both(fixed, k, SLIDES_RE * k + col)
-    real, imag = fnma(b, pi, fma(a, pr, rate[0])), fma(b, pr, fma(a, pi, rate[1]))
-    store_both(slip, k, col, (real, imag))
-    drag = fma(pi, imag, load(sums, k + col))
-    store(sums, k + col, fma(pr, real, drag))
+    slid = fnma(b, pi, fma(a, pr, rate[0])), fma(b, pr, fma(a, pi, rate[1]))
+    drag = fma(pi, slid[1], load(sums, k + col))
+    store(sums, k + col, fma(pr, slid[0], drag))
     given = fma(pi, work[1], fma(pr, work[0], load(sums, 2 * k + col)))
     square = fma(pr, pr, pi * pi)
     given = fma(load(fixed, ADDS * k + col), square, given)
     store(sums, 2 * k + col, given)
+    return slid
 
 
 @inlined
@@ -179,13 +161,14 @@ def seen_at(step, rows, k):
 
 
 @inlined
-def pass_waves(s, c, fixed, lam, rows, k, counter, exact, out, sums, slip):
+def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
     """End a step of the rotor and predict the next.
 
     Parameters
     ----------
-    s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps
-    c, fixed : items of the waves, (ITEMS rows k,), and of the slots, (FIXED k,)
+    rotor : `kernel_types.WaveRotor`
+    s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps; of the exact
+        flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k
     counter : whose step waits to be ended
     exact : whether by the exact flow
@@ -194,19 +177,35 @@ def pass_waves(s, c, fixed, lam, rows, k, counter, exact, out, sums, slip):
         has added to energy and loss
     slip : (4 k,), out after a step with contact, see `passes.slip_of`
     """
-    seen = seen_at(counter[STEP], rows, k)
+    c, fixed, seen = rotor.items, rotor.fixed, seen_at(counter[STEP], rows, k)
     if counter[LAST] == counter[STEP]:
         columns(s, c, fixed, lam, rows, k, seen, True, exact, out, sums, slip)
     else:
         columns(s, c, fixed, lam, rows, k, seen, False, exact, out, sums, slip)
 
 
+@does(differences.pass_rotor, WaveRotor)
+@inlined
+def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """End a step of central differences and predict the next."""
+    pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
+
+
+@does(flow.pass_rotor, WaveRotor)
+@inlined
+def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
+    """End a step of the exact flow, if one with contact waits, and predict the next."""
+    pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
+
+
 @rare
-def settle_waves(s, t, c, fixed, lam, rows, k, counter, exact, sums, slip):
+def settle_waves(rotor, s, t, lam, counter, exact, sums):
     """Write the rotor to t with its last step ended and booked in sums."""
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
         return
+    c, fixed, k = rotor.items, rotor.fixed, len(sums) // 3
+    rows = rotor.hub.shape[1] // (2 * k)
     own, older, _ = seen_at(counter[STEP], rows, k)
     items = FLOW_ITEMS if exact else ITEMS
     for col in range(0, k, FOUR):
@@ -222,63 +221,96 @@ def settle_waves(s, t, c, fixed, lam, rows, k, counter, exact, sums, slip):
             rate = times(c, at, RATE_RE, re, im, rate)
             work = times(c, at, WORK_RE, re, im, work)
             store_both(t, k, m, times(c, at, PUSH_RE, push[0], push[1], (re, im)))
-        book(t, fixed, push, k, col, own, older, rate, work, near, exact, sums, slip)
+        book(t, fixed, push, k, col, own, older, rate, work, near, exact, sums)
 
 
+@does(differences.end_step, WaveRotor)
 @rare_kernel
-def end_waves(
-    s_b, t_b, rotor, s_c, t_c, c_c, lam, counter, exact, sums_b, sums_c, slip
-):
-    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
-    k = len(sums_c) // 4
-    c, fixed, _, _ = rotor
-    rows = len(s_b) // (2 * k) - SEEN
-    settle_waves(s_b, t_b, c, fixed, lam, rows, k, counter, exact, sums_b, slip)
-    if exact:
-        size, touched = len(s_c) // RING_STATE, counter[LAST] == counter[STEP]
-        flow.settle_ring(s_c, t_c, c_c, lam, size, counter, True, touched, sums_c)
-    else:
-        differences.settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
+def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Do `differences.end_step` for waves and the ring."""
+    settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
+    differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
 
+@does(flow.end_step, WaveRotor)
 @rare_kernel
-def sums_of_waves(sums_b, sums_c, exact, step):
-    """Return work of the rotation, impact loss, work of drag over mu, J.
-
-    And the ring's damping loss with what contact has added to the rotor.
-    """
-    if exact:
-        return flow.column_sums(sums_b, sums_c, step)
-    return differences.column_sums(sums_b, sums_c, step)
+def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+    """Do `flow.end_step` for waves and the ring."""
+    settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
+    flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
-@rare_kernel
-def energies_of_waves(t_b, rotor, t_c, c_c, now, exact, step):
-    """Return the energies of rotor and ring from ended states, J; now : 0 or 1."""
+@rare
+def energy_of_waves(rotor, t):
+    """Return Jacobi's energy from an ended state, J."""
     _, _, hub, form = rotor
-    k = (len(t_b) - hub.shape[1]) // (2 * SEEN)
-    rows, at, total = len(t_b) // (2 * k) - SEEN, 0, broadcast(0.0)
+    rows = 2 * len(form) // hub.shape[1] - 1
+    k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
     for f in range(rows):
         for col in range(0, k, FOUR):
             real, imag, place = broadcast(0.0), broadcast(0.0), at + col
             for g in range(f, rows):
-                re, im = load_both(t_b, k, 2 * k * g + col)
+                re, im = load_both(t, k, 2 * k * g + col)
                 a, b = load_both(form, k, place)
                 real = fnma(b, im, fma(a, re, real))
                 imag = fma(b, re, fma(a, im, imag))
                 place += 2 * k
-            re, im = load_both(t_b, k, 2 * k * f + col)
+            re, im = load_both(t, k, 2 * k * f + col)
             total = fma(re, real, fma(im, imag, total))
         at += 2 * k * (rows - f)
-    size = len(t_c) // RING_STATE
-    first, d = size - size, 2 * size * (1 + now)
-    if exact:
-        ring = flow.energy_of(t_c, c_c, first, d, size)
-        ring += flow.energy_of(t_c, c_c, size, d + size, size)
-    else:
-        ring = differences.energy_of(t_c, c_c, first, d, size, step)
-        ring += differences.energy_of(t_c, c_c, size, d + size, size, step)
-    return total_of(total), ring
+    return total_of(total)
+
+
+@does(differences.energies_of, WaveRotor)
+@rare_kernel
+def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
+    """Do `differences.energies_of` for waves."""
+    ring = differences.energy_of_ring(t_c, c_c, now, step)
+    return energy_of_waves(rotor, t_b), ring
+
+
+@does(flow.energies_of, WaveRotor)
+@rare_kernel
+def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
+    """Do `flow.energies_of` for waves."""
+    return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
+
+
+@does(bound_rotor, WaveRotor)
+@kernel
+def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
+    """Do `flight.bound_rotor` for waves a e^{s t}, see `flights`."""
+    bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
+    for col in range(0, k, FOUR):
+        rate_re, rate_im = broadcast(0.0), broadcast(0.0)
+        for f in range(rows):
+            m, (re, im) = k * f + col, load_both(s, k, 2 * k * f + col)
+            a, b = load_both(bound, size, VELOCITY_RE * size + m)
+            rate_re = fnma(b, im, fma(a, re, rate_re))
+            rate_im = fma(b, re, fma(a, im, rate_im))
+            held = root(fma(re, re, im * im))
+            bend = fma(load(bound, RISE * size + m), held, bend)
+            reach = fma(load(bound, REACH * size + m), held, reach)
+        store_both(rate, k, col, (rate_re, rate_im))
+    return total_of(bend), total_of(reach)
+
+
+@does(jump_rotor, WaveRotor)
+@part
+def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
+    """Do `flight.jump_rotor` for waves: a' = z^n a, and nothing waits to be booked."""
+    c, size = rotor.items, rows * k
+    for col in range(0, k, FOUR):
+        real, imag = broadcast(0.0), broadcast(0.0)
+        for f in range(rows):
+            m = k * f + col
+            a, b = load_both(table, size, TURNED_RE * size + m)
+            re, im = load_both(s, k, 2 * k * f + col)
+            re, im = fnma(b, im, a * re), fma(b, re, a * im)
+            store_both(s, k, 2 * k * f + col, (re, im))
+            gamma = load(c, m * FLOW_ITEMS + RADIAL * FOUR)
+            real, imag = fma(gamma, re, real), fma(gamma, im, imag)
+        store_both(out, k, col, (real, imag))
 
 
 @inlined
@@ -298,21 +330,11 @@ def spectrum_of(q, c, which, rows, k, out):
         store_both(out, k, col, total)
 
 
-@rare
-def farthest(limit, q, c, out, wave, sizes, work):
-    """Return the largest displacement of a tip, as `cyclic.farthest`."""
-    _, rows, _, k, wide = sizes
-    spectrum, outward, along = work
-    spectrum_of(q, c, ALONG_RE, rows, k, spectrum)
-    bound = math.hypot(one_norm(out, 2 * k), one_norm(spectrum, 2 * k))
-    if not bound > NEAR * limit:
-        return bound
-    to_gaps(out, wave, 0.0, k, wide, outward, 0)
-    to_gaps(spectrum, wave, 0.0, k, wide, along, 0)
-    most = 0.0
-    for i in range(2 * wide):
-        most = max(most, math.hypot(outward[i], along[i]))
-    return most
+@does(along_of, WaveRotor)
+@inlined
+def along_of_waves(rotor, q, rows, k, out):
+    """Do `samples.along_of` for waves."""
+    spectrum_of(q, rotor.items, ALONG_RE, rows, k, out)
 
 
 @part
@@ -322,176 +344,41 @@ def read_tips(spectrum, turns, direction, tips):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 
 
+@does(sample_rotor, WaveRotor)
 @rare
-def sample_waves(step, speed, mu, wall, rotor, casing, turns, wave, state, space, exact,
+def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """End the step in copies and write a sample of them, as `samples.sample_cyclic`."""
-    c_c, slot, sign = casing
-    sample, counter, ledger = space.sample, state.counter, state.ledger
-    t_b, t_c, whole, radial = sample.rotor, sample.ring, sample.ledger, sample.columns
-    sizes = sizes_of(state)
-    blades, rows, _, k, wide = sizes
-    prepare(step, speed, wall, slot, sign, state, sample)
-    end_waves(
-        state.rotor, t_b, rotor, state.ring, t_c, c_c, state.lam, counter,
-        exact, sample.sums_b, sample.sums_c, space.spare,
-    )  # fmt: skip
+    """Do `samples.sample_rotor` for waves: they lose what contact has added."""
+    t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
+    counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
+    rows = rotor.hub.shape[1] // (2 * k)
     spectrum_of(t_b, rotor.items, RADIAL, rows, k, radial)
     if judge and counter[LAST] == counter[STEP]:
         reach = one_norm(radial, 2 * k)
         for col in range(2 * k):
             sample.wall[col] += radial[col]
         add_ring(t_c, c_c, k, sample.wall)
-        to_gaps(sample.wall, wave, wall.gap, k, wide, sample.again, 0)
-        row = counter[STEP] % 3 * 2 * wide
+        to_gaps(sample.wall, wave, gap, k, wide, sample.again, 0)
         note_miss_folded(
-            sample.again, state.gaps, row, reach, wall.gap, blades, ledger
-        )  # fmt: skip
+            sample.again, state.gaps, row, reach, gap, len(state.impulse), state.ledger
+        )
     if keep and len(tracks.tips) > 0:
         read_tips(radial, turns, 0, sample.tips)
         spectrum_of(t_b, rotor.items, ALONG_RE, rows, k, radial)
         read_tips(radial, turns, 1, sample.tips)
     read_centre(t_b, rotor.hub, sample.tips)
-    energies = energies_of_waves(t_b, rotor, t_c, c_c, counter[STEP] & 1, exact, step)
-    rotation, impact, drag, given = sums_of_waves(
-        sample.sums_b, sample.sums_c, exact, step
-    )
-    copy_to(whole, ledger)
-    whole[ROTATION] += rotation
-    whole[IMPACT] += impact
-    whole[FRICTION] += mu * drag
-    write_sample(
-        counter, whole, state.impulse, sample.tips, t_c, energies, given - energies[0],
-        keep, judge, tracks,
-    )  # fmt: skip
+    lost = works[3] - energies[0]
+    write_all(mu, state, energies, works, lost, sample, keep, judge, tracks)
 
 
-def own_sizes(arrays: Arrays, state: CyclicState, *, exact: bool) -> Wanted:
+def wave_sizes(
+    rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
+) -> Wanted:
     """Return the sizes of the arrays of waves, see `cyclic.check_sizes`."""
-    k, _ = widths(len(state.impulse))
-    rotor, rows = arrays.rotor, len(state.rotor) // (2 * k) - SEEN
+    rows, seen = size // k, 0 if exact else SEEN
     return [
-        ("rotor", state.rotor, 2 * k * (rows + SEEN)),
-        ("lam", state.lam, 4 * k), ("sums_b", state.sums_b, 3 * k),
-        ("rotor items", rotor.items, (FLOW_ITEMS if exact else ITEMS) * rows * k),
+        ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),
+        ("rotor items", rotor.items, (FLOW_ITEMS if exact else ITEMS) * size),
         ("fixed", rotor.fixed, (FLOW_FIXED if exact else FIXED) * k),
-        ("hub", rotor.hub, 4 * k * rows), ("form", rotor.form, k * rows * (rows + 1)),
-        ("column", arrays.contact.column, len(state.impulse)),
+        ("form", rotor.form, (rows + 1) * size),
     ]  # fmt: skip
-
-
-def space_of(arrays: Arrays, state: CyclicState, *, exact: bool) -> WaveSpace:
-    """Return the work space of a march: nothing of it is needed to resume."""
-    check_sizes("waves", arrays, state, own_sizes(arrays, state, exact=exact))
-    blades = len(state.impulse)
-    k, wide = widths(blades)
-    sizes = [2 * k, 2 * k, 2 * k, 2 * wide, 4 * k, 2 * k, 4 * k, blades]
-    solver = circulant_space(blades, wide, arrays.contact.column, state.known)
-    own = all_aligned([*map(np.zeros, sizes)])
-    return WaveSpace._make([*own, sample_space(state, blades, 2 * k), solver])
-
-
-@inlined
-def sizes_of(state):
-    """Return the sizes of a state's arrays."""
-    k, blades = len(state.lam) // 4, len(state.impulse)
-    rows, ring_rows = len(state.rotor) // (2 * k) - SEEN, len(state.ring) // k
-    return Sizes(blades, rows, ring_rows // RING_STATE, k, len(state.gaps) // 6)
-
-
-def marching(exact):
-    """Return the loop by central differences or by the exact flow, to be compiled."""
-
-    def march(
-        steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
-        state, tracks, space,
-    ):  # fmt: skip
-        """March `steps` steps; see `bodies.march_bodies`; space : of `space_of`."""
-        force, pulse, lobe = loading
-        (c_b, fixed, _, _), (c_c, slot, sign), (_, turns, wave, _) = (
-            rotor,
-            casing,
-            contact,
-        )
-        s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-        out_b, out_c, spectrum, rates, slip_b, slip_c, _, before, sample, solver = space
-        looking, slips = (spectrum, rates, sample.again), (slip_b, slip_c)
-        push, known, inverse, opening, where, _, _, _, _ = solver
-        sizes = sizes_of(state)
-        blades, rows, ring_rows, k, wide = sizes
-        ring_size = ring_rows * k
-        recall(blades, wide, solver)
-        goal = counter[STEP] + steps
-        while counter[STEP] < goal and counter[STOP] == RUNNING:
-            pass_waves(
-                s_b, c_b, fixed, lam, rows, k, counter, exact, out_b, sums_b, slip_b
-            )
-            if exact:
-                flow.pass_ring(
-                    s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slip_c
-                )
-            else:
-                differences.pass_ring(
-                    s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slip_c
-                )
-            if slips_now(counter):
-                note_slips(
-                    slips, turns, known, last, step, k, spectrum, counter, ledger
-                )
-            thrust = pulse_of(counter[STEP] * step, force, pulse)
-            counter[STEP] += 1
-            time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
-            if thrust != 0.0:
-                push_pulse(
-                    s_c, c_c, ring_size, thrust, lobe, sign,
-                    angle_of(wall, speed, time), counter, out_c, k,
-                )  # fmt: skip
-            lowest = predict(
-                out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
-                sizes,
-            )  # fmt: skip
-            if lowest < 0.0:
-                active = solved(
-                    gaps, row, lowest, blades, wide, push, known, inverse, opening,
-                    where, solver,
-                )  # fmt: skip
-                if active < 0:
-                    counter[STOP] = COMPLEMENTARITY
-                    return
-                if not exact:
-                    older = (counter[STEP] + 1) % 3 * 2 * wide
-                    read_before(gaps, older, where, active, blades, wide, before)
-                elif ring_size == 0 and wall.amplitude != 0.0:
-                    carried = carried_by_wall(
-                        push, where, active, blades, wall, speed, time, step
-                    )  # what the columns take for impact
-                    ledger[ROTATION] += carried
-                    ledger[IMPACT] += carried
-                to_spectrum(push, where, active, turns, 2 * k, lam)
-                book_contacts(
-                    push, where, active, before, last, counter, ledger, impulse, step
-                )
-            if thrust != 0.0:
-                ledger[PULSE] += pulse_work(
-                    s_c, c_c, lam, ring_size, k, thrust, lobe, sign,
-                    angle_of(wall, speed, time), counter,
-                )  # fmt: skip
-            if counter[STEP] % FLUSH_EVERY == 0:
-                flush(s_b)
-                flush(s_c)
-            keep = counter[STEP] % strides.traces == 0
-            judge = counter[STEP] % strides.evidence == 0
-            if counter[STEP] >= counter[NEXT_LOOK]:
-                far = farthest(limit, s_b, c_b, out_b, wave, sizes, looking)
-                watch(far, limit, counter)
-            if keep or judge:
-                sample_waves(
-                    step, speed, mu, wall, rotor, casing, turns, wave, state, space,
-                    exact, keep, judge, tracks,
-                )  # fmt: skip
-
-    return march
-
-
-march_waves = kernel(marching(False))
-march_flowing_waves = kernel(marching(True))

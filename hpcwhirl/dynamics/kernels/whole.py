@@ -14,13 +14,12 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import note_slip
-from hpcwhirl.dynamics.kernels.differences import energy_of, settle_ring
-from hpcwhirl.dynamics.kernels.flight import total_of
+from hpcwhirl.dynamics.kernels.differences import energy_of_ring, settle_ring
 from hpcwhirl.dynamics.kernels.passes import (
-    RING_STATE,
     copy_to,
     load_both,
     store_both,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, store
 
@@ -118,7 +117,4 @@ def energies_of_whole(t_b, rotor, t_c, c_c, now, step):
             row = fma(load(rotor.form, at + m - first), load(t_b, m), row)
         own = fma(broadcast(t_b[i]), row, own)
         at += modes - first
-    n = len(t_c) // RING_STATE
-    d = 2 * n * (1 + now)
-    ring = energy_of(t_c, c_c, n - n, d, n, step)
-    return total_of(own), ring + energy_of(t_c, c_c, n, d + n, n, step)
+    return total_of(own), energy_of_ring(t_c, c_c, now, step)

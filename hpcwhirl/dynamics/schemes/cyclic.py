@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicSpace, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicSpace, CyclicState
 from hpcwhirl.dynamics.schemes.integrator import (
     Ended,
     Floats,
@@ -20,31 +21,48 @@ from hpcwhirl.dynamics.schemes.integrator import (
     ring_reader,
     unfold,
 )
-from hpcwhirl.dynamics.slots import cyclic_arrays, modal_amplitudes
+from hpcwhirl.dynamics.slots import cyclic_arrays, ring_displacements, rotor_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 
-def _at_rest(model: Model, scene: Scene, rows: int, ring_rows: int) -> CyclicState:
-    """Return a state at rest of the cyclic kernel."""
-    k, _ = cyclic.widths(model.blades)
-    rotor, ring = passes.ROTOR_STATE * rows * 2 * k, passes.RING_STATE * ring_rows * k
-    state = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, 3 * 2 * k))
-    if not can_fly(scene):
-        state.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
-    return state
-
-
 def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the march of a cyclic model; `beat`: steps between rows of evidence."""
     arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
-    c_b, c_c = arrays.rotor.items, arrays.casing.items
+    k, _ = cyclic.widths(model.blades)
+    sizes = passes.ROTOR_STATE * rows * 2 * k, 3 * 2 * k
+    return cyclic_march(
+        model, scene, arrays, (ring_rows, *sizes),
+        lambda s_b: rotor_amplitudes(model, s_b),
+    )  # fmt: skip
+
+
+def cyclic_march(
+    model: Model,
+    scene: Scene,
+    arrays: Arrays,
+    sizes: tuple[int, int, int],
+    amplitudes: Callable[[Floats], Floats],
+) -> Integrator:
+    """Return the march of a rotor of equal sectors, as modes or as waves.
+
+    Parameters
+    ----------
+    arrays : of the kernels `cyclic`
+    sizes : rows of the ring, values of the rotor's state and of its sums
+    amplitudes : ended state of the rotor -> amplitudes (m,) of its modes at rest
+    """
+    ring_rows, rotor, sums = sizes
+    k, _ = cyclic.widths(model.blades)
+    ring = passes.RING_STATE * ring_rows * k
+    state_at_rest = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, sums))
+    if not can_fly(scene):
+        state_at_rest.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
     exact = SCHEMES[scene.solver.scheme].flies
     own = flow if exact else differences
     march: Any = cyclic.march_flow if exact else cyclic.march_differences
-    state_at_rest = _at_rest(model, scene, rows, ring_rows)
 
     @cache
     def space() -> CyclicSpace:
@@ -57,15 +75,15 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         s_b, s_c = np.zeros_like(state.rotor), np.zeros_like(state.ring)
         sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
         own.end_step(
-            state.rotor, s_b, c_b, state.ring, s_c, c_c, state.lam, state.counter,
-            sums_b, sums_c,
+            arrays.rotor, state.rotor, s_b, state.ring, s_c, arrays.casing.items,
+            state.lam, state.counter, sums_b, sums_c,
         )  # fmt: skip
         return s_b, s_c, sums_b, sums_c
 
     def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         s_b, s_c, _, _ = ended(state)
-        q_b, q_c = modal_amplitudes(model, scene, (s_b, s_c), steps)
-        return unfold(model, q_b, q_c)
+        q_c = ring_displacements(model, scene, s_c, steps)
+        return unfold(model, amplitudes(s_b), q_c)
 
     return Integrator(
         kernel=kernel,
@@ -73,7 +91,7 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
         state=state_at_rest,
         balance=balance_of(own, arrays, scene, ended),
         displacements=displacements,
-        casing_width=2 * ring_rows * cyclic.widths(model.blades)[0],
+        casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
     )

@@ -1,4 +1,4 @@
-"""Scheme `exact`: the flow of cyclic modes itself; flights are jumped over."""
+"""Scheme `exact`: the flow of cyclic modes or waves; flights are jumped over."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return what marches a scene; with rotation by its waves, without flights."""
+    """Return what marches a scene; with rotation by its waves."""
     _check(model)
     if not has_waves(model):
         return cyclic_modes(model, scene, beat)
-    march = waves_apart(model, scene)
+    march = waves_apart(model, scene, beat)
     if march is None:
         msg = (
             "scheme exact cannot tell apart two waves of this rotor, which nearly "

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, WaveRotor
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import ring_amplitudes
@@ -89,11 +89,12 @@ def balance_of(
 
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
-        odd = int(state.counter[contact.STEP] & 1)
-        c_b, c_c = arrays.rotor.items, arrays.casing.items
-        energy = sum(passes.energies_of(s_b, c_b, s_c, c_c, odd, step))
+        odd, c_c = int(state.counter[contact.STEP] & 1), arrays.casing.items
+        energies = passes.energies_of(arrays.rotor, s_b, s_c, c_c, odd, step)
         rotation, impact, drag, loss = passes.column_sums(sums_b, sums_c, step)
-        return Balance(energy, loss, rotation, friction * drag, impact)
+        if isinstance(arrays.rotor, WaveRotor):  # what contact has added to it, too
+            loss -= energies[0]
+        return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
     return balance
 

@@ -21,5 +21,5 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
-    waves = waves_apart(model, scene) or whole_apart(model, scene)
+    waves = waves_apart(model, scene, beat) or whole_apart(model, scene)
     return waves or general.build(model, scene, beat)

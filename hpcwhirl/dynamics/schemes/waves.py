@@ -1,31 +1,18 @@
-"""The kernel `waves`: where rotation couples the modes of equal sectors."""
+"""Waves in the cyclic kernel: where rotation couples the modes of equal sectors."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
-from typing import Any, cast
 
 import numpy as np
 
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels import waves
-from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
+from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, WaveSpace
-from hpcwhirl.dynamics.kernels.passes import RING_STATE
-from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
-    Ended,
-    Floats,
-    Integrator,
-    at_rest,
-    reader,
-    ring_reader,
-    unfold,
-)
-from hpcwhirl.dynamics.slots import ring_displacements
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.schemes.cyclic import cyclic_march
+from hpcwhirl.dynamics.schemes.integrator import Floats, Integrator
 from hpcwhirl.dynamics.turning_waves import (
     Diameter,
     circle_of,
@@ -55,7 +42,7 @@ def _circling(
     share, state, own = share_at_start(model, scene), whole.state, diameters[1]
     less = (share - 1.0) * steady.amplitude * steady.shape
     rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
-    rows = state.rotor[: -2 * k * waves.SEEN].reshape(-1, 2, k)
+    rows = state.rotor[: whole.arrays.rotor.hub.shape[1]].reshape(-1, 2, k)
     for f, value in [*enumerate(rest), (-1, steady.amplitude)]:
         rows[f, :, own.k] = value.real, value.imag
     if share < 1.0:
@@ -89,59 +76,21 @@ def folds_well(model: Model, scene: Scene) -> bool:
     return has_waves(model) and is_basis(diameters_of(model, scene))
 
 
-def waves_apart(model: Model, scene: Scene) -> Integrator | None:
+def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     """Return the march of a rotor's waves; None where they are not told apart.
 
-    That is where there are none, or where two of them nearly coincide.
+    That is where there are none, or where two of them nearly coincide. beat : steps
+    between rows of evidence
     """
     diameters = diameters_of(model, scene) if has_waves(model) else []
     if not is_basis(diameters):
         return None
-    arrays, ring_rows = wave_arrays(model, scene, diameters)
+    arrays, ring_rows = wave_arrays(model, scene, diameters, beat)
     k, _ = widths(model.blades)
-    c_b, c_c, exact = arrays.rotor, arrays.casing.items, is_exact(scene)
-    rows = c_b.hub.shape[1] // (2 * k)
-    sizes = 2 * k * (rows + waves.SEEN), RING_STATE * ring_rows * k, 4 * k, 3 * k
-    state_at_rest = at_rest(model.blades, scene.gap, sizes)
-    step, friction = scene.solver.time_step, friction_with_sign(scene)
-    march = cast(Any, waves.march_flowing_waves if exact else waves.march_waves)
-
-    @cache
-    def space() -> WaveSpace:
-        return waves.space_of(arrays, state_at_rest, exact=exact)
-
-    def kernel(*given: Any) -> None:
-        march(*given, space())
-
-    def ended(state: CyclicState) -> Ended:
-        s_b, s_c = np.zeros_like(state.rotor), np.zeros_like(state.ring)
-        sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
-        waves.end_waves(
-            state.rotor, s_b, c_b, state.ring, s_c, c_c, state.lam, state.counter,
-            exact, sums_b, sums_c, np.zeros_like(state.lam),
-        )  # fmt: skip
-        return s_b, s_c, sums_b, sums_c
-
-    def balance(state: CyclicState) -> Balance:
-        s_b, s_c, sums_b, sums_c = ended(state)
-        now = int(state.counter[STEP] & 1)
-        own, ring = waves.energies_of_waves(s_b, c_b, s_c, c_c, now, exact, step)
-        rotation, impact, drag, given = waves.sums_of_waves(sums_b, sums_c, exact, step)
-        return Balance(own + ring, given - own, rotation, friction * drag, impact)
-
-    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        s_b, s_c, _, _ = ended(state)
-        q_c = ring_displacements(model, scene, s_c, steps)
-        return unfold(model, modal_places(model, s_b, diameters), q_c)
-
-    whole = Integrator(
-        kernel=kernel,
-        arrays=arrays,
-        state=state_at_rest,
-        balance=balance,
-        displacements=displacements,
-        casing_width=2 * ring_rows * k,
-        casing_waves=reader(model, scene, ring_reader(model, scene)),
-        ended=None if exact else ended,
-    )
+    seen = 0 if is_exact(scene) else waves.SEEN
+    rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
+    whole = cyclic_march(
+        model, scene, arrays, (ring_rows, rotor, 3 * k),
+        lambda s_b: modal_places(model, s_b, diameters),
+    )  # fmt: skip
     return _circling(whole, model, scene, diameters)
