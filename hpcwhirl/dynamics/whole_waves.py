@@ -22,9 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.unbalance import circle
+from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.bodies import NOWHERE
 from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -36,7 +38,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
 from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.slots import fold, ring_arrays, transforms
+from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
 from hpcwhirl.dynamics.tips import delassus
 from hpcwhirl.dynamics.turning import turning, turning_terms
 from hpcwhirl.dynamics.turning_waves import WORST, roots_of
@@ -118,6 +120,15 @@ class WholeWaves:
     def passing(self) -> Floats:
         """What parts read of d' + d, after a step without forces, (m, 2 m)."""
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
+
+    def drift(self, reads: Floats) -> Floats:
+        """Return what a unit amplitude moves any tip by in a step at most, (w,).
+
+        Of each of `LOOK_EVERY` steps, in which a wave may grow. reads : (N, m)
+        """
+        growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
+        moved = np.abs(reads @ self.shapes).max(axis=0) * np.abs(self.ahead)
+        return np.asarray(moved * growth / LESS)
 
     @cached_property
     def form(self) -> Floats:
@@ -204,25 +215,35 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     ahead = np.zeros((2, half))
     ahead[:, : len(waves.ahead)] = waves.ahead.real, waves.ahead.imag
     chosen = read[folded(blades, widths(blades)[1])]
-    form = np.zeros((2 * half, 2 * half))
-    form[np.ix_(places, places)] = waves.form
 
     def contact(rows: Floats, numbers: Floats) -> Floats:
         extra = padded_blades(blades) - blades
         return np.hstack([spread(rows), np.pad(numbers, ((0, 0), (0, extra)))])
 
+    drift = np.zeros(half)
+    drift[: len(waves.ahead)] = waves.drift(radial)
     arrays = (
-        ahead, chosen.T.reshape(2 * half, -1, EIGHT).transpose(1, 0, 2), outward,
+        ahead, drift, chosen.T.reshape(2 * half, -1, EIGHT).transpose(1, 0, 2), outward,
         sideways, spread(hub @ moved, centre), np.abs(sideways).max(axis=0),
         spread(waves.amplitudes(more, more).T),
         contact(radial @ waves.passing, radial @ more),
         contact(along @ waves.passing, along @ more),
-        contact(*waves.adds(forces)), _upper(form),
+        contact(*waves.adds(forces)), _ring(model, scene), _upper(waves),
     )  # fmt: skip
     return WholeRotor._make(aligned(np.ravel(array)) for array in arrays)
 
 
-def _upper(form: Floats) -> Floats:
-    """Return a symmetric form as the kernel reads it, see `WholeRotor`."""
+def _ring(model: Model, scene: Scene) -> Floats:
+    """Return what a multiplier opens by the ring, (N, 2 wide), folded."""
+    blades = np.arange(model.blades)
+    chosen = folded(model.blades, widths(model.blades)[1])
+    return ring_column(model, scene)[np.subtract.outer(chosen, blades)].T
+
+
+def _upper(waves: WholeWaves) -> Floats:
+    """Return the form of the energy as the kernel reads it, see `WholeRotor`."""
+    size = 2 * waves.half
+    form = np.zeros((size, size))
+    form[np.ix_(waves.places, waves.places)] = waves.form
     upper = np.triu(form) + np.triu(form, 1)
     return np.concatenate([row[i - i % FOUR :] for i, row in enumerate(upper)])

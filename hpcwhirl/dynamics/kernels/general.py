@@ -95,11 +95,15 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.whole import (
     EIGHT,
+    drift_of,
     energies_of_whole,
+    lowest_with,
     note_slips_of_waves,
+    open_whole,
     push_waves,
     settle_whole,
     turn_waves,
+    yield_ring,
 )
 
 
@@ -249,17 +253,17 @@ def write_tips(rotor, q, whole, tips):
 
 
 @rare
-def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, energies, less,
-                   keep, judge, tracks):  # fmt: skip
+def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, energies,
+                   less, keep, judge, tracks):  # fmt: skip
     """Write a sample of the state from copies of it with its step ended.
 
     Where there is contact and the motion is judged, the gaps of the bodies are compared
-    with `row` of those that were solved. space.wall : of a rigid casing, or 0
+    with `row` of those that were solved, gaps. space.wall : of a rigid casing, or 0
 
     energies : of the copies; less : what the sums of losses have too much, J
     """
     counter, ledger = state.counter, state.ledger
-    _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole = space
+    _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _ = space
     m, n = len(rotor.hub) // 2, len(t_c) // RING_STATE
     q = t_b[:m]
     if judge and counter[LAST] == counter[STEP]:
@@ -269,7 +273,7 @@ def sample_general(step, mu, gap, row, rotor, c_c, wave, state, space, energies,
         read_tips(q, rotor.read, out)
         _, reach = close_gaps(out, again, 0)
         blades = len(state.last)
-        note_miss_folded(again, state.gaps, row, reach, gap, blades, ledger)
+        note_miss_folded(again, gaps, row, reach, gap, blades, ledger)
     write_tips(rotor, q, keep and len(tracks.tips) > 0, tips)
     rotation, impact, drag, loss = column_sums(end_b, end_c, step)
     copy_to(whole, ledger)
@@ -289,14 +293,14 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
     own = [modes, width, 2 * modes, width, blades]
-    sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide]
-    (spare, spectrum, slip_b, slip_c, before, *sample) = all_aligned(
+    sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide, 2 * wide]
+    (spare, spectrum, slip_b, slip_c, before, *sample, opened) = all_aligned(
         [*map(np.zeros, sizes)]
     )
     solver = constant_space(blades, wide, arrays.contact.w, state.known)
     tips, ledger = np.zeros((blades + 1, 2)), np.zeros_like(state.ledger)
     step = spare, spectrum, slip_b, slip_c, before
-    return GeneralSpace._make([*step, solver, *sample, tips, ledger])
+    return GeneralSpace._make([*step, solver, *sample, tips, ledger, opened])
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
@@ -329,6 +333,8 @@ def _of_waves(rotor: WholeRotor, state: CyclicState, modes: int, k: int) -> Want
     rows = blades * (modes + padded)
     return [
         ("rotor", state.rotor, modes + padded), ("ahead", rotor.ahead, modes),
+        ("drift", rotor.drift, modes // 2),
+        ("ring", rotor.ring, len(state.gaps) // 3 * blades),
         ("lam", state.lam, padded + 4 * k), ("sums_b", state.sums_b, 3),
         ("push", rotor.push, blades * modes), ("opens", rotor.opens, rows),
         ("slides", rotor.slides, rows), ("adds", rotor.adds, rows),
@@ -360,6 +366,8 @@ def marching(waves):
         ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
+        seen, drift = counter[STEP], math.inf
+        whole = space.opened if waves else gaps
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
             if waves:
@@ -391,14 +399,24 @@ def marching(waves):
             if driven:
                 write_wall(wall, time, speed, slot, sign, spectrum)
             row = counter[STEP] % 3 * 2 * wide
+            place = row - row if waves else row
             to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
-            read_tips(s_b, gamma, out)
-            lowest, _ = close_gaps(out, gaps, row)
-            if counter[STEP] >= counter[NEXT_LOOK]:
+            looks = counter[STEP] >= counter[NEXT_LOOK]
+            if waves:
+                away = (counter[STEP] - seen) * drift
+                lowest = lowest_with(out, gaps, row)
+                if looks or not lowest > away:
+                    read_tips(s_b, gamma, out)
+                    lowest = open_whole(out, gaps, row, whole)
+                    seen, drift = counter[STEP], drift_of(s_b, rotor.drift)
+            else:
+                read_tips(s_b, gamma, out)
+                lowest, _ = close_gaps(out, gaps, row)
+            if looks:
                 watch(farthest(limit, s_b, rotor, out), limit, counter)
             if lowest < 0.0:
                 active = solved(
-                    gaps, row, lowest, blades, wide, push, known, inverse, opening,
+                    whole, place, lowest, blades, wide, push, known, inverse, opening,
                     where, solver,
                 )  # fmt: skip
                 if active < 0:
@@ -407,7 +425,11 @@ def marching(waves):
                 older = (counter[STEP] + 1) % 3 * 2 * wide
                 read_before(gaps, older, where, active, blades, wide, before)
                 if waves:
-                    push_waves(push, where, active, rotor, s_b, sums_b, lam_b)
+                    push_waves(
+                        push, where, active, rotor, s_b, out, before, sums_b, lam_b
+                    )
+                    yield_ring(push, where, active, rotor.ring, gaps, row)
+                    drift = math.inf
                 else:
                     to_modes(push, where, active, rotor.radial, rotor.tangential, lam_b)
                 to_spectrum(push, where, active, turns, 2 * k, lam_c)
@@ -441,8 +463,8 @@ def marching(waves):
                         rotor, space.rotor, space.ring, c_c, now, step
                     )
                 sample_general(
-                    step, mu, wall.gap, row, rotor, c_c, wave, state, space, energies,
-                    less, keep, judge, tracks,
+                    step, mu, wall.gap, whole, place, rotor, c_c, wave, state, space,
+                    energies, less, keep, judge, tracks,
                 )  # fmt: skip
 
     return march

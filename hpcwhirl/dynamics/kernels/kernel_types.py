@@ -119,7 +119,7 @@ class CyclicState(NamedTuple):
     lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
         of `general` behind the rotor's modal forces (2 m,), normal and tangential, or
         what its waves slip, see `whole`
-    gaps : (3, 2 wide) flat, folded, of three steps
+    gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
     sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`;
         of `whole` (3,)
     known : (N + 2,), blades of the last solution, see `circulant`
@@ -369,15 +369,18 @@ class WholeRotor(NamedTuple):
     Attributes
     ----------
     ahead : (m,), re and im of z - 1
+    drift : (m / 2,), a bound of what a unit amplitude moves any tip by in a step
     read, radial, tangential, hub, reach : as of `GeneralRotor`
     push : (N, m) flat, beta: what a unit multiplier and its friction add
     opens, slides, adds : (N, m + padded) flat: of amplitudes after a step without
         contact, and of the multipliers, d' + d of a tip's radial place, of that along
         the casing, and what a unit multiplier adds to energy and loss
+    ring : (N, 2 wide) flat, folded: what a unit multiplier opens by the ring alone, m/N
     form : energy q^T form q, J, upper triangle by rows, each begun at a multiple of 4
     """
 
     ahead: Floats
+    drift: Floats
     read: Floats
     radial: Floats
     tangential: Floats
@@ -387,6 +390,7 @@ class WholeRotor(NamedTuple):
     opens: Floats
     slides: Floats
     adds: Floats
+    ring: Floats
     form: Floats
 
 
@@ -413,6 +417,7 @@ class GeneralSpace(NamedTuple):
     out, again : (2 wide,), folded: tips, counted negative, and gaps, m
     tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
     ledger : all works entered, J
+    opened : (2 wide,), of waves: gaps of the step that tips were last read in, solved
     """
 
     spare: Floats
@@ -430,6 +435,7 @@ class GeneralSpace(NamedTuple):
     again: Floats
     tips: Floats
     ledger: Floats
+    opened: Floats
 
 
 class SampleSpace(NamedTuple):

@@ -6,12 +6,16 @@ as of modes. The multipliers lambda act at once: q += beta lambda; they stand be
 in the state, s = (q, lambda), so that a row times s is what a step with contact moves,
 or what it adds to energy and loss, see `dynamics.whole_waves`.
 
+In flight tips are read where one might touch: a sum over the waves bounds how far any
+moves in a step. Nothing else depends on it: which steps those are changes no bit.
+
 As in `waves` the rotor's loss is what contact has added to energy and loss, less the
 energy that is left.
 """
 
 from __future__ import annotations
 
+from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import note_slip
 from hpcwhirl.dynamics.kernels.differences import energy_of_ring, settle_ring
@@ -21,7 +25,17 @@ from hpcwhirl.dynamics.kernels.passes import (
     store_both,
     total_of,
 )
-from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, store
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    element,
+    fma,
+    fnma,
+    higher_of,
+    load,
+    lower_of,
+    store,
+)
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to this
 
@@ -38,13 +52,82 @@ def turn_waves(q, ahead):
 
 
 @inlined
-def push_waves(push, where, active, rotor, s, sums, slip):
+def lowest_with(tips, gaps, row):
+    """Return the lowest of a row of gaps with tips (2 wide,), m."""
+    least = load(gaps, row) + load(tips, 0)
+    for v in range(FOUR, len(tips), FOUR):
+        least = lower_of(least, load(gaps, row + v) + load(tips, v))
+    lowest = element(least, 0)
+    for i in range(1, FOUR):
+        lowest = min(lowest, element(least, i))
+    return lowest
+
+
+@inlined
+def open_whole(tips, gaps, row, whole):
+    """Set whole (2 wide,) to a row of gaps with tips; return the lowest, m."""
+    for v in range(0, len(tips), FOUR):
+        store(whole, v, load(gaps, row + v) + load(tips, v))
+    return lowest_with(tips, gaps, row)
+
+
+@inlined
+def drift_of(q, drift):
+    """Return a bound of how far a tip moves in each of the next steps, m.
+
+    |a| <= max(|re|, |im|) + min(|re|, |im|) / 2
+    """
+    half, zero, total = len(drift), broadcast(0.0), broadcast(0.0)
+    for m in range(0, half, FOUR):
+        re, im = load_both(q, half, m)
+        re, im = higher_of(re, zero - re), higher_of(im, zero - im)
+        size = fma(broadcast(0.5), lower_of(re, im), higher_of(re, im))
+        total = fma(load(drift, m), size, total)
+    return total_of(total)
+
+
+@inlined
+def yield_ring(push, where, active, ring, gaps, row):
+    """Add to a row of gaps what the multipliers open by the ring, (N, 2 wide) flat."""
+    width = len(gaps) // 3
+    for v in range(0, width, FOUR):
+        total = load(gaps, row + v)
+        for i in range(active):
+            opened = load(ring, where[i] * width + v)
+            total = fma(opened, broadcast(push[i]), total)
+        store(gaps, row + v, total)
+
+
+@inlined
+def works_of(rotor, s, at, first, last):
+    """Return rows of `opens`, `slides` and `adds`, begun at `at`, times s[first:last].
+
+    last - first : a multiple of 8
+    """
+    zero = broadcast(0.0)
+    a, b, c, d, e, f = zero, zero, zero, zero, zero, zero
+    for m in range(first, last, EIGHT):
+        x, y = load(s, m), load(s, m + FOUR)
+        a = fma(load(rotor.opens, at + m), x, a)
+        b = fma(load(rotor.opens, at + m + FOUR), y, b)
+        c = fma(load(rotor.slides, at + m), x, c)
+        d = fma(load(rotor.slides, at + m + FOUR), y, d)
+        e = fma(load(rotor.adds, at + m), x, e)
+        f = fma(load(rotor.adds, at + m + FOUR), y, f)
+    return total_of(a + b), total_of(c + d), total_of(e + f)
+
+
+@inlined
+def push_waves(push, where, active, rotor, s, tips, before, sums, slip):
     """Add what the multipliers do to the amplitudes, and book their works.
 
     Parameters
     ----------
     push, where : of `circulant.solved`
     s : (m + padded,), state: amplitudes, multipliers of the last step with contact
+    tips : (2 wide,), folded, of the amplitudes, counted negative
+    before : (N,), of the active blades: gaps of step n - 1 but for the rotor's part,
+        which is added: tips are not read in all steps
     sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
         has added to energy and loss, J
     slip : (N,), out, of the active blades: d' + d of a tip's place along the casing
@@ -55,20 +138,15 @@ def push_waves(push, where, active, rotor, s, sums, slip):
     for i in range(active):
         s[modes + where[i]] = push[i]
     for i in range(active):
-        at, zero = where[i] * width, broadcast(0.0)
-        a, b, c, d, e, f = zero, zero, zero, zero, zero, zero
-        for m in range(0, width, EIGHT):
-            x, y = load(s, m), load(s, m + FOUR)
-            a = fma(load(rotor.opens, at + m), x, a)
-            b = fma(load(rotor.opens, at + m + FOUR), y, b)
-            c = fma(load(rotor.slides, at + m), x, c)
-            d = fma(load(rotor.slides, at + m + FOUR), y, d)
-            e = fma(load(rotor.adds, at + m), x, e)
-            f = fma(load(rotor.adds, at + m + FOUR), y, f)
-        slip[where[i]] = total_of(c + d)
-        sums[0] += push[i] * total_of(a + b)
-        sums[1] += push[i] * slip[where[i]]
-        sums[2] += push[i] * total_of(e + f)
+        j, at = where[i], where[i] * width
+        alone = works_of(rotor, s, at, 0, modes)
+        pushed = works_of(rotor, s, at, modes, width)
+        tip = tips[place_of(j, len(before), len(tips) // 2)]
+        before[j] += tip - alone[0]
+        slip[j] = alone[1] + pushed[1]
+        sums[0] += push[i] * (alone[0] + pushed[0])
+        sums[1] += push[i] * slip[j]
+        sums[2] += push[i] * (alone[2] + pushed[2])
     for m in range(0, modes, EIGHT):
         x, y = load(s, m), load(s, m + FOUR)
         for i in range(active):
