@@ -131,14 +131,24 @@ def _plain(column: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class _Part:
-    """A subexpression: its kind and text; of a leaf also the variable or word."""
+    """A subexpression, or a leaf of it: a number, a name or a quoted word.
+
+    Attributes
+    ----------
+    kind : "number", "text" or "truth"
+    text : as it was written
+    at : of a leaf, index of its step in the program; else -1
+    variable : of a name, the variable that it stands for; "" if for none
+    bare : of a name that is no variable, the name, which may be an unquoted word
+    word : of a leaf, its name or word
+    """
 
     kind: Kind
     text: str
-    at: int = -1  # step of a leaf
+    at: int = -1
     variable: str = ""
-    bare: str = ""  # a name that is no variable
-    word: str = ""  # a word, or a name that is no variable
+    bare: str = ""
+    word: str = ""
 
 
 class _Check:

@@ -79,7 +79,8 @@ class Call:
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
         """Return this rank's measure, or the error if that of any rank is wrong.
 
-        Called before a directory is made: other functions would mix their numbers.
+        Ranks with different functions would mix their numbers in one campaign, so this
+        is called by all ranks before a directory is made.
         """
         measure, wrong = None, None
         try:
@@ -126,7 +127,7 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
         count = f"{missing.sum()} of {len(reasons)} cases"
         say(
             f"measure gave no numbers in {count}, first {reasons[missing][0]}; once it "
-            'is mended, retry="failed" computes them'
+            'is corrected, retry="failed" computes them'
         )
 
 
@@ -144,7 +145,7 @@ def _unlike(rank: int, first: Any, other: Any) -> str:
 
 
 def _tell_broken(_session: Session, failed: BaseException) -> int:
-    """Print what broke on this rank; return the exit code of all."""
+    """Print the traceback of this rank's error; return the exit code for all ranks."""
     traceback.print_exception(failed)
     return INTERNAL
 

@@ -104,7 +104,7 @@ class Checkpoints:
             self.kept.add(digest)
         except MissingFileError as failed:
             if not self.mute:
-                self.say(f"{failed}: a stop costs what has been computed of this case")
+                self.say(f"{failed}: if the run stops now, this case starts anew")
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:

@@ -38,7 +38,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.results.measured import WHY_NOT
 
-MOST_TOLD = 5  # failures a rank tells one by one; the others are rows all the same
+MOST_TOLD = 5  # failures that a rank prints; the others are rows all the same
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Evaluator:
     ----------
     design : of the campaign
     context : files and limits of this rank
-    extended : s, to what undecided cases go on
+    extended : s, end times to which undecided cases are continued
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Evaluator:
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return the first of some cases for each kernel that they need."""
+        """Return one of the given cases for each kernel that they need."""
         kinds: dict[tuple[str, int], int] = {}
         for case in cases:
             scene = self.design.scene(case)
@@ -196,7 +196,10 @@ class Evaluator:
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float
     ) -> Completion:
-        """Journal why a case failed; print the first `MOST_TOLD` of them."""
+        """Journal why a case failed, and print it if it is of the first `MOST_TOLD`.
+
+        seconds : time until it failed
+        """
         status = "failed"
         if isinstance(failed, LateError):
             status = "timeout"
@@ -218,7 +221,10 @@ class Evaluator:
         return head | {"ended": time.time()} | computed.facts
 
     def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
-        """Journal a result, unless the engine file has changed meanwhile."""
+        """Journal a result; if the engine file has changed meanwhile, a failure.
+
+        keep : whether the saved state of a case that a longer run may decide is kept
+        """
         if changed := self._changed(computed.job.case):
             return self._fail(computed, changed, float(result.performance["seconds"]))
         told = TOLD.get(str(result.row["outcome"]), "")
@@ -233,7 +239,7 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Remove the states of cases that have ended and whose records are on disk."""
+        """Write the records of ended cases, then remove their saved states."""
         if self.context.checkpoints.kept.intersection(names):
             self._writing(self.context.journal.keep)
         for name in names:
@@ -256,7 +262,7 @@ class Evaluator:
         if self.told <= MOST_TOLD:
             say(text)
         if self.told == MOST_TOLD:
-            say("further cases of this rank without a result are counted only")
+            say("this rank prints no more of its cases without a result")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         self._writing(lambda: self.context.journal.append(record, traces))

@@ -126,8 +126,8 @@ def _tell_budget(design: Design, folder: Path) -> None:
     """Print that the budget has ended the refinement, if it has."""
     dropped = dropped_of(full_plan(folder)) if design.grows else 0
     if dropped:
-        say(f"the budget ended the refinement: it left out {dropped} cases that words "
-            "ask for, and what theirs might have asked for")  # fmt: skip
+        say(f"the budget ended the refinement: it left out {dropped} cases, and those "
+            "that their words might have asked for")  # fmt: skip
 
 
 def _forget_the_dead(folder: Path) -> None:

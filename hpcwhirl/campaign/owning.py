@@ -28,7 +28,10 @@ PICTURES = ("map.", "report.")  # what their names begin with
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return how a claim waits for others: until this process is asked to stop."""
+    """Return options for a claim that waits for others until `stopping` is set.
+
+    take_over : whether claims of other machines count as dead
+    """
 
     def check() -> None:
         if stopping():
@@ -39,7 +42,7 @@ def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
 
 
 def claim_of(shard: Shard | None) -> str:
-    """Return the kind of claim of a run: the whole directory, or its shard."""
+    """Return the kind of claim that a run needs: on the whole directory or a shard."""
     return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
 
 
@@ -51,7 +54,15 @@ def owned(
     stopping: Stopping,
     own: Claim | None,
 ) -> Iterator[None]:
-    """Hold rank 0's claim on a directory, `own` or a new one, and heed its loss.
+    """Hold rank 0's claim on a directory, and ask this run to stop if it is lost.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    shard : shard that this run computes; None: all
+    comm : of all ranks; every one must call
+    stopping : of this process
+    own : claim that rank 0 has already, which is not released; None: make a new one
 
     Raises
     ------

@@ -65,7 +65,7 @@ class Choice(NamedTuple):
     rotation : none or full
     needed : what needs full: an input or `MOVING`; "" where the estimate decides
     change : the estimate; None where it does not decide
-    limit : largest share that is left out
+    limit : largest relative change up to which the terms of rotation are left out
     """
 
     rotation: str
@@ -117,7 +117,10 @@ def choice_of(scene: Scene) -> Choice:
 
 
 def change_of(scene: Scene) -> Change:
-    """Return what the terms change most in a scene, wherever its centre is."""
+    """Return the wave that the terms of rotation change most in a scene.
+
+    Unlike `choice_of`, regardless of inputs, or a moving centre, that need these terms.
+    """
     rest, turning = (model_of(_turned(scene, name)) for name in ("none", "full"))
     return _change(rest, turning, scene.speed, _alike(scene))
 
@@ -127,7 +130,7 @@ def _turned(scene: Scene, rotation: str) -> Scene:
 
 
 def _alike(scene: Scene) -> int:
-    """Return g, the number of sectors that move alike; 1: all move by themselves."""
+    """Return how many times g the motion repeats around the disk; 1: not at all."""
     if not has_families(_turned(scene, "full")):
         return 1
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
@@ -147,7 +150,14 @@ def with_rotation(scene: Scene) -> Scene:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _change(rest: Model, turning: Model, speed: float, folds: int) -> Change:
-    """Return what changes most from one model to the other; `folds` is g."""
+    """Return the wave that differs most between two models of a scene.
+
+    Parameters
+    ----------
+    rest, turning : models without and with the terms of rotation
+    speed : Omega, rad/s
+    folds : g, how many times the motion repeats around the disk
+    """
     own, blades = turning.rotor, turning.blades
     if own.spin and own.spin.waves and rest.rotor.cyclic:
         pairs = _by_diameter(rest.rotor, own, blades, speed, folds)
@@ -161,7 +171,7 @@ def _change(rest: Model, turning: Model, speed: float, folds: int) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return which modes of a rotor its tips see, (m,)."""
+    """Return which modes of a rotor matter to the compliance of its tips, (m,)."""
     free = np.maximum(body.omega, np.finfo(float).tiny)
     moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
     gives = np.asarray(moved) / free**2

@@ -124,7 +124,7 @@ def _print_first(
         print(f"all {count} cases: {', '.join(told)}")
     print_table({n: v for n, v in columns.items() if n not in same}, units, shown)
     if not count:
-        print("hpcwhirl: no case is as asked", file=sys.stderr)
+        print("hpcwhirl: no case matches", file=sys.stderr)
     if shown < count:
         print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
 

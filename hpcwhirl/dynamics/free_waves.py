@@ -1,8 +1,9 @@
-"""Free motion of a rotor's waves, forward and backward apart: a' = z a.
+"""Free motion of a rotor's forward and backward waves: a becomes z a at each step.
 
-|a| falls with |z|; an unbalanced rotor's circle is a wave that stands, z = 1, which no
-contact pushes. Jacobi's energy is a form of the amplitudes of each nodal diameter, and
-what they lose follows from it: nothing waits to be booked.
+|a| is multiplied by |z| at each step. The circular orbit of an unbalanced rotor is
+a wave that is at rest in the rotating frame, z = 1, and that contact does not excite.
+Jacobi's energy is a quadratic form of the amplitudes of each nodal diameter; the loss
+is its decrease, so that no loss is left pending.
 """
 
 from __future__ import annotations
@@ -38,15 +39,21 @@ class WavesMotion:
     body: FreeWaves
 
     def places(self, z: Complexes) -> Complexes:
-        """Return a, (samples, waves); z : (samples, waves), z^n."""
+        """Return the amplitudes a = z^n a_0 at some samples, (samples, waves).
+
+        z : (samples, waves), z^n after the n steps of each sample
+        """
         return self.amplitudes * z
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors (waves, r) of z^n in Re(conj(rows) a), rows (r, waves)."""
+        """Return the factors f, (waves, r), with Re(f^T z^n) = Re(conj(rows) a).
+
+        rows : (r, waves), what each of r displacements takes of unit amplitudes
+        """
         return (rows.conj() * self.amplitudes).T
 
     def energies(self, z: Complexes) -> Floats:
-        """Return the energy of all waves, (samples,), J."""
+        """Return the energy of all waves, (samples,), J; z as in `places`."""
         body = self.body
         slots, rows, _ = body.form.shape
         every = np.zeros((len(z), rows * slots), dtype=np.complex128)

@@ -61,9 +61,10 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
 
 
 def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
-    """Return (definite matrix of the nodes' graph, node of each unknown).
+    """Return the graph of a matrix's nodes, and the node of each unknown, (n,).
 
-    Unknowns that are coupled to the same unknowns form one node.
+    Unknowns that are coupled to the same unknowns form one node. The graph is a
+    positive definite matrix with an entry -1 for each pair of coupled nodes.
     """
     names = np.random.default_rng(0).integers(1 << 62, size=matrix.shape[0])
     joined = np.add.reduceat(names[matrix.indices], matrix.indptr[:-1])
@@ -79,7 +80,13 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of L and U, by a factor of the nodes' graph."""
+    """Estimate the number of entries of L and U by factoring the graph of the nodes.
+
+    Parameters
+    ----------
+    graph, node : of `_nodes`
+    order : elimination order of the nodes; None: minimum degree
+    """
     # relax: SuperLU fills subtrees of so many columns; here columns are nodes
     ordered = graph if order is None else sparse.csc_array(graph[:, order][order])
     fill = _lu(ordered, order, relax=1).nnz
@@ -100,7 +107,13 @@ def _dissected(graph: sparse.csc_array) -> Integers:
 
 
 def _of_unknowns(order: Integers, node: Integers) -> Integers:
-    """Return the order of the unknowns from that of their nodes."""
+    """Return the elimination order of the unknowns, (n,).
+
+    Parameters
+    ----------
+    order : (nodes,), elimination order of the nodes
+    node : (n,), node of each unknown
+    """
     return np.argsort(np.argsort(order)[node], kind="stable")
 
 
@@ -115,7 +128,20 @@ def scaled_norm(matrix: sparse.csc_array) -> float:
 def _lu(
     matrix: sparse.csc_array, order: Integers | None = None, relax: int | None = None
 ) -> Any:
-    """Return SuperLU's factor of a matrix; it is in `order` already, if given."""
+    """Return SuperLU's factor of a matrix, `scipy.sparse.linalg.SuperLU`.
+
+    Parameters
+    ----------
+    matrix : (n, n), symmetric or Hermitian
+    order : given if rows and columns are in their elimination order already; None:
+        SuperLU orders them by minimum degree
+    relax : see `scipy.sparse.linalg.splu`
+
+    Raises
+    ------
+    ModelError
+        where the matrix is singular
+    """
     kind = {"permc_spec": "MMD_AT_PLUS_A" if order is None else "NATURAL"}
     options = {"SymmetricMode": True}
     try:
@@ -127,7 +153,7 @@ def _lu(
 
 
 def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
-    """Return a solver by the factor A = P^T L L^H P, P the order of the unknowns."""
+    """Return a solver of A x = b by A = P^T L L^H P, where P permutes to `order`."""
     from cvxopt import cholmod, spmatrix
     from cvxopt import matrix as dense
 

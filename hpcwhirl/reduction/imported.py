@@ -63,7 +63,7 @@ def rotor_from(
     *,
     turns: bool = False,
 ) -> ModalModel:
-    """Return the rotor of an engine's file; as one of equal sectors if it is one.
+    """Return the rotor of an engine's file, as one of equal sectors if they are equal.
 
     Parameters
     ----------
@@ -72,10 +72,10 @@ def rotor_from(
     damping : modal damping ratio xi, used if the file has none
     suspension : xi of the suspension modes in that case, if they are identified;
         negative: as the other modes
-    eta : fixed-interface modes kept of matrices, the lowest, without splitting a pair;
-        None keeps all. A file with modes only keeps them all
-    turns : whether to include the terms of rotation; what `suspension` is more than
-        `damping` is then a damper that stands
+    eta : number of fixed-interface modes kept of matrices, the lowest; a pair is not
+        split. None keeps all, and all modes of a file without matrices are kept
+    turns : whether to include the terms of rotation; where `suspension` exceeds
+        `damping`, the excess is then a damper fixed in the static frame
     """
     given = read_rotor(file)
     _check_modal_rows(given)
@@ -156,9 +156,18 @@ def _has_all_modes(given: Given) -> bool:
 def _basis(
     given: Given, whole: list[Floats], spin: Spin | None, places: int, eta: int
 ) -> Floats:
-    """Return the basis (n, b + m) of Eq. (1) with at most eta fixed-interface modes.
+    """Return the Craig-Bampton basis (n, b + m), Eq. (1), of m fixed-interface modes.
 
-    Fewer where eta would separate close modes; more with a spin, for all speeds.
+    m is eta, less where that would split modes of close frequencies, and more with a
+    spin, so that the basis serves all speeds.
+
+    Parameters
+    ----------
+    given : the file, for messages
+    whole : mass, stiffness (and damping) (n, n), tips and centre first
+    spin : terms of rotation in these coordinates, or None
+    places : b, number of coordinates of tips and centre
+    eta : number of modes asked for
     """
     mass, stiffness, taut = whole[0], whole[1], None
     inner = slice(places, None)
@@ -172,7 +181,9 @@ def _basis(
         return np.asarray(reduction_basis(mass, stiffness, kept, taut))
     except LinAlgError:
         raise given.wrong(
-            "stiffness", "hold all but tips and centre for a truncation", "less"
+            "stiffness",
+            "be positive definite with tips and centre fixed, to reduce the modes",
+            "a singular one",
         ) from None
 
 
@@ -202,16 +213,19 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its `centre_share`, computed by `shaft_stiffness`."""
+    """Return the rotor with its `centre_share`, which needs the shaft's stiffness.
+
+    It is NaN for modes that move the centre of a rotor whose stiffness is not known.
+    """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
     try:
         spring = shaft_stiffness(tips, hub, model.omega)
     except MisplacedError as found:
         raise given.refusal(
-            f"has a rotor that its shaft moves as one of tips {found}; they must be "
-            "counted anticlockwise, blade 0 at 0 degrees, tangential with the angle, "
-            "radial outward"
+            "has a rotor whose rigid translation moves its tips as if they were "
+            f"{found}; they must be counted anticlockwise, blade 0 at 0 degrees, "
+            "tangential motion positive with the angle, radial motion outward"
         ) from None
     if spring is not None:
         check_translation(given, model, blades, spring)
@@ -333,7 +347,12 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check modal rows against those of the shapes; those of a clamped centre are 0."""
+    """Check an array of modal motion against the rows of rotor/shapes that it repeats.
+
+    The modal motion of a clamped centre must be 0.
+
+    name : array to check, a key of `ROWS`
+    """
     shapes, places = given["shapes"], ROWS[name]
     if places not in given and "mass" not in given:
         return  # a file with modes only needs no index maps

@@ -44,7 +44,8 @@ class _Wave:
     k : nodal diameter
     omega, rate : rad/s; 2 xi omega, 1/s
     zeta : (3,), its F_k: radial, tangential, centre
-    turn : (m, 1) or, for a pair, (m, 2), orthonormal combination of the file's modes
+    turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
+        of the file's modes
     """
 
     k: int
@@ -108,7 +109,7 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor labelled as one of waves if its modes are waves, else None."""
+    """Return the rotor with its modes labelled as waves; None if they are no waves."""
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
     rank, phase, worst = np.zeros_like(diameter), np.zeros_like(diameter), (0.0, 0)
@@ -143,10 +144,10 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 
 
 def _unmixed(model: ModalModel, blades: int) -> Floats:
-    """Return combinations of modes (m, c) with one diameter each, as far as they exist.
+    """Return combinations of modes (m, c) with one nodal diameter each, where possible.
 
-    First modes of one frequency are separated, then close ones, which an eigensolver
-    mixes by its round-off divided by their distance.
+    First modes of equal frequency are separated, then those of close frequencies, which
+    the round-off of an eigensolver mixes, the more the closer they are.
     """
     squared, hub = model.omega**2, centre_rows(model, blades)
     turn = np.eye(len(squared))
@@ -170,9 +171,10 @@ def _floor(model: ModalModel) -> float:
 
 
 def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
-    """Return combinations `turn` with modes separated that lie within `near`.
+    """Separate the nodal diameters of modes with close frequencies.
 
-    near : relative distance of frequencies
+    turn : (m, c), combinations of the rotor's modes
+    near : relative difference up to which frequencies count as close
     """
     squared = _squared(model, turn)
     order = np.argsort(squared, kind="stable")
@@ -192,7 +194,12 @@ def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Flo
 
 
 def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
-    """Return columns (c, c) rotated so that those of one diameter are modes again."""
+    """Rotate combinations of one nodal diameter so that they diagonalize the stiffness.
+
+    columns : (c, c), orthonormal combinations of c modes
+    seen : (N, 3, c), `transform` of these combinations
+    squared : (c,), omega^2 of the c modes
+    """
     label, out = _power(seen).argmax(axis=0), columns.copy()
     for k in np.unique(label):
         same = columns[:, label == k]
@@ -224,7 +231,7 @@ def _leaks(seen: Complexes) -> Floats:
 
 
 class _NoTwinError(Exception):
-    """A nodal diameter has an odd number of modes."""
+    """A nodal diameter that needs pairs of modes has an odd number of modes."""
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
@@ -250,7 +257,11 @@ def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
 
 
 def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
-    """Return the pairs of ascending modes; close pairs are joined in one group."""
+    """Return successive modes in pairs; pairs of close frequencies form one group.
+
+    modes : (2 p,), indices of modes by ascending frequency
+    squared : omega^2 of all modes
+    """
     pairs = modes.reshape(-1, 2)
     gaps = squared[pairs[1:, 0]] - squared[pairs[:-1, 1]]
     cuts = np.flatnonzero(gaps > 2 * EQUAL * squared[pairs[1:, 0]]) + 1
@@ -258,7 +269,10 @@ def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
 
 
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
-    """Return the standing mode of a simple harmonic, k = 0 or N / 2."""
+    """Return the mode of a simple harmonic, k = 0 or N / 2, with its largest part > 0.
+
+    turn, seen : as in `_running`, (m, 1) and (3,)
+    """
     zeta = seen.real
     sign = 1.0 if zeta[np.argmax(np.abs(zeta))] > 0.0 else -1.0
     rate = float(_rates(model) @ turn[:, 0] ** 2)
@@ -272,10 +286,17 @@ def _rates(model: ModalModel) -> Floats:
 
 
 def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_Wave]:
-    """Return the p travelling pairs of 2 p combinations (m, 2 p) of nodal diameter k.
+    """Return the p travelling waves that 2 p modes of nodal diameter k form.
 
-    seen : (3, 2 p), F_k of the combinations. It maps the conjugates of the waves u to
-    0, so that the u are its right singular vectors.
+    `seen` maps the conjugates of the waves u to 0, so that the u are its first p right
+    singular vectors.
+
+    Parameters
+    ----------
+    model : the rotor, with m modes
+    turn : (m, 2 p), the 2 p modes as orthonormal combinations of the rotor's
+    seen : (3, 2 p), F_k of the 2 p modes, see `transform`
+    k : nodal diameter
     """
     count = turn.shape[1] // 2
     u = turn @ np.linalg.svd(seen)[2][:count].conj().T
@@ -314,9 +335,9 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the model of waves, in the built-in rotor's order, and its turn (m, c).
+    """Return the rotor of waves, in the built-in rotor's order, and its modes (m, c).
 
-    turn : its modes as combinations of the file's modes
+    The latter are the modes of the former as combinations of the file's m modes.
     """
     records = []
     for k in diameters(blades):
@@ -353,7 +374,10 @@ def _regular(
 def _deviation(
     model: ModalModel, regular: ModalModel, turn: Floats, blades: int
 ) -> Symmetry:
-    """Return the largest deviation of a rotor from its regular form, see `_regular`."""
+    """Return the largest deviation of a rotor from its regular form.
+
+    regular, turn : of `_regular`
+    """
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))
     stiffness = np.maximum(stiffness - _floor(model), 0.0)

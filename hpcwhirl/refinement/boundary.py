@@ -22,8 +22,8 @@ class Cells:
     ----------
     corner : (m, 2^d), rows of the cases at their corners, the last input fastest
     panel, level : (m,), number of the panel; level of bisection
-    state : (m,), index in `STATES`: corners of one word, of several, or in speckle
-    confirmed : (m,), 1 if all corners have a word by the second fidelity
+    state : (m,), index in `STATES`: corners of one word, of several, or in a speckle
+    confirmed : (m,), 1 if all corners have a word of the second fidelity
     """
 
     corner: Ints
@@ -108,9 +108,17 @@ def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
 
 
 def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
-    """Return (input, rows at both ends) of the edges of a cell with cases at both.
+    """Return the edges of a cell that have a case at both ends.
 
-    count : number of refined inputs
+    Parameters
+    ----------
+    count : d, number of refined inputs
+    corner : (2^d,), rows of the cases at the corners, the last input fastest; `NONE`
+        where there is no case
+
+    Returns
+    -------
+    (index of the input along the edge, rows of the cases at its low and high end) each
     """
     out = []
     for along in range(count):
@@ -153,7 +161,10 @@ def _join(
 
 
 def _crossing(cases: Cases, along: int, pair: tuple[int, int]) -> dict[str, object]:
-    """Return the fields of a point at the middle of an edge between two cases."""
+    """Return the `Boundaries` attributes of a point at the middle of an edge.
+
+    pair : rows of the cases at its ends, which differ in the input `along` only
+    """
     a, b = pair
     low, high = cases.inputs[along, [a, b]].tolist()
     at = cases.inputs[:, a].copy()

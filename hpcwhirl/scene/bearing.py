@@ -32,7 +32,10 @@ def is_table(text: str) -> bool:
 
 
 def bearing_table(text: str) -> str:
-    """Return the table, in one line, of a file's name or of such a line; "" stays "".
+    """Return a bearing's table as one line of text, the form that a scene keeps.
+
+    text : name of a CSV or TOML file, or a table in that form, which is checked and
+        returned; "" is returned as it is
 
     Raises
     ------

@@ -79,7 +79,7 @@ def check_label(scene: Scene) -> None:
     if all(values[n] == default[n] for n in inputs):
         msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
         msg += f"'{name}' must stand in the file, as in jobs/{name}.toml; "
-        raise InputError(msg + "hpcwhirl inputs engines tells them")
+        raise InputError(msg + "hpcwhirl inputs engines lists them")
 
 
 def table1() -> Scene:

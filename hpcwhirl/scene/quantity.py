@@ -38,7 +38,7 @@ class Quantity:
 
 
 def with_unit(text: str, unit: str, sign: str = ", ") -> str:
-    """Return a text followed by its unit, which is left out if it is "" or "1"."""
+    """Return text, sign (a separator) and unit; text alone if the unit is "" or "1"."""
     return text if unit in {"", "1"} else f"{text}{sign}{unit}"
 
 
@@ -67,5 +67,5 @@ def given(
 
 
 def quantity_of(field: Any) -> Quantity:
-    """Return the `Quantity` of an input's field, see `given`."""
+    """Return the `Quantity` that `given` has stored in an input's pydantic field."""
     return next(told for told in field.metadata if isinstance(told, Quantity))

@@ -76,7 +76,10 @@ def each_in_si(value: Any, unit: str) -> Any:
 
 @contextmanager
 def showing(asked: Sequence[str]) -> Iterator[None]:
-    """Have `shown_in` return these units, in this order, of `units_asked`."""
+    """Make `shown_in` choose among the units `asked` within this context.
+
+    asked : units in order of preference, from `units_asked`
+    """
     before = _asked.set(tuple(asked))
     try:
         yield
@@ -85,10 +88,12 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
 
 
 def shown_in(unit: str) -> tuple[str, float]:
-    """Return (unit shown, factor from SI) of numbers in an SI unit.
+    """Return the unit in which to show numbers of an SI unit, and the factor to it.
 
-    The first unit asked for by `showing` that is of the same kind; "1" is never
-    converted, and only an angular speed, in rad/s, has revolutions or cycles.
+    That is the first unit set by `showing` that measures the same quantity, where
+    `AS_SHOWN` stands for those of `PRACTICAL`; without one, the SI unit and 1. Numbers
+    without unit ("1") are never converted, and only an angular speed, in rad/s, is
+    shown in revolutions or cycles.
     """
     for asked in _asked.get():
         if asked == AS_STORED:
@@ -103,7 +108,7 @@ def shown_in(unit: str) -> tuple[str, float]:
 
 @lru_cache(maxsize=256)
 def _shown(unit: str, asked: str) -> float:
-    """Return the factor from an SI unit to another one; 0 for another kind."""
+    """Return the factor from an SI unit to another one; 0 for another quantity."""
     if unit in {"", "1"} or (asked in TURNING) != (unit == ANGULAR):
         return 0.0
     try:

@@ -283,7 +283,10 @@ class Design:
         return str(self.settings_of(case).get(FILE, self.base.engine.file))
 
     def predicted(self, case: int) -> tuple[float, float]:
-        """Return predicted steps and kernel time, s, of a case; 0 without a model."""
+        """Return the predicted steps and kernel time, s, of a case.
+
+        Both are 0 for a case that cannot be resolved, which fails at once.
+        """
         try:
             resolved = self.resolved(case)
             known = resolved.steps, resolved.cost
@@ -292,7 +295,10 @@ class Design:
         return known
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted time of coarse cases for each fidelity, s."""
+        """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
+
+        Both are the same where `rule` names no preset that confirms.
+        """
         refined = replace(self, rule=rule)
 
         def mean(cases: Iterable[int]) -> float:

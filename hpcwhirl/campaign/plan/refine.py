@@ -73,7 +73,7 @@ class Coarse(Protocol):
         """Table [twins], None for none."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted seconds of its cases, by each fidelity."""
+        """Return the mean predicted time of its cases at fidelity 0 and at 1, s."""
 
 
 def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) -> Rule:

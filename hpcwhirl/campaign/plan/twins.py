@@ -1,9 +1,9 @@
 """Perturbed twins of cases, by which the certainty of a regime is estimated.
 
-A twin is its case with uncertain inputs multiplied by 1 + spread u, u
-evenly within -1 .. 1 and a function of the case's motion (`identity`), the number of
-the twin, the input's name and the seed alone: the same wherever and whenever it is
-computed.
+A twin is its case with uncertain inputs multiplied by 1 + spread u. The number u,
+uniform in -1 .. 1, is a function of the case's inputs (`identity`), the number of the
+twin, the name of the input and the seed alone, so that a twin is the same wherever and
+whenever it is computed.
 """
 
 from __future__ import annotations
@@ -46,15 +46,26 @@ class Twins(TwinsTable):
 
 
 def identity(scene: Scene, content: str) -> str:
-    """Return the key by which twins of a case are drawn: a digest of its motion alone.
+    """Return the digest of a case from which the perturbations of its twins are drawn.
 
-    Inputs on longer runs while undecided, and on traces, do not change a twin.
+    Inputs that say how long undecided cases go on and which traces are kept do not
+    change it, so that a case with other values of them has the same twins.
+
+    content : digest of its engine's file, see `scene.digest`
     """
     return digest(apply_settings(scene, ASIDE), content)
 
 
 def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
-    """Return a number in -1 .. 1, evenly, of a case's motion, its twin and an input."""
+    """Return a number drawn uniformly from -1 .. 1 for one input of one twin.
+
+    Parameters
+    ----------
+    motion : of the case, see `identity`
+    number : of the twin, 1 .. count
+    name : dotted name of the input
+    seed : that of the table [twins]
+    """
     told = f"{motion} {number} {name}" + (f" {seed}" if seed else "")
     found = hashlib.sha256(told.encode()).digest()
     whole = int.from_bytes(found[:8]) >> (64 - BITS)

@@ -25,7 +25,15 @@ Ended = tuple[Floats, Floats, Floats, Floats]
 
 
 class Balance(NamedTuple):
-    """Energy and damping loss of both bodies, and what is not yet entered, J."""
+    """Terms of the energy balance of a state, J.
+
+    Attributes
+    ----------
+    energy : energy of both bodies
+    damping : energy that damping has taken from them since the start
+    rotation, friction, impact : what must be added to these entries of the ledger; 0
+        for a kernel that enters them at each step
+    """
 
     energy: float
     damping: float
@@ -41,15 +49,15 @@ class Integrator:
     Attributes
     ----------
     kernel : march `steps` steps; see `kernels.bodies.march_bodies` for its arguments
-    arrays : of the kernel
-    state : at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
-    balance : state -> what the ledger needs beside its own entries
+    arrays : constant arrays, an argument of the kernel
+    state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
+    balance : state -> terms that complete the entries of the state's ledger
     displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
         the model's matrices, m
-    casing_width : coordinates of the casing that the kernel copies at a sample
+    casing_width : number of coordinates of the casing that the kernel stores a sample
     casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
-    ended : of kernels in the frame that turns: state -> copies of bodies and sums, the
-        step that waits ended and booked
+    ended : state -> copies of the arrays of rotor, ring and their sums, with the step
+        completed that the kernel has left pending; None for kernels that leave none
     """
 
     kernel: Callable[..., Any]
@@ -63,11 +71,13 @@ class Integrator:
 
 
 def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
-    """Return a state at rest of a kernel in the frame that turns.
+    """Return a state at rest of a kernel in the rotating frame.
 
     Parameters
     ----------
-    sizes : values of rotor, ring, lam and sums_b
+    blades : N
+    gap : m
+    sizes : lengths of the state's arrays `rotor`, `ring`, `lam` and `sums_b`
     """
     k, wide = widths(blades)
     rotor, ring, lam, sums_b = map(np.zeros, sizes)
@@ -81,9 +91,14 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
 def balance_of(
     passes: Any, arrays: Arrays, scene: Scene, ended: Callable[[CyclicState], Ended]
 ) -> Callable[[CyclicState], Balance]:
-    """Return the balance of a kernel in the frame that turns.
+    """Return the function `Integrator.balance` of a kernel in the rotating frame.
 
-    passes : the module of its passes, `differences` or `flow`
+    Parameters
+    ----------
+    passes : module with the kernel's passes, `differences` or `flow`
+    arrays : constant arrays of the kernel
+    scene : scene to integrate
+    ended : see `Integrator`
     """
     step, friction = scene.solver.time_step, friction_with_sign(scene)
 

@@ -120,7 +120,7 @@ def limits_of(axis: Axis) -> tuple[float, float]:
 
 
 def draw_grid(axes: Any, part: Part) -> Any:
-    """Draw a cell for each case; return the mesh of numbers, if any."""
+    """Draw a cell for each case of a grid; return what `draw_mesh` returns."""
     line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:
@@ -141,7 +141,20 @@ def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
 
 
 def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
-    """Colour cells by the cases that they show; return the mesh of numbers, if any."""
+    """Colour the cells of a mesh by the cases that they show.
+
+    Parameters
+    ----------
+    axes : matplotlib's
+    part : cases of one panel
+    mesh : cells, and the case that each one shows
+    name : beginning of the identifier of the coloured words in the SVG
+    look : keyword arguments of matplotlib's `pcolormesh`
+
+    Returns
+    -------
+    the artist of cells coloured by number, for a colour bar; None without numbers
+    """
     colours, drawn = part.colours, None
     look |= {"rasterized": True}
     if colours.number is not None:

@@ -99,10 +99,20 @@ def _fastest(speed: float, line: float) -> float:
 def _orbit(
     time: Floats, centre: NDArray[np.complex128], shown: tuple[int, float], most: int
 ) -> tuple[tuple[float, float, float], NDArray[np.int16]]:
-    """Return ((scale, m; time of the first place, s; step, s), (2 * most,) places).
+    """Return the last part of an orbit as at most `most` positions of equal interval.
 
-    `shown`: samples of the window, which are kept if possible, and the fastest turning,
-    rad/s, with at least `PER_TURN` positions a turn.
+    Parameters
+    ----------
+    time : (n,), s
+    centre : (n,), m, x + i y in the static frame
+    shown : samples of the window, which is covered if possible, and the fastest angular
+        speed to resolve, rad/s, by at least `PER_TURN` positions a turn
+    most : number of positions
+
+    Returns
+    -------
+    (scale, m; time of the first position, s; interval, s), and the positions (2 *
+    most,), x then y, as whole numbers of which `SCALE` means the scale
     """
     out = np.full((2, most), NOTHING, "<i2")
     finite = np.isfinite(centre)
@@ -127,7 +137,13 @@ def _cuts(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _spans(values: Floats, most: int) -> Floats:
-    """Return the least, then the largest of each interval, (2 * most,), nan after."""
+    """Return the range of values in each of at most `most` intervals of the samples.
+
+    Returns
+    -------
+    (2 * most,), the least of each interval, then the largest of each; NaN where there
+    are fewer intervals
+    """
     out = np.full((2, most), np.nan)
     if len(values):
         cuts = _cuts(len(values), most)
@@ -137,7 +153,11 @@ def _spans(values: Floats, most: int) -> Floats:
 
 
 def _ledger(traces: Traces, most: int) -> Floats:
-    """Return energy, J, and power of friction, rotation and losses, W, by pieces."""
+    """Return means over at most `most` intervals of the samples, (4 * most,).
+
+    First the energy, J, then the powers of friction, of transport and of losses, W;
+    NaN where there are fewer intervals.
+    """
     out = np.full((4, most), np.nan)
     time, rubbed = traces["time"], traces["rubbed"]
     if not len(time):

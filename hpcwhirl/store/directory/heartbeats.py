@@ -1,7 +1,7 @@
-"""Heartbeats: a note on the cases that each rank computes, one file a rank and run.
+"""Heartbeats: a note on the cases that each rank computes, a file per rank and run.
 
-The file is mapped into memory: a note takes no system call, and a killed process leaves
-the note on its case.
+The file is mapped into memory: writing a note takes no system call, and a process that
+is killed leaves the note on its case.
 
 A process that ends by itself, stopped or done, removes its file. So a file that is left
 names the cases that were in flight when a process died.
@@ -33,7 +33,7 @@ PAGE = 4096  # bytes
 
 
 class Running:
-    """The note of one rank of one run.
+    """The file in which one rank notes the cases that it computes in one run.
 
     Parameters
     ----------
@@ -87,12 +87,12 @@ class Running:
 
 @dataclass(frozen=True)
 class Note:
-    """Content of a note.
+    """What a heartbeat file says: a process and the cases that it computes.
 
     Attributes
     ----------
     rank, host, pid : of the process
-    digests : digests of its cases, several while kernels are compiled
+    digests : digests of the cases: one, or several while kernels are compiled
     since : start, s since 1970; None if unknown
     ticks : start of the process, see `process.begun`; None if unknown
     """
@@ -106,13 +106,13 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether its process is known to be dead; known only on its own host."""
+        """Whether its process is dead; False on other hosts, which cannot know it."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
 
 def _note(path: Path) -> Note | None:
-    """Return the note in a line; None for anything else."""
+    """Return the note in a heartbeat file; None if it holds no complete one."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}
@@ -137,7 +137,7 @@ def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
 
 
 def notes(folder: Path) -> list[Note]:
-    """Return all whole notes, of living and of dead processes."""
+    """Return all complete notes, of living and of dead processes."""
     return [note for _, note in _whole_notes(folder)]
 
 

@@ -29,13 +29,13 @@ PLACE = "place_"  # before the name of an input: the variable of a case's place 
 
 @dataclass(frozen=True)
 class RefinedPlan(Manifest):
-    """A plan with all cases that are wanted so far.
+    """A plan with all cases that refinement has asked for so far.
 
     Attributes
     ----------
-    addresses : of each case
-    family : of all cases that there may be
-    growth : wanted cases and their cells; None in a plan from results
+    addresses : address of each case
+    family : all cases that refinement could ask for
+    growth : cases asked for and their cells; None in a plan from results
     twinned : addresses of the cases with twins; empty in a plan from results
     """
 
@@ -58,7 +58,7 @@ def full_plan(folder: Path) -> Manifest:
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
-    """Return a plan with all cases that are wanted so far, in the order of rows."""
+    """Return a plan with all cases asked for so far, in the order of result rows."""
     kind = planner.kind
     if not isinstance(kind, Refined):
         return plan
@@ -82,7 +82,7 @@ def _extended(
 
 
 def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
-    """Return the planner's row of each case of a grown plan, (cases,)."""
+    """Return the planner's row of each case of a plan from `grown_plan`, (cases,)."""
     if not isinstance(plan, RefinedPlan) or plan.family is None:
         return np.arange(len(planner))
     numbers = map(plan.family.number, plan.addresses)
@@ -163,7 +163,7 @@ def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
 
 
 def refined_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: quantity} of `columns_of`."""
+    """Return {variable: `Quantity`} of the variables that `columns_of` returns."""
     if not plan.refine:
         return {}
     told = "place along its coarse values: 3.25 is a quarter past the fourth"

@@ -1,4 +1,4 @@
-"""`runs/`: use of time of every rank, one file a run, written at its end."""
+"""`runs/`: how each rank used its time, one file per run, written at its end."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") ->
 def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
     """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
-    In the order of the runs; busy, span in s. A share may also have `beside` and
-    `first`: overhead of a computation beyond its kernel, s, median, and extra of the
-    first one of the rank. A killed run has no file, and a damaged file is skipped:
-    results do not depend on either.
+    In the order of the runs; busy, span in s. A record may also have `beside`, the
+    median overhead of a computation beyond its kernel, s, and `first`, how much longer
+    the first one of the rank took, s. A killed run has no file, and a damaged file is
+    skipped: results do not depend on either.
 
     Parameters
     ----------
@@ -69,7 +69,13 @@ def why_stopped(folder: Path, run: int) -> str:
 
 
 def _shares(data: Any) -> list[Share]:
-    """Return the shares of a run; raise if one is damaged."""
+    """Return the record of each rank from a parsed file of a run.
+
+    Raises
+    ------
+    TypeError, ValueError
+        where the file, or the record of a rank, is damaged
+    """
     if not isinstance(data, dict) or not isinstance(data.get("ranks"), list):
         msg = "no run and ranks"
         raise TypeError(msg)
@@ -82,7 +88,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value has another type, or is no finite number of usual size."""
+    """Raise if a value has another type, or is a number not finite or >= `LARGEST`."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         msg = f"{value!r:.40} is no {kind.__name__}"

@@ -263,7 +263,7 @@ def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
             "copy what it leads to"
         )
     if not isinstance(link, h5py.HardLink | h5py.SoftLink):
-        raise given.refusal(f"has {path}{name} as a link of a kind of its own")
+        raise given.refusal(f"has {path}{name} as a user-defined link")
     try:
         data = group[name]
     except (KeyError, RuntimeError, OSError):

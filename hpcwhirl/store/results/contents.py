@@ -170,7 +170,7 @@ def _tell_refined(contents: Contents) -> None:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns from which boundaries are found, {variable: (cases,)}."""
+    """Return the columns that decide where boundaries lie, {variable: (cases,)}."""
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
     for name in kinds:
@@ -187,13 +187,13 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 
 
 class _Index:
-    """Index of records, the oldest first; of one case the last record counts.
+    """Finds the record of each case and twin; of several, the newest counts.
 
-    For an extended case it is that of the last stage with a result.
+    For an extended case that is the newest of the last stage with a result.
 
     Parameters
     ----------
-    contents : to be filled
+    contents : what is filled, by `take`
     """
 
     def __init__(self, contents: Contents) -> None:
@@ -207,7 +207,7 @@ class _Index:
         self.words = np.full(contents.cases, "", dtype=width)
 
     def take(self, rows: Rows) -> None:
-        """Take in some records."""
+        """Enter some records, which are newer than those entered before."""
         contents, case = self.contents, self.known.cases_of(rows)
         twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
         good = (case >= 0) & (twin >= 0) & (twin <= contents.twins)
@@ -227,14 +227,17 @@ class _Index:
         self._take_cases(case[own], rows.take(own))
 
     def _number(self, rows: Rows) -> int:
-        """Return the number of a journal."""
+        """Return the index of the records' journal in `Contents.journals`, adding it.
+
+        Successive records of one journal get one index.
+        """
         journals = self.contents.journals
         if not journals or journals[-1][0] != rows.journal:
             journals.append((rows.journal, rows.header))
         return len(journals) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Note the interval, samples, shapes of traces and word of each case."""
+        """Enter the sampling interval, samples, shapes of traces and word of cases."""
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
         contents.samples[case], self.kind[case] = 0, -1
@@ -260,11 +263,11 @@ def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 def parts_of(
     contents: Contents, cases: Sequence[int], twin: int = 0
 ) -> Iterator[tuple[NDArray[np.int64], Rows]]:
-    """Yield the records of cases, or of their twins, by journal.
+    """Yield the records of cases, or of their twins, one journal at a time.
 
     Yields
     ------
-    which of the cases have one there, by their places among these; the records
+    indices into `cases` of those with a record in the journal; these records
     """
     place = contents.place[np.asarray(cases, dtype=np.int64), twin]
     for number in np.unique(place[:, 0][place[:, 0] >= 0]).tolist():

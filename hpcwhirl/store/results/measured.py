@@ -22,7 +22,11 @@ REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 
 
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
-    """Return the user's variables of a plan, and the one for the reason of none."""
+    """Return {variable: `Quantity`} of the numbers that the user's function returns.
+
+    With them `WHY_NOT`, the variable that says why a case has none; {} for a plan
+    without such a function.
+    """
     declared = plan.base.get(MEASURE) or {}
     if not declared:
         return {}
@@ -31,7 +35,7 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
 
 
 def bytes_measured(plan: Manifest) -> int:
-    """Return the bytes that a case takes of them."""
+    """Return the bytes that the variables of `measured_of` take for each case."""
     return sum(dtype(quantity).itemsize for quantity in measured_of(plan).values())
 
 

@@ -1,4 +1,4 @@
-"""Files of one model."""
+"""HDF5 files of one model: named arrays with units, and facts as attributes."""
 
 from __future__ import annotations
 
