@@ -96,7 +96,10 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with the other choice of engine.rotation; None if not allowed."""
+    """Return the case with engine.rotation none for full or full for none.
+
+    None if the engine does not allow it.
+    """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
     if other == "none":

@@ -148,7 +148,7 @@ def widest(one: xarray.Dataset) -> float:
 
 
 def pairs_needed(one: xarray.Dataset) -> int:
-    """Return how many pairs of draws would tell a quantity's indices; 0: there are.
+    """Return how many pairs of draws a quantity's indices need; 0: there are enough.
 
     Intervals shrink with the root of the number of pairs; a power of 2, as [sample]
     takes them. An estimate, from intervals that are themselves uncertain.

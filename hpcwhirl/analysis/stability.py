@@ -85,7 +85,13 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
 
 
 def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
-    """Return (C, K (m, m), gap, push (m,)) of the rotor's modes of diameter k."""
+    """Return the rotor's part of `Coupled` at nodal diameter k.
+
+    Returns
+    -------
+    C, K : (m, m), of its m modes
+    gap, push : (m,), their entries in `Coupled.gap` and `Coupled.push`
+    """
     body, blades = model.rotor, model.blades
     modes = (body.diameter == k) & (body.phase == 0)
     wave = np.exp(-2j * np.pi * k * np.arange(blades) / blades) / blades
@@ -99,7 +105,7 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 def _turning_part(
     model: Model, spin: Spin, k: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return what `_rotor_part` does of a rotor with the terms of rotation."""
+    """Return the same as `_rotor_part` for a rotor with the terms of rotation."""
     piece, blades = spin.waves[k], model.blades
     gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
     scale = np.sqrt(piece.multiplicity / blades)
@@ -111,7 +117,7 @@ def _turning_part(
 def _ring_part(
     model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return (C, K (2, 2), gap, push (2,)) of harmonic h of the ring, -H .. H."""
+    """Return the ring's part of `Coupled` at harmonic h, -H .. H; as `_rotor_part`."""
     body = model.casing
     if body is None:
         msg = "closed contacts need an elastic casing"

@@ -48,7 +48,7 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return what truncation saves compared with the modes that a scene names."""
+    """Return a text on how many modes and how short a step truncation saves."""
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"

@@ -67,7 +67,7 @@ def check_rotation(model: Model, scene: Scene) -> None:
 
 
 def _check_range(bearing: Bearing, speed: float) -> None:
-    """Raise InputError for a speed that the table of a bearing does not have."""
+    """Raise InputError for a speed, rad/s, outside the range of a bearing's table."""
     least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
     if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
         msg = (
@@ -78,10 +78,12 @@ def _check_range(bearing: Bearing, speed: float) -> None:
 
 
 def check_supports(model: Model, scene: Scene) -> None:
-    """Raise InputError for supports that push away, feed, or that no scheme marches.
+    """Raise InputError for supports that are not admissible at a scene's speed.
 
-    In all directions the centre must be held, |k_d| < 1 / a with its compliance a at
-    rest on the mean supports, and a damper take energy: |c_d| <= c.
+    The table of a bearing must include the speed. Where supports differ by direction,
+    the centre must be held in all directions, |k_d| < 1 / a with its compliance a at
+    rest on the mean supports, dampers must take energy, |c_d| <= c, and the scheme must
+    allow such supports.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
@@ -175,7 +177,7 @@ def check_wall(scene: Scene) -> None:
 
 
 def wall_limits(scene: Scene) -> dict[str, float]:
-    """Return the longest steps, s, that a rigid casing's growth and rise allow."""
+    """Return {limit: longest time step, s} by growth and rise of a rigid casing."""
     casing = scene.engine.casing
     if casing.kind == "ring" or casing.amplitude == 0.0:
         return {}
@@ -306,7 +308,7 @@ def _fastest(model: Model) -> float:
 
 
 def beat_of(model: Model, scene: Scene) -> int:
-    """Return the steps between rows of evidence: `PER_PERIOD` rows a fastest period.
+    """Return the steps between rows of evidence: `PER_PERIOD` in the shortest period.
 
     It depends on engine, speed, step and duration, never on the traces kept; in a run
     whose last 40 % would have fewer than 64 rows, on the duration alone.

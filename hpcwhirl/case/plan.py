@@ -57,7 +57,10 @@ class Plan:
 
 
 def folds_of(scene: Scene) -> int:
-    """Return g, the number of sectors that move alike: gcd(k, N), or 1 to march all."""
+    """Return g, the number of sectors that move alike: gcd(k, N).
+
+    1 where sectors differ or the plan or scheme does not allow one to stand for all.
+    """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
@@ -106,7 +109,7 @@ def _settling(
 
 
 def plan_of(scene: Scene, model: Model) -> Plan:
-    """Return the plan of a scene and its whole model."""
+    """Return the plan of a scene; `model` is the model of all sectors."""
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
@@ -116,7 +119,10 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return the scene and model to integrate: of all sectors, or of one of g alike."""
+    """Return the scene and model to integrate.
+
+    Those of all sectors, or of one where g > 1 sectors move alike.
+    """
     folds = folds_of(scene)
     if folds == 1:
         return Marched(scene, model)

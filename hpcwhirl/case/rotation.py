@@ -181,10 +181,12 @@ def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
 def _by_diameter(
     rest: ModalModel, turning: ModalModel, blades: int, speed: float, folds: int
 ) -> Iterator[Pair]:
-    """Yield the waves of equal sectors that move; either model may have more modes.
+    """Yield (name, root without, root with terms of rotation) of each wave.
 
-    Sorted, the lines of a diameter keep their order at all speeds: the r-th from the
-    middle outwards is the same wave.
+    The rotor has equal sectors; only waves that matter to the tips, of multiples of g =
+    `folds`, are compared. Sorted, the frequencies of a nodal diameter keep their order
+    at all speeds, so that the r-th from the middle outwards is the same wave in both
+    models, of which either may have more modes.
     """
     seen = _seen(rest, blades)
     before, after = (
@@ -207,7 +209,7 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the two waves of a rank, of k = 0 the one; `lines` by frequency."""
+    """Return the two waves of a rank (for k = 0 the one) in lines by frequency."""
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
 
@@ -219,7 +221,10 @@ def _turning(line: WaveLine) -> complex:
 def _of_whole(
     rest: ModalModel, turning: ModalModel, blades: int, speed: float
 ) -> Iterator[Pair]:
-    """Yield the motions of unequal sectors, which have no diameter, by frequency."""
+    """Yield (name, root without, root with terms of rotation) of each mode.
+
+    For unequal sectors, whose modes have no nodal diameter: compared by frequency.
+    """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)
     shapes = turning.shapes

@@ -67,9 +67,9 @@ def folded_body(
 
 
 def _folded_spin(spin: Spin, folds: int) -> Spin:
-    """Return what rotation adds to one of g sectors, by nodal diameter alone.
+    """Return the terms of rotation of one of g sectors, by nodal diameter.
 
-    Without supports: the centre rests.
+    They have no matrices of the whole and no supports, since the centre is at rest.
     """
     waves = tuple(_folded(own, folds) for own in spin.waves if own.k % folds == 0)
     return Spin(NONE, NONE, np.zeros(0), waves=waves, support=ROUND)

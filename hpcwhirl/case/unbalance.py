@@ -45,9 +45,10 @@ def is_unbalanced(scene: Scene) -> bool:
 
 
 def released_moment(model: Model) -> complex:
-    """Return m e, kg m, that the loss of a blade has left, as of a rigid rotor.
+    """Return the unbalance m e, x + i y, kg m, that the loss of a blade leaves.
 
-    What the blade pulls no more, on the shape that a force at the centre gives at rest.
+    It is the force at the centre, over Omega^2, that does the same work as the missing
+    centrifugal load on the static deflection under a force at the centre.
     """
     spin, hub = model.rotor.spin, 2 * model.blades + np.arange(2)
     if spin is None or spin.released is None:
@@ -58,7 +59,7 @@ def released_moment(model: Model) -> complex:
 
 
 def circle(model: Model, scene: Scene) -> Floats | None:
-    """Return x_1, the rotor's places on its circle; None without an unbalance.
+    """Return x_1, the rotor's steady displacement; None without an unbalance.
 
     Returns
     -------
@@ -73,7 +74,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, of an unbalanced rotor; None if its supports are alike."""
+    """Return xi (n,), m, of an unbalanced rotor; None on supports equal in x and y."""
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -115,13 +116,13 @@ def _circle(
 
 
 def centre_of(model: Model, places: Any) -> complex:
-    """Return x_o + i y_o, m, of a rotor's places."""
+    """Return x_o + i y_o, m, of a rotor's displacement (n,), m."""
     x, y = places[2 * model.blades : 2 * model.blades + 2]
     return complex(x + 1j * y)
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return how far the blade that is farthest out comes outward on x_s, m."""
+    """Return the largest outward displacement of any blade's tip in x_s, m."""
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
         return 0.0
@@ -142,7 +143,7 @@ def share_at_start(model: Model, scene: Scene) -> float:
 
 
 def check_unbalance(model: Model, scene: Scene) -> None:
-    """Raise InputError where the circle, without contact, ends a run by its size."""
+    """Raise InputError where x_s, without contact, exceeds the amplitude limit."""
     places = circle(model, scene)
     if places is None:
         return

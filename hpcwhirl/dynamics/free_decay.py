@@ -86,7 +86,7 @@ class FreeDecay:
 
     def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
         if scheme.ended is None:
-            msg = "only steps of kernels in the frame that turns can be ended"
+            msg = "a closed form needs a kernel in the rotating frame"
             raise ModelError(msg)
         self.ended = scheme.ended
         self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
@@ -106,10 +106,13 @@ class FreeDecay:
         return _Motion(self.rotor.motion(s_b, step), self.ring.motion(s_c, step), log)
 
     def bound(self, state: CyclicState) -> tuple[Floats, Floats]:
-        """Return weighted amplitudes, (blades, modes), m, and their decay r per step.
+        """Return a bound of all later motion: amplitudes at the tips and their decay.
 
-        The sum of a row bounds every later radial displacement of a blade's tip against
-        the ring. There is one row if it is the same for all blades.
+        Returns
+        -------
+        sizes : (N, modes), or (1, modes) if all blades have the same, m; the sum of
+            a row bounds the radial displacement of the blade's tip against the ring
+        decays : (modes,), factor by which each is multiplied in a step
         """
         motion, reach = self.motion(state), self.shapes.reach
         ring = np.tile(self.ring.roots.weight, (len(reach), 1))
@@ -166,7 +169,7 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write rows of evidence to the tracks."""
+        """Write rows of evidence to the tracks; z : (rows, modes), z^n of each row."""
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
         rotor, ring = motion.energies(z)
@@ -227,9 +230,11 @@ def next_look(
 ) -> int:
     """Return the steps until the bound falls below the gap, if no contact occurs.
 
-    The result lies within `shortest` .. `longest`.
-
+    Parameters
+    ----------
     sizes, decays : results of `FreeDecay.bound`
+    gap : m
+    shortest, longest : limits of the result
     """
     for _ in range(40):
         if shortest >= longest or (sizes @ decays**shortest).max() < LESS * gap:

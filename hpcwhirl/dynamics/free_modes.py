@@ -44,15 +44,21 @@ class ModesMotion:
     delta: Complexes
 
     def places(self, z: Complexes) -> Complexes:
-        """Return q, (samples, modes); z : (samples, modes), z^n."""
+        """Return the amplitudes q at some samples, (samples, modes).
+
+        z : (samples, modes), z^n after the n steps of each sample
+        """
         return self.alpha * z + self.beta * z.conj()
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors (modes, r) of z^n in Re(conj(rows) q), rows (r, modes)."""
+        """Return the factors f, (modes, r), with Re(f^T z^n) = Re(conj(rows) q).
+
+        rows : (r, modes), what each of r displacements takes of unit amplitudes
+        """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
     def increments(self, z: Complexes) -> Complexes:
-        """Return d, (samples, modes); z : (samples, modes), z^n."""
+        """Return the increments d at samples, (samples, modes); z as in `places`."""
         return self.gamma * z + self.delta * z.conj()
 
     def energies(self, z: Complexes) -> Floats:
@@ -70,13 +76,21 @@ class ModesMotion:
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to that after `steps` steps; return what its last step loses.
+        """Set a state to that after `steps` steps, as the kernel would leave it.
 
-        That step is not booked: this is how the kernel leaves a state. It loses the sum
-        of rates, J/m^2, times squares, m^2, (modes,) each. The ring's amplitudes have
-        turned with the rotating frame.
+        The damping loss of the last step is not entered in the ledger then. It is the
+        sum of rates times squares.
 
-        steps, step : since the start of the motion, and of the whole march
+        Parameters
+        ----------
+        state : of the body in the kernel, set here; amplitudes of the ring have turned
+            with the rotating frame
+        steps, step : number of steps since the start of this motion and of the march
+
+        Returns
+        -------
+        rates : (modes,), J/m^2
+        squares : (modes,), m^2
         """
         body = self.body
         now, before = np.exp(np.outer([steps, steps - 1], body.log))
@@ -126,7 +140,10 @@ class FreeModes:
         self.spin = items[passes.SPIN][self.own] * step
 
     def motion(self, state: Floats, step: int) -> ModesMotion:
-        """Return the free motion from an ended state; step : its number."""
+        """Return the free motion from a state without a pending step.
+
+        step : number of the last step
+        """
         parts = state.reshape(self.shape)
         both = parts[:, :, 0] + 1j * (parts[:, :, 1] if self.phases == 2 else 0.0)
         values = both.reshape(passes.ROTOR_STATE, self.size)[:, self.own]

@@ -37,7 +37,14 @@ class Shapes(NamedTuple):
 def free_rotor(
     arrays: Arrays, blades: int, step: float
 ) -> tuple[FreeModes | FreeWaves, Shapes]:
-    """Return the free rotor of the arrays of a kernel in the frame that turns."""
+    """Return the free motion of a rotor and the shapes of its tips and centre.
+
+    Parameters
+    ----------
+    arrays : constant arrays of a kernel in the rotating frame
+    blades : number of blades that are marched
+    step : s
+    """
     body: FreeModes | FreeWaves
     if isinstance(arrays.rotor, GeneralRotor):
         items = passes.unpacked(arrays.rotor.items)

@@ -63,12 +63,16 @@ class WavesMotion:
         return np.asarray((a.conj() * pair).real.sum(axis=(0, 2)))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to that after `steps` steps; nothing of it waits to be booked.
+        """Set a state to that after `steps` steps, as the kernel would leave it.
 
-        With the spectra of the gaps of the last three steps. Returned are no rates and
-        squares, see `free_modes.ModesMotion.leave`.
+        The state includes the spectra of the gaps of the last `waves.SEEN` steps. No
+        loss is pending, so that the rates and squares returned, see
+        `free_modes.ModesMotion.leave`, are empty.
 
-        steps, step : since the start of the motion, and of the whole march
+        Parameters
+        ----------
+        state : of the rotor in the kernel, set here
+        steps, step : number of steps since the start of this motion and of the march
         """
         body, rows = self.body, state.reshape(-1, 2, self.body.slots)
         rows[:] = 0.0
@@ -114,7 +118,7 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion from an ended state."""
+        """Return the free motion from a state without a pending step."""
         parts = state[: 2 * self.size].reshape(-1, 2, self.slots)
         a = (parts[:, 0] + 1j * parts[:, 1]).ravel()[self.own]
         return WavesMotion(np.abs(a), a, self)

@@ -120,7 +120,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the steps of a slice of at most `size`, up to the next check."""
+        """Return the number of steps, at most `size`, to the next check."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -129,7 +129,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Set the next search for a certificate: a row of evidence, `steps` ahead."""
+        """Search for a certificate next at the first row of evidence `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -327,7 +327,10 @@ class March:
         )
 
     def _circle(self, time: Floats) -> Floats:
-        """Return the place of the centre without contact, (b, 2), m, rotating frame."""
+        """Return the centre's motion without contact, 0 for a balanced rotor.
+
+        time : (b,), s. The result, (b, 2), m, is in the rotating frame
+        """
         places, swung = circle(self.model, self.scene), swing(self.model, self.scene)
         z = np.full(len(time), 0j if places is None else centre_of(self.model, places))
         if swung is not None:
@@ -336,7 +339,7 @@ class March:
         return np.column_stack([z.real, z.imag])
 
     def _judged(self) -> Evidence:
-        """Return the evidence so far, for all sectors."""
+        """Return the rows of evidence so far; energies are those of all sectors."""
         rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
         steps = np.arange(1.0, len(rows) + 1) * self.beat
         whole = self.lean.model.folds * rows[:, contact.OF_ROTOR :].T

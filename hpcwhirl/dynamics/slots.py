@@ -40,7 +40,11 @@ Complexes = NDArray[np.complex128]
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
-    """Return (slot, sign) of a ring's harmonic at N blades; sign -1 if conjugated."""
+    """Return (slot, sign) of a harmonic of the ring as N blades see it.
+
+    The slot is the nodal diameter 0 .. N // 2 that it aliases to; sign is -1 where the
+    amplitude in the slot is the conjugate.
+    """
     rest = harmonic % blades
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
 
@@ -140,7 +144,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with those of contact forces: give (gamma + mu s*).
+    """Return items (ITEMS, ...) with the items of contact forces, give (gamma + mu s*).
 
     mu : friction with the sign of the speed
     """
@@ -233,7 +237,7 @@ def _lobes(model: Model, diameter: int, direction: str) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed_ring(model: Model, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return a ring's items with friction.
+    """Return a ring's items with those that friction changes.
 
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
@@ -294,7 +298,7 @@ def _ring_modes(model: Model) -> list[_RingMode]:
 
 
 def rotor_amplitudes(model: Model, state: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from an ended state."""
+    """Return the rotor's modal amplitudes (m,) from a state without a pending step."""
     slots, _ = widths(model.blades)
     rotor = state.reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
     q_b = np.zeros(len(model.rotor.omega))
@@ -305,7 +309,10 @@ def rotor_amplitudes(model: Model, state: Floats) -> Floats:
 
 
 def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) -> Floats:
-    """Return the ring's modal amplitudes (n,), static frame, from an ended state."""
+    """Return the ring's modal amplitudes (n,), static frame.
+
+    state, steps : of the ring, without a pending step, and its number of steps
+    """
     if model.casing is None:
         return np.zeros(0)
     ring = state[: 2 * len(state) // passes.RING_STATE]

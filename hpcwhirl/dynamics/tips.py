@@ -31,8 +31,9 @@ Floats = NDArray[np.float64]
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    The kernel hands modal forces to each mode instead of a spectrum, so that its radial
-    amplitude is 1: first those of the normal force, then those of friction over mu.
+    The general kernel passes modal forces to each mode, where the cyclic one passes
+    a spectrum: first those of the normal forces, then those of friction over mu. The
+    modes' own tip amplitudes are therefore 1.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
@@ -64,7 +65,10 @@ def _rotor(model: Model, scene: Scene) -> GeneralRotor:
 
 
 def delassus(model: Model, scene: Scene) -> Floats:
-    """Return W (N, N), m/N: column j has the changes of gaps by a unit force at j."""
+    """Return the Delassus matrix W, (N, N), m/N.
+
+    Column j has the changes of all gaps in a step by a unit force at blade j.
+    """
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)
     return w + ring_column(model, scene)[np.subtract.outer(blades, blades)]

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes with those that read x_s."""
+    """Return an unbalanced rotor's modes with those added that stand for x_s."""
     rows, count = read_by(model, scene), 2 * model.blades
     tips, hub = rows[:, :count].reshape(len(rows), -1, 2), rows[:, count : count + 2]
     none = np.zeros(len(rows))
@@ -49,7 +49,10 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
 
 def read_by(model: Model, scene: Scene) -> Floats:
-    """Return what the modes beyond the rotor's own read, (1 or 3, n), m."""
+    """Return the displacements of the rotor for unit amplitudes of the added modes.
+
+    (1, n), m; (3, n) on supports that differ by direction; (0, n) without an unbalance
+    """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
         return np.zeros((0, len(model.rotor.shapes)))
@@ -59,20 +62,23 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos, sin) of the angle by which x_s swings in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, by which xi turns in a step."""
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return amplitudes and last increments of the `count` modes that read x_s."""
+    """Return the first amplitudes and increments of the `count` modes for x_s."""
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]
 
 
 def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
-    """Return a rotor's matrices with the coordinate s; places as `circling_modes`."""
+    """Return an unbalanced rotor's matrices with the added coordinate s, which is 1.
+
+    places : (n,), x_s, m, in the rotor's coordinates
+    """
     size = len(places)
     relative = np.column_stack([np.eye(size), -places])
     names = ("keep", "pull", "inverse", "mass", "stiffness", "damping", "push")

@@ -48,9 +48,12 @@ def _grams(shapes: Floats, blades: int) -> Floats:
 
 
 def runs(values: Floats, apart: Floats) -> Iterator[NDArray[np.intp]]:
-    """Yield the indices of each run of ascending values with gaps of at most `apart`.
+    """Yield the indices of each run of ascending values that lie close together.
 
-    values, apart : (m,); runs of a single value are left out
+    values : (m,), ascending
+    apart : (m,), largest difference of neighbours in a run
+
+    Runs of a single value are left out.
     """
     cuts = np.flatnonzero(np.diff(values) > apart[1:]) + 1
     for run in np.split(np.arange(len(values)), cuts):

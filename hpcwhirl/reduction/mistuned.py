@@ -54,7 +54,17 @@ def named_modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return m modes with their matrices, labelled by `labels`."""
+    """Return the model of m modes, labelled by `labels`.
+
+    Parameters
+    ----------
+    matrices : M, K (n, n), or two empty ones
+    shapes : (n, m), mass-orthonormal, tips first
+    omega : (m,), rad/s, ascending
+    blades : N
+    damping : modal damping ratio, one or (m,)
+    kept : number of coordinates beyond tips and centre, the last of the n
+    """
     diameter, rank, phase = labels(shapes, omega, blades)
     return ModalModel(
         mass=matrices[0],

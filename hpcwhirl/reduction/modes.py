@@ -345,7 +345,7 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
 
 
 def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
-    """Return (C, K_g - M, F_c) reduced by a basis."""
+    """Return (C, K_g - M, F_c) reduced by a basis; added : (C, K_g, F_c)."""
     back, (coriolis, stiffening, load) = basis.conj().T, added
     return back @ coriolis @ basis, back @ (stiffening - mass) @ basis, back @ load
 

@@ -151,7 +151,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return the largest number of cells within a cell so many levels below it."""
+        """Return into how many cells a cell can be split `levels` below it, at most."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):

@@ -181,7 +181,7 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Visit again the cells that wait for whether a cell's corners differ."""
+        """Visit again the cells that depend on whether this cell's corners differ."""
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())
@@ -209,7 +209,7 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Want twins at the corners of a mixed cell that will not be split."""
+        """Ask for twins at the corners of a mixed cell that will not be split."""
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]
@@ -238,7 +238,7 @@ class Tree:
                     self._todo.append(above)
 
     def _make(self, cell: Cell, inherited: Iterable[Point]) -> None:
-        """Add a cell and want the cases at its corners."""
+        """Add a cell and ask for the cases at its corners."""
         corners = self.lattice.corners(cell)
         self._want(FIRST, corners)
         low, high = corners[0], corners[-1]

@@ -17,7 +17,14 @@ if TYPE_CHECKING:
 
 
 def scheme_of(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return what marches a scene by its scheme."""
+    """Return the integrator of a scene by its scheme, `scene.solver.scheme`.
+
+    Parameters
+    ----------
+    model : model of the scene
+    scene : scene to integrate
+    beat : steps between rows of evidence
+    """
     scheme = import_module(f"{__name__}.{scene.solver.scheme}")
     built: Integrator = scheme.build(model, scene, beat)
     return built

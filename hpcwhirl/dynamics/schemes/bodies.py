@@ -37,15 +37,17 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
 def started(
     whole: Integrator, model: Model, scene: Scene, own: Floats, rises: Floats
 ) -> Integrator:
-    """Return the march of an unbalanced rotor from where it begins.
+    """Return the integrator of an unbalanced rotor with its state at the start.
 
-    The energy that it has there, of the motion about its circle, is that of a load that
-    was put on: it is booked as the loading's work.
+    The rotor starts on its circle, or on a share of it. In the latter case the energy
+    of its motion about the circle is entered in the ledger as work of the loading.
 
     Parameters
     ----------
-    whole : march of arrays with the coordinates of `dynamics.unbalance`, at rest
-    own, rises : (m,), its other coordinates, in those of the kernel, and increments
+    whole : integrator at rest; its arrays have the coordinates of `dynamics.unbalance`
+    model, scene : what it integrates
+    own, rises : (m,), initial values of the other coordinates, in those of the kernel,
+        and their increments in the step before
     """
     state, m, share = whole.state, len(own), share_at_start(model, scene)
     state.q_b[:m], state.d_b[:m] = own, rises
@@ -60,7 +62,10 @@ def started(
 
 
 def two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the march of two bodies as modes; a scheme changes what differs."""
+    """Return the integrator of two bodies as modes by `kernels.bodies.march_bodies`.
+
+    Schemes replace its fields where they differ.
+    """
     step = scene.solver.time_step
 
     def balance(state: BodiesState) -> Balance:

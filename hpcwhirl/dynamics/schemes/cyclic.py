@@ -29,7 +29,10 @@ from hpcwhirl.structure import RingOperator
 
 
 def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the march of a cyclic model; `beat`: steps between rows of evidence."""
+    """Return the integrator of a cyclic model without terms of rotation.
+
+    beat : steps between rows of evidence
+    """
     arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
     k, _ = cyclic.widths(model.blades)
     sizes = passes.ROTOR_STATE * rows * 2 * k, 3 * 2 * k

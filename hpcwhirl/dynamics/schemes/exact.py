@@ -11,7 +11,14 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return what marches a scene; with rotation by its waves."""
+    """Return the integrator of a scene; with terms of rotation, that of its waves.
+
+    Raises
+    ------
+    InputError
+        where the scheme does not exist for the rotor or casing, or two waves nearly
+        coincide
+    """
     _check(model)
     if not has_waves(model):
         return cyclic_modes(model, scene, beat)
@@ -27,7 +34,7 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
 
 def _check(model: Model) -> None:
-    """Raise InputError where the exact flow is not that of the cyclic kernel."""
+    """Raise InputError for a rotor, casing or damping that the scheme cannot treat."""
     if not is_cyclic(model) and not has_waves(model):
         msg = (
             "scheme exact needs three or more equal blades and a ring of harmonics or "

@@ -46,9 +46,10 @@ from hpcwhirl.structure import RingOperator
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return what marches a scene.
+    """Return the integrator of a scene.
 
-    In the static frame where the ring is elements, or rotation couples the modes.
+    The casing is integrated in the static frame where the ring is one of elements or
+    rotation couples the modes of the rotor, else in the rotating frame.
     """
     if model.rotor.spin is not None:
         return _spinning(model, scene)
@@ -58,9 +59,9 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
 
 
 def _spinning(model: Model, scene: Scene) -> Integrator:
-    """Return the march of a rotor whose modes are coupled by rotation.
+    """Return the integrator of a rotor whose modes are coupled by rotation.
 
-    With an unbalance the modes are those of its motion about its circle x_s.
+    With an unbalance, the amplitudes are those of x - x_s, see `case.unbalance`.
     """
     body, order = model.rotor, by_diameter(model.rotor)[0]
     place, step = np.argsort(order), scene.solver.time_step
@@ -91,7 +92,7 @@ def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the march beside a round casing, in the frame that turns."""
+    """Return the integrator in a round or rigid casing, in the rotating frame."""
     c_b, c_c = arrays.rotor.items, arrays.casing.items
     modes, march = len(model.rotor.omega), cast(Any, march_general)
     state_at_rest = _at_rest(model, scene, arrays)

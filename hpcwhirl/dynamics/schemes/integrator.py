@@ -115,7 +115,13 @@ def balance_of(
 
 
 def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
-    """Return last contacts, counter, ledger, impulse at rest."""
+    """Return the bookkeeping of a state at rest: no contact, no energy.
+
+    Returns
+    -------
+    (step of the last contact of each blade, counters, ledger, impulse of each blade) as
+    in `kernels.kernel_types.CyclicState`
+    """
     counter = np.zeros(contact.COUNTERS, dtype=np.int64)
     counter[[contact.LAST, contact.ENDED, contact.CERTIFIED]] = -1
     never = np.full(blades, -1, dtype=np.int64)
@@ -123,7 +129,10 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
 
 
 def unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
-    """Return the displacements of modal amplitudes, lifted to all sectors."""
+    """Return the displacements of rotor and casing, all sectors, from amplitudes.
+
+    q_b, q_c : modal amplitudes of rotor and ring, of one sector if the model is folded
+    """
     lift = model.lifts[0] if model.lifts else model.rotor.shapes
     rotor = lift @ q_b[: len(model.rotor.omega)]
     if model.casing is None:
@@ -135,14 +144,20 @@ def unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
 def reader(
     model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
 ) -> Callable[[Floats, int], Floats]:
-    """Return the reader of a casing's copies: `of_ring`, but of no rigid casing."""
+    """Return the function `Integrator.casing_waves`: `of_ring` for an elastic casing.
+
+    For a rigid one, the harmonics follow from the time alone.
+    """
     if model.casing is not None:
         return of_ring
     return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)
 
 
 def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:
-    """Return the reader of copies of a ring in slots, rotating frame, see `slots`."""
+    """Return the function `Integrator.casing_waves` of a ring in the rotating frame.
+
+    Its coordinates are those of `slots`.
+    """
 
     def read(copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)

@@ -12,12 +12,13 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return what marches a scene.
+    """Return the integrator of a scene.
 
-    The cyclic kernel, with rotation that of waves, or the general one where the rotor's
-    sectors are not equal, the ring is the paper's elements or there are fewer than
-    three blades; with rotation by waves of the whole rotor where they can be told
-    apart.
+    The cyclic kernel, or with terms of rotation that of waves, for three or more equal
+    sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where
+    there are terms of rotation and no two waves nearly coincide, else scheme `general`.
+
+    beat : steps between rows of evidence
     """
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)

@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return what marches a scene."""
+    """Return the integrator of a scene."""
     whole, size = two_bodies(model, scene, dense_arrays(model, scene)), None
     places = circle(model, scene)
     if places is not None:

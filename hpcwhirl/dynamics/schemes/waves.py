@@ -30,11 +30,13 @@ from hpcwhirl.structure import RingOperator
 def _circling(
     whole: Integrator, model: Model, scene: Scene, diameters: list[Diameter]
 ) -> Integrator:
-    """Return the march of a rotor from its circle, if it is unbalanced.
+    """Return an integrator with its state on the circle of an unbalanced rotor.
 
     The circle is the last row of amplitudes, see `turning_waves.Circle`. Where a run
-    begins on a share of it, the waves have what is missing, at rest; its energy is
-    booked as in `bodies.started`, and counts as given by contact.
+    begins on a share of the circle, the waves have the difference as first amplitudes.
+    Their energy is entered as in `bodies.started`, and counts as given by contact.
+
+    whole : integrator at rest; returned unchanged for a balanced rotor
     """
     places, steady = circle(model, scene), circle_of(model, scene, diameters)
     if places is None or steady is None:
@@ -57,19 +59,21 @@ def _circling(
 
 
 def has_waves(model: Model) -> bool:
-    """Return whether a rotor's motion is of waves: rotation couples equal sectors.
+    """Return whether waves describe a rotor: equal sectors with terms of rotation.
 
-    With fewer than three blades k = 1 has both of the centre's coordinates, and a ring
-    of elements is not the same at every angle, nor are supports of two stiffnesses.
+    They do not with fewer than three blades, where k = 1 has both coordinates of the
+    centre, nor in a ring of elements or on supports of two stiffnesses, which are not
+    the same at every angle.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
     return alike and spin is not None and bool(spin.waves) and spin.support.is_round
 
 
 def folds_well(model: Model, scene: Scene) -> bool:
-    """Return whether a model of one sector can be marched: all that couples is waves.
+    """Return whether a model of one sector can be integrated alone.
 
-    Where two waves nearly coincide, only all sectors together are.
+    With terms of rotation it must have waves, of which no two nearly coincide; else all
+    sectors are integrated together.
     """
     if model.folds == 1 or model.rotor.spin is None:
         return True
@@ -77,10 +81,12 @@ def folds_well(model: Model, scene: Scene) -> bool:
 
 
 def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
-    """Return the march of a rotor's waves; None where they are not told apart.
+    """Return the integrator of a rotor's waves.
 
-    That is where there are none, or where two of them nearly coincide. beat : steps
-    between rows of evidence
+    None where the rotor has none (`has_waves`), or where two of them nearly coincide,
+    so that amplitudes are not determined by a motion.
+
+    beat : steps between rows of evidence
     """
     diameters = diameters_of(model, scene) if has_waves(model) else []
     if not is_basis(diameters):

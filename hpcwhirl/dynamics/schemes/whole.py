@@ -42,9 +42,9 @@ from hpcwhirl.structure import RingOperator
 def _circling(
     march: Integrator, model: Model, scene: Scene, waves: WholeWaves
 ) -> Integrator:
-    """Return the march of a rotor from its circle, if it is unbalanced.
+    """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    As `waves._circling`: the circle is the last wave, which stands.
+    As `waves._circling`; the circle is the last wave, at rest in the rotating frame.
     """
     places, share = circle(model, scene), share_at_start(model, scene)
     if places is None:
@@ -64,11 +64,11 @@ def _circling(
 
 
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
-    """Return the march of a whole rotor's waves; None where they are not told apart.
+    """Return the integrator of the waves of a rotor of unequal sectors.
 
-    That is where rotation couples no modes, or two waves nearly coincide; and beside
-    rings of elements and on supports that differ by direction, where nothing is
-    constant in the rotating frame.
+    None without terms of rotation, for one of several equal sectors, and where two
+    waves nearly coincide; also in a ring of elements and on supports that differ by
+    direction, with which coefficients are not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
     if spin is None or elements or model.folds > 1 or not spin.support.is_round:
