@@ -23,6 +23,9 @@ from hpcwhirl.reduction.families import (
     moving_families,
     moving_ranks,
 )
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.squeeze_film import valid_up_to
+from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.reduction.waves import (
     largest_growth,
     unbalance_speeds,
@@ -70,6 +73,7 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
     tip_growth : m, largest radial growth of a tip where rotation is full, else None
     clearance : m, at speed; `gap` less the growth where `gap_at` is rest, else `gap`
+    film : the squeeze film at the centre, see `_film`, or None
     unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
     """
     model, speed = case.model, case.given.speed
@@ -83,7 +87,30 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
         "unbalance_speeds": unbalance_speeds(model.rotor),
         "tip_growth": case.growth if turns else None,
         "clearance": case.clearance,
+        "film": _film(model.rotor, speed),
         "unbalance": facts_of_unbalance(model, running),
+    }
+
+
+def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
+    """Return what a squeeze film does in small motions, and up to where.
+
+    Returns
+    -------
+    damping : c_0, N s/m
+    clearance : m
+    straight, circling : displacement over clearance at which the damping of straight
+        motions through the middle, and of circles, is a tenth more than c_0
+    """
+    own = rotor.spin.support.at(speed) if rotor.spin else ROUND
+    if not own.film:
+        return None
+    straight, circling = valid_up_to()
+    return {
+        "damping": own.film,
+        "clearance": own.clearance,
+        "straight": straight,
+        "circling": circling,
     }
 
 

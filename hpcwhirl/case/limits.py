@@ -17,7 +17,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.numbers import one_thread, representable
-from hpcwhirl.reduction.supports import Bearing
+from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -90,7 +90,7 @@ def check_supports(model: Model, scene: Scene) -> None:
         return
     if isinstance(spin.support, Bearing):
         _check_range(spin.support, scene.speed)
-    if spin.support.is_round:
+    if spin.support.is_plain:
         return
     own = spin.support.at(scene.speed)
     apart, mean = "damping_difference", "N s/m, the mean"
@@ -111,17 +111,29 @@ def check_supports(model: Model, scene: Scene) -> None:
     if not SCHEMES[scheme].stands:
         able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.stands)
         msg = (
-            "scheme must be " + able + " where supports differ by direction "
-            f"(stiffness_difference, damping_difference), got '{scheme}'"
+            "scheme must be " + able + " where supports differ by direction or have a "
+            "film (stiffness_difference, damping_difference, film_viscosity), got "
+            f"'{scheme}'"
         )
         raise InputError(msg)
-    if is_unbalanced(scene) and (scheme == "paper" or not model.rotor.cyclic):
-        told = "with scheme paper" if scheme == "paper" else "of unequal sectors"
+    if is_unbalanced(scene) and (told := _ellipse_refused(model, own, scheme)):
         msg = (
-            f"unbalance must be 0 {told} where supports differ by direction, got "
+            f"unbalance must be 0 {told}, got "
             f"{scene.unbalance}, and lost_blade {scene.engine.rotor.lost_blade}"
         )
         raise InputError(msg)
+
+
+def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
+    """Return where the steady motion of an unbalance is not marched, or ""."""
+    where = "where supports differ by direction or have a film"
+    if scheme == "paper":
+        return f"with scheme paper {where}"
+    if not own.is_round and not model.rotor.cyclic:
+        return f"of unequal sectors {where}"
+    if not own.is_round and own.film:
+        return "where supports differ by direction and have a film"
+    return ""
 
 
 def check_step(model: Model, scene: Scene) -> None:

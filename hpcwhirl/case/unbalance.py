@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -24,6 +25,8 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import Spin
+from hpcwhirl.reduction.squeeze_film import CLOSED, film_shares
 from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
@@ -100,8 +103,12 @@ def _steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
 def _circle(
     model: Model, force: complex, speed: float, step: float
 ) -> tuple[Floats, Complexes]:
+    spin = model.rotor.spin
     try:
-        found = unbalance_response(model.rotor, model.blades, force, speed, step)
+        if spin is not None and spin.support.at(speed).film:
+            found = _circle_in_film(model, spin, force, speed)
+        else:
+            found = unbalance_response(model.rotor, model.blades, force, speed, step)
     except np.linalg.LinAlgError:
         found = np.array([np.inf]), np.zeros(1, dtype=np.complex128)
     if not all(np.isfinite(part).all() for part in found):
@@ -113,6 +120,33 @@ def _circle(
     for part in found:
         part.flags.writeable = False
     return found
+
+
+def _circle_in_film(
+    model: Model, spin: Spin, force: complex, speed: float
+) -> tuple[Floats, Complexes]:
+    """Return the circle whose radius e has the film's damper F_t at e."""
+    from scipy.optimize import brentq  # slow to import
+
+    own = spin.support.at(speed)
+
+    def at(radius: float) -> tuple[Floats, Complexes]:
+        across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)
+        support = replace(own, damping=own.damping + across)
+        turned = replace(model.rotor, spin=replace(spin, support=support))
+        return unbalance_response(turned, model.blades, force, speed)
+
+    def miss(radius: float) -> float:
+        return abs(centre_of(model, at(radius)[0])) - radius
+
+    most = CLOSED * own.clearance
+    if miss(most) > 0.0:
+        msg = (
+            f"film_clearance must be > {own.clearance:.6g} m: the unbalance's circle "
+            f"would close the squeeze film, beyond {CLOSED:g} of it"
+        )
+        raise InputError(msg)
+    return at(float(brentq(miss, 0.0, most, xtol=1e-15, rtol=1e-14)))
 
 
 def centre_of(model: Model, places: Any) -> complex:

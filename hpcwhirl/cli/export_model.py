@@ -65,10 +65,11 @@ def turning_arrays(
     Stress stiffness and softening where K(Omega) has no term of Omega^4: the softening
     is then the whole mass, and what a file took for it is part of their difference.
     """
+    own = spin.support.at(0.0)  # a film is an input, no part of the file
     out = {
         "coriolis": spin.coriolis,
         "centrifugal_load": spin.load,
-        "centre_damping": np.array([spin.support.at(0.0).damping.real]),
+        "centre_damping": np.array([own.damping.real - own.film]),
     }
     if spin.quartic is None:
         parts = {

@@ -170,7 +170,18 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     if facts["tip_growth"] is not None:
         out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
         out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
-    return out | _circle_numbers(facts["unbalance"])
+    return out | _film_numbers(facts["film"]) | _circle_numbers(facts["unbalance"])
+
+
+def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
+    """Return {quantity with unit: number} of a squeeze film, if any."""
+    if film is None:
+        return {}
+    ends = f"{film['straight']:.3f}, {film['circling']:.3f}"
+    return {
+        "squeeze film: c of small motions, N s/m": f"{film['damping']:.4g}",
+        "10 % off beyond, of its clearance (straight, circle)": ends,
+    }
 
 
 def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:

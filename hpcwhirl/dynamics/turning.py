@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.unbalance import is_unbalanced
+from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Stand
 from hpcwhirl.dynamics.unbalance import circling_modes
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -29,7 +29,7 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 NONE = np.zeros((0, 0))
-ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0)  # no support that differs
+ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # nothing to march
 
 
 class Terms(NamedTuple):
@@ -98,7 +98,7 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
 
 def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
-    """Return what supports do that differ by direction.
+    """Return what supports do that differ by direction, or have a squeeze film.
 
     Parameters
     ----------
@@ -106,13 +106,16 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
     hub : (2, n), x_o, y_o of its coordinates
     """
     spin = model.rotor.spin
-    if spin is None or spin.support.is_round:
+    if spin is None or spin.support.is_plain:
         return ALIKE
     own, moved = spin.support.at(scene.speed), np.ascontiguousarray((inverse @ hub.T).T)
     give = hub @ moved.T / (2 * scene.solver.time_step)
+    steady = circle(model, scene) if own.film else None
     return Stand(
         np.ascontiguousarray(hub), moved, np.ascontiguousarray(give),
         own.stiffness_apart, own.damping_apart, scene.speed, scene.solver.time_step,
+        own.film, own.clearance or 1.0,
+        0j if steady is None else centre_of(model, steady),
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from hpcwhirl.reduction.modes import (
 )
 from hpcwhirl.reduction.round_casing import round_casing
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
+from hpcwhirl.reduction.squeeze_film import small_damping
 from hpcwhirl.reduction.supports import Support, bearing_of
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.scene.bearing import rows_of
@@ -41,6 +42,10 @@ OF_SUPPORTS = (
     "cross_coupling",
     "stiffness_difference",
     "damping_difference",
+    "film_viscosity",
+    "film_length",
+    "film_radius",
+    "film_clearance",
 )  # inputs of a rotor that do not change its matrices
 SUPPORT_SHARE = 0.5  # strain energy in the foundation from which a mode is a support's
 
@@ -66,14 +71,20 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Return a rotor with its supports; damping : c, N s/m, the mean."""
+    """Return a rotor with its supports; damping : mean c, N s/m, without a film."""
     if model.spin is None:
         return model
+    clearance = rotor.film_clearance
+    film = small_damping(
+        rotor.film_viscosity, rotor.film_length, rotor.film_radius, clearance
+    )
     support = Support(
         stiffness=-1j * rotor.cross_coupling,
-        damping=damping + 0j,
+        damping=damping + film + 0j,
         stiffness_apart=rotor.stiffness_difference + 0j,
         damping_apart=rotor.damping_difference + 0j,
+        film=film,
+        clearance=clearance if film else 0.0,
     )
     return replace(model, spin=replace(model.spin, support=support))
 

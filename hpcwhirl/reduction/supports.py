@@ -13,7 +13,8 @@ rotating frame, Z = z e^{i Omega t},
 
 f = -(k + i Omega c) z - c z' - [(k_d - i Omega c_d) conj(z) + c_d conj(z')] e^{-2i O t}
 
-so that the second part changes with time.
+so that the second part changes with time. A squeeze film adds its c_0 to c; what it is
+more than that away from the middle is marched beside it, see `squeeze_film`.
 """
 
 from __future__ import annotations
@@ -35,17 +36,25 @@ class Support:
     stiffness : k, beside the springs that are in the rotor's own matrix
     damping : c
     stiffness_apart, damping_apart : k_d, c_d
+    film, clearance : c_0, N s/m, of a squeeze film, which is in c, and c, m; 0: none
     """
 
     stiffness: complex = 0j
     damping: complex = 0j
     stiffness_apart: complex = 0j
     damping_apart: complex = 0j
+    film: float = 0.0
+    clearance: float = 0.0
 
     @property
     def is_round(self) -> bool:
-        """Whether it is the same in all directions."""
+        """Whether it is the same in all directions, for small motions."""
         return self.stiffness_apart == 0.0 == self.damping_apart
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether its matrices in the rotating frame are constant."""
+        return self.is_round and self.film == 0.0
 
     def at(self, _: float) -> Support:
         """Return itself: it is the same at every speed."""
@@ -82,6 +91,11 @@ class Bearing:
         """Whether it is the same in all directions, at every speed."""
         return not self.coefficients[:, 2:].any()
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether its matrices in the rotating frame are constant."""
+        return self.is_round
+
     def at(self, speed: float) -> Support:
         """Return the supports at a speed, rad/s."""
         from scipy.interpolate import PchipInterpolator  # slow to import
@@ -93,7 +107,8 @@ class Bearing:
             real, imag = (PchipInterpolator(self.speeds, p)(inside) for p in parts)
             found = real + 1j * imag
         own = found.conj() if speed < 0.0 else found
-        return Support(*(complex(value) for value in own))
+        k, c, k_d, c_d = (complex(value) for value in own)
+        return Support(k, c, k_d, c_d)
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:

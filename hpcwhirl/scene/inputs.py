@@ -190,6 +190,29 @@ class Rotor(Inputs):
         symbol="c_d",
         later=True,
     )
+    film_viscosity: NonNegative = given(
+        0.0,
+        "viscosity of the oil of a squeeze-film damper at the centre, beside the "
+        "suspension; a short film without cavitation; 0: no film; with rotation full "
+        "alone, scheme general, paper or modal",
+        "Pa s",
+        symbol="μ_f",
+        later=True,
+    )
+    film_length: Positive = given(
+        0.03, "axial length L of the squeeze film", "m", symbol="L_f", later=True
+    )
+    film_radius: Positive = given(
+        0.06, "radius R of the squeeze film's ring", "m", symbol="R_f", later=True
+    )
+    film_clearance: Positive = given(
+        2e-4,
+        "radial clearance c of the squeeze film, beyond which no centre should go; the "
+        "evidence is centre_peak",
+        "m",
+        symbol="c_f",
+        later=True,
+    )
     bearing: Annotated[str, AfterValidator(bearing_table)] = given(
         "",
         "table over speed of a bearing at the centre, for springs and damper there; "

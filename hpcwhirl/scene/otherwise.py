@@ -14,7 +14,7 @@ OTHERWISE = {  # words that users look up but that are no inputs: the answer
     "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
     "blade-off": "it is the input lost_blade, the number of the blade",
     "bearings": _SHAFT,
-    "squeeze film": _SHAFT,
+    "squeeze film": "it is film_viscosity, film_length, film_radius, film_clearance",
     **dict.fromkeys(
         ("coating", "abradable", "wear",
          "temperature", "thermal", "seal", "aerodynamics", "flutter"),

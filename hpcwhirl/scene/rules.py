@@ -98,7 +98,12 @@ def _lobes_refused(
     return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
 
 
-STANDING = "cross_coupling", "stiffness_difference", "damping_difference"
+STANDING = (  # inputs of supports that only rotation full has, 0 without
+    "cross_coupling",
+    "stiffness_difference",
+    "damping_difference",
+    "film_viscosity",
+)
 
 
 def _told(usual: str | int) -> str | int:

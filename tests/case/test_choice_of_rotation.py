@@ -108,6 +108,7 @@ def test_the_limit_is_that_of_accuracy_where_that_is_less():
     "needing",
     [
         {"unbalance": 1e-5}, {"gap_at": "rest"}, {"cross_coupling": 1.0},
+        {"film_viscosity": 1e-3},
         {"stiffness_difference": 1e5}, {"damping_difference": 1e-3},
         {"shaft": "cantilever"}, {"lost_blade": 2},
         {"bearing": BEARING},

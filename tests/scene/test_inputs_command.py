@@ -77,6 +77,10 @@ TOLD = {
     "engine.rotor.suspension_damping": ("0.0275", "squeeze film", "-1"),
     "engine.rotor.cross_coupling": ("0", "k_q", "N/m", "forward"),
     "engine.rotor.stiffness_difference": ("0", "(k_x - k_y)/2", "N/m", "static frame"),
+    "engine.rotor.film_viscosity": ("0", "squeeze-film", "Pa s", "cavitation"),
+    "engine.rotor.film_length": ("0.03", "axial", "m"),
+    "engine.rotor.film_radius": ("0.06", "ring", "m"),
+    "engine.rotor.film_clearance": ("0.0002", "radial clearance", "m", "centre_peak"),
     "engine.rotor.bearing": ('""', "over speed", "frequency, rad/s", "cyy", "text"),
     "engine.rotor.lost_blade": ("-1", "lost", "counted from 0", "unbalanced"),
     "engine.rotor.shaft": ('"springs"', "cantilever", "two bearings", "tilts"),
@@ -168,7 +172,7 @@ def test_words_allowed_are_the_words_taken():
 def test_units_are_no_part_of_the_meaning():
     facts = catalogue().values()
     units = {fact.unit for fact in facts} - {""}
-    assert len(units) == 12
+    assert len(units) == 13
     assert not any(fact.meaning.endswith(tuple(f", {u}" for u in units))
                    for fact in facts)  # fmt: skip
 
@@ -204,7 +208,8 @@ def test_an_unknown_name_is_one_line_with_the_nearest_known(capsys, wrong, right
 
 @pytest.mark.parametrize(
     ("word", "names"),
-    [("clearance", {"gap"}), ("Coulomb", {"friction"}), ("lobes", {"nodal_diameter"}),
+    [("clearance", {"gap", "film_clearance"}),
+     ("Coulomb", {"friction"}), ("lobes", {"nodal_diameter"}),
      ("coriolis", {"rotation"})],
 )  # fmt: skip
 def test_a_word_that_names_no_input_is_looked_for_in_meanings(capsys, word, names):

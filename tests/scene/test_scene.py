@@ -53,7 +53,12 @@ WORDS = {
 TURNING = {"rotation": "full"}
 STANDING = [  # what supports do in the static frame
     f"engine.rotor.{name}"
-    for name in ("cross_coupling", "stiffness_difference", "damping_difference")
+    for name in (
+        "cross_coupling",
+        "stiffness_difference",
+        "damping_difference",
+        "film_viscosity",
+    )
 ]
 BEARING = "engine.rotor.bearing"
 LOST = "engine.rotor.lost_blade"

@@ -227,7 +227,7 @@ class ModalBody(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """What supports do at the centre that differ by direction, see `standing`.
+    """What supports do at the centre that no constant matrix does, see `standing`.
 
     Attributes
     ----------
@@ -236,6 +236,8 @@ class Stand(NamedTuple):
     give : (2, 2), that of x_o, y_o itself
     stiffness, damping : k_d, N/m; c_d, N s/m
     speed, step : Omega, rad/s; dt, s
+    film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 without
+    circle : z_s, m, of an unbalanced rotor, about which the film is marched
     """
 
     hub: Floats
@@ -245,6 +247,9 @@ class Stand(NamedTuple):
     damping: complex
     speed: float
     step: float
+    film: float
+    clearance: float
+    circle: complex
 
 
 class CoupledBody(NamedTuple):
@@ -258,7 +263,7 @@ class CoupledBody(NamedTuple):
     own : modes that move; further ones read an unbalanced rotor's circle
     read : (m, N + 2), radial coordinates by modes: tips, then x_o, y_o
     radial, tangential : (N, m)
-    stand : of supports that differ by direction
+    stand : of supports that no constant matrix has
     """
 
     keep: Floats
@@ -283,7 +288,7 @@ class DenseBody(NamedTuple):
     keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
     mass, stiffness, damping : M, K, D
     push : S (n, n), circulatory; (0, 0) of a body that has none
-    stand : of supports that differ by direction
+    stand : of supports that no constant matrix has
     radial, tangential, centre : places of coordinates; the last of x_o, y_o, if any
     """
 

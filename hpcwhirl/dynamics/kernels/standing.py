@@ -1,4 +1,6 @@
-"""Supports that stand and differ by direction: a force at the rotor's centre.
+"""Supports that no constant matrix has: a force at the rotor's centre.
+
+Those that stand and differ by direction, and a squeeze film, whose damper z decides.
 
 In the rotating frame, of the centre z with velocity v, at step n,
 
@@ -6,6 +8,13 @@ f = -[(k_d - i Omega c_d) conj(z) + c_d conj(v)] e^{-2 i Omega t},
 
 with v = (z_{n+1} - z_{n-1}) / 2 dt as the step leads there without contact: what f adds
 to it counts, by two equations. Of what contact adds, c_d knows nothing in that step.
+
+A squeeze film (`reduction.squeeze_film`) does, of z = z_s + y with the circle z_s of an
+unbalanced rotor, what its c_0 in the matrices of y and the rest of z_s leave out:
+
+f = -(c_m - c_0) v - c_d (z/c)^2 conj(v) - i Omega [(c_t - c_0) z - (c_t - c_0)_s z_s],
+
+c_m = c_t + c_d |z/c|^2, c_t = c_0 / (1 - |z/c|^2)^{3/2}, c_d = 3/2 c_0 / (...)^{5/2}.
 """
 
 from __future__ import annotations
@@ -17,6 +26,8 @@ from numba import njit
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
+
+CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film resists no more than there
 
 
 @njit(cache=True)
@@ -30,14 +41,26 @@ def at_centre(hub, values):
 
 
 @njit(cache=True)
-def answer(give, held, moving, drift):
-    """Return f = -held - drift conj(moving + W f), W : give (2, 2), over 2 dt."""
-    rest = -held - drift * moving.conjugate()
+def film_at(place, clearance):
+    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film, its centre at z."""
+    square = (place.real**2 + place.imag**2) / clearance**2
+    left = 1.0 - min(square, CLOSED)
+    across = left**-1.5
+    return across - 1.0, 1.5 * across / left
+
+
+@njit(cache=True)
+def answer(give, held, moving, even, drift):
+    """Return f = -held - even u - drift conj(u), u = moving + W f.
+
+    give : (2, 2), W, over 2 dt; even is real
+    """
+    rest = -held - even * moving - drift * moving.conjugate()
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
-    xx = 1.0 + a * give[0, 0] + b * give[1, 0]
-    xy = a * give[0, 1] + b * give[1, 1]
-    yx = b * give[0, 0] - a * give[1, 0]
-    yy = 1.0 + b * give[0, 1] - a * give[1, 1]
+    xx = 1.0 + (even + a) * give[0, 0] + b * give[1, 0]
+    xy = (even + a) * give[0, 1] + b * give[1, 1]
+    yx = b * give[0, 0] + (even - a) * give[1, 0]
+    yy = 1.0 + b * give[0, 1] + (even - a) * give[1, 1]
     down = xx * yy - xy * yx
     x = (yy * rest.real - xy * rest.imag) / down
     return complex(x, (xx * rest.imag - yx * rest.real) / down)
@@ -55,9 +78,18 @@ def stand(body, motion, time, force):
     twice = 2.0 * own.step
     moving = (at_centre(own.hub, d) + at_centre(own.hub, ahead)) / twice
     spring = own.stiffness - 1j * own.speed * own.damping
-    push = answer(
-        own.give, turned * spring * place.conjugate(), moving, turned * own.damping
-    )
+    held, drift = turned * spring * place.conjugate(), turned * own.damping
+    even = 0.0
+    if own.film > 0.0:
+        whole = own.circle + place
+        across, apart = film_at(whole, own.clearance)
+        extra = across * whole - film_at(own.circle, own.clearance)[0] * own.circle
+        held += 1j * (own.speed * own.film) * extra
+        near = whole / own.clearance
+        near *= min(1.0, 0.99 / max(abs(near), 1e-300))
+        even = own.film * (across + apart * (near.real**2 + near.imag**2))
+        drift += own.film * apart * near**2
+    push = answer(own.give, held, moving, even, drift)
     force[0], force[1] = push.real, push.imag
     for m in range(own.hub.shape[1]):
         change = own.moved[0, m] * push.real + own.moved[1, m] * push.imag

@@ -66,7 +66,7 @@ def has_waves(model: Model) -> bool:
     the same at every angle.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
-    return alike and spin is not None and bool(spin.waves) and spin.support.is_round
+    return alike and spin is not None and bool(spin.waves) and spin.support.is_plain
 
 
 def folds_well(model: Model, scene: Scene) -> bool:

@@ -71,7 +71,7 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     direction, with which coefficients are not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
-    if spin is None or elements or model.folds > 1 or not spin.support.is_round:
+    if spin is None or elements or model.folds > 1 or not spin.support.is_plain:
         return None
     waves = whole_waves(model, scene)
     return _march(model, scene, waves) if waves.is_basis else None

@@ -1,0 +1,49 @@
+"""A squeeze-film damper at the centre: a short film of oil around a ring that whirls.
+
+A ring of radius R and length L, which does not turn, moves by e = eps c in a film of
+viscosity mu and clearance c. Reynolds' equation of a short film (L much shorter than
+the radius, open ends, no inertia, no cavitation, film all round) gives
+
+p = 6 mu (z^2 - L^2/4) h' / h^3, h = c - e cos theta,
+
+and, integrated over the film, a damper that depends on the place (J. Vance, F. Zeidan,
+B. Murphy, Machinery Vibration and Rotordynamics, 2010, ch. 6; L. San Andres, Modern
+Lubrication Theory, notes 13):
+
+F_r = -c_0 (1 + 2 eps^2) / (1 - eps^2)^{5/2} e',
+F_t = -c_0 / (1 - eps^2)^{3/2} e phi', c_0 = pi mu R (L / c)^3.
+
+It has no stiffness. Of the velocity V of Z in the static frame that is F = -c_m V -
+c_d (Z / c)^2 conj(V); c_0 is the damper of small motions about the middle.
+"""
+
+from __future__ import annotations
+
+import math
+
+CLOSED = 0.99  # eps beyond which the film resists no more than there
+OFF = 0.1  # relative change of a coefficient beyond which c_0 no longer stands for it
+
+
+def small_damping(
+    viscosity: float, length: float, radius: float, clearance: float
+) -> float:
+    """Return c_0, N s/m, of mu, Pa s, and L, R, c, m."""
+    return math.pi * viscosity * radius * (length / clearance) ** 3
+
+
+def film_shares(eccentricity: float) -> tuple[float, float]:
+    """Return the damping along and across e, over c_0; eps up to `CLOSED`."""
+    square = min(eccentricity, CLOSED) ** 2
+    left = 1.0 - square
+    return (1.0 + 2.0 * square) / left**2.5, left**-1.5
+
+
+def valid_up_to() -> tuple[float, float]:
+    """Return eps at which damping along and across e is 1 + `OFF` of c_0."""
+    low, high = 0.0, 0.5
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        along = film_shares(middle)[0] > 1.0 + OFF
+        low, high = (low, middle) if along else (middle, high)
+    return low, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
