@@ -135,7 +135,16 @@ def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
 def _lines(
     data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
-    """Return ({fixed input: value}, case indices) of each line over the whole sweep."""
+    """Return ({fixed input: value}, indices of its cases) of each line.
+
+    Lines that do not span the whole sweep are left out.
+
+    Parameters
+    ----------
+    data : results
+    fixed : inputs that are constant along a line
+    values : (cases,), values of the input along the lines
+    """
     columns = [data[n].to_numpy().tolist() for n in fixed]
     keys = list(zip(*columns, strict=True)) if fixed else [()] * len(values)
     order = sorted(range(len(values)), key=lambda i: keys[i])

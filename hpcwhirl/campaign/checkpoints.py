@@ -44,9 +44,10 @@ class Checkpoints:
         self.saved: dict[str, float] = {}  # digest: the case's seconds at that time
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Let a case go on from the state that is kept of it, if one fits.
+        """Continue a case from its saved state, if there is one that fits.
 
-        It may be that of any of the marches that the case comes to its word by.
+        An undecided case is marched to several end times, see `simulate.Course`; the
+        state may belong to any of these marches.
         """
         try:
             arrays = read_state(self.folder, digest, {}) if digest in self.kept else {}
@@ -59,7 +60,7 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Let a march go on from the state that is kept of its case, if one fits."""
+        """Continue a march from the saved state of its case, if one fits."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
@@ -74,7 +75,10 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a state; the march has its sectors then, one or all."""
+        """Return the arrays of a saved state, and set the march to its sectors.
+
+        The state may be that of one sector or of all. None: there is no state.
+        """
         try:
             return read_state(self.folder, digest, {FITS: fingerprint(march)})
         except StoreError:
@@ -88,17 +92,17 @@ class Checkpoints:
             raise
 
     def is_due(self, digest: str, march: March) -> bool:
-        """Return whether the state of a case should be kept now."""
+        """Return whether the state of a case should be saved now."""
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Keep the state of a case; where that fails, the case can start anew."""
+        """Save the state of a case; where that fails, the case can start anew."""
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep(digest, march, snapshot(march))
 
     def keep(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Keep a state of a march, of now or of before."""
+        """Write a state of a march, `arrays`, which may be an earlier one."""
         try:
             write_state(self.folder, digest, {FITS: fingerprint(march)}, arrays)
             self.kept.add(digest)
@@ -108,14 +112,14 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Let a case go on from the last state of another, unless it has its own."""
+        """Let case `after` continue from the state of `digest` if it has none."""
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # it can start anew
                 if hand_over(self.folder, digest, after):  # whichever rank kept it
                     self.kept |= {digest, after}
 
     def drop(self, digest: str) -> None:
-        """Forget the state of a case that has ended."""
+        """Remove the saved state of a case that has ended."""
         self.saved.pop(digest, None)
         if digest in self.kept:
             self.kept.discard(digest)

@@ -60,7 +60,7 @@ class Measure:
     fingerprint: str = ""
 
     def plan(self) -> dict[str, list[str]]:
-        """Return {variable: [unit, meaning]}, which the directory keeps."""
+        """Return {variable: [unit, meaning]}, as stored in the campaign's plan."""
         return {name: list(told) for name, told in self.variables.items()}
 
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:

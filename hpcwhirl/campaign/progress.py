@@ -98,7 +98,15 @@ class Progress:
 
 @dataclass(frozen=True)
 class Worker:
-    """Work of one rank in one run, from its journal."""
+    """Work of one rank in one run, from its journal.
+
+    Attributes
+    ----------
+    begun, ended : s since 1970
+    seconds : computing time of its cases, s
+    work : steps of its cases
+    cases : number of cases
+    """
 
     begun: float
     ended: float
@@ -188,7 +196,12 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks whose last case ended about as late as that of any rank."""
+    """Return the ranks that seem to be at work: whose last case ended recently.
+
+    Recently is compared with the rank that ended one last.
+
+    longest : computing time of the longest case, s
+    """
     last = max((w.ended for w in workers), default=0.0)
     patience = max(LEAST_PATIENCE, PATIENCE * longest)
     return [w for w in workers if last - w.ended <= patience]
@@ -203,7 +216,7 @@ class Seen:
 
     Attributes
     ----------
-    manifest : plan with all cases that are wanted so far
+    manifest : plan with all cases that refinement has asked for so far
     work : (cases,), steps
     workers : one of each journal that has times
     open : (cases,), whether a job of a case or of its twins is left
@@ -254,7 +267,11 @@ class Seen:
             yield told
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
-        """Count the work of a journal's rank."""
+        """Add the work of the rank that wrote a journal; one entry per record.
+
+        case : number in the plan, -1 for none
+        ended, seconds : s since 1970, and computing time, s
+        """
         work = np.zeros(len(case))
         work[case >= 0] = self.work[case[case >= 0]]
         worker = worker_of(ended, seconds, work)

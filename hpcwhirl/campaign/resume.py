@@ -95,12 +95,19 @@ def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
 def extended(
     design: Design, times: list[float], time: float, folder: Path
 ) -> list[float]:
-    """Return the end times of the extensions, s, with one more.
+    """Return the end times of a campaign's extensions with a further one, s.
+
+    Parameters
+    ----------
+    design : the campaign
+    times : end times so far, ascending
+    time : the further one, which may repeat the last
+    folder : the campaign's directory, for messages
 
     Raises
     ------
     InputError
-        where that is no longer than cases last, or have gone on to already
+        where it is shorter than the last one, or no longer than any case lasts anyway
     """
     last = times[-1] if times else 0.0
     if time < last:
@@ -116,7 +123,10 @@ def extended(
 
 
 def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
-    """Return the end times, s, to which undecided cases of a directory are extended."""
+    """Return the end times, s, to which undecided cases of a directory are extended.
+
+    extend : a further one, s; None for none
+    """
     if extend is not None and design.grows:
         raise InputError(FIXED)
     times = read_manifest(folder).extended if (folder / NAME).exists() else []
@@ -124,12 +134,12 @@ def extended_by(design: Design, folder: Path, extend: float | None) -> list[floa
 
 
 def as_begun(design: Design, folder: Path) -> Design:
-    """Return the design with the draws of its directory, where that has some.
+    """Return the design with the draws that its directory has, if it has some.
 
     Raises
     ------
     InputError
-        where more draws are asked for and SciPy would go on otherwise than it began
+        where more draws are asked for, but this version of SciPy draws other numbers
     """
     sample = design.sample
     if sample is None or not (folder / NAME).exists():
@@ -151,19 +161,19 @@ def as_begun(design: Design, folder: Path) -> Design:
 
 
 def planned(folder: Path) -> Design:
-    """Return the design of a campaign's directory, as its plan tells it.
+    """Return the design of a campaign from the plan in its directory.
 
     Raises
     ------
     InputError
-        where its cases were measured by a function that no file tells, or it is refined
+        for a refined campaign, and for one with a user's function, which is in no file
     """
     plan = read_manifest(folder)
     if plan.refine:
         raise InputError(f"{folder}: {FIXED}")
     if MEASURE in plan.base:
-        msg = f"{folder}: its cases are measured by a function of one's own, which "
-        raise InputError(msg + "stands in no file: extend campaigns without")
+        msg = f"{folder}: its cases have numbers of a user's function, which is in "
+        raise InputError(msg + "no file: only campaigns without one can be extended")
     known = input_names()
     base = {name: value for name, value in plan.base.items() if name in known}
     scene = apply_settings(Scene(), base)

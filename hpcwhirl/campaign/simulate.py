@@ -113,7 +113,7 @@ class Course:
     Parameters
     ----------
     case : its input `until` decides how long it is marched
-    keep : whether `last` is kept of the longest march, too
+    keep : whether `last` is kept of the longest march, too, for an extension
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return the march to one of the end times, at its start."""
+        """Return a new march to the end time of this number."""
         if number == 0:
             return March(self.case)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
@@ -166,7 +166,7 @@ class Course:
 
     @one_thread()
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
-        """March to the present end time; return the result of a run that long."""
+        """March to the end time of the present march; return its result."""
         march, self.last = self.march, None
         if self.keep or self.number + 1 < len(self.ends):
             march.reach(march.last_row, between_slices)
@@ -176,7 +176,7 @@ class Course:
 
     @one_thread()
     def _go_on(self) -> None:
-        """Begin the next longer march, from the last one's state if that lies on it."""
+        """Begin the next longer march, from the last one's state if it passes there."""
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:

@@ -27,9 +27,9 @@ Cases = NDArray[np.int64]
 
 
 def scattered(count: int) -> NDArray[np.int64]:
-    """Return the numbers below `count` in an order of which each part is spread evenly.
+    """Return the numbers 0 .. count - 1 in an order of which any part is spread evenly.
 
-    By steps of the golden section of all, which meet each number once.
+    The order goes in steps of about 0.618 count, modulo count, coprime to it.
     """
     step = max(round(GOLDEN * count), 1)
     while math.gcd(step, count) > 1:
@@ -91,7 +91,10 @@ class WorkQueue:
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return the expected time of further units of cases, from finished ones, s."""
+        """Return the time, s, that a further unit of each case is expected to take.
+
+        rows : (m,), rows of the cases in `costs`
+        """
         grown = self.took / self.told if self.told > 0.0 else 1.0
         factor = self.costs.factor[rows]
         factor[np.isnan(factor)] = grown
@@ -100,7 +103,14 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add units, `predicted` in s: next to go out, or last if the order is even."""
+        """Add units to the front of the queue, or to its end if the order is even.
+
+        Parameters
+        ----------
+        rows : (m,), row of the case of each unit in `costs`
+        turn : (m,), units with a higher one go out first
+        predicted : (m,), time of each unit, s
+        """
         first, count = len(self.rows), len(rows)
         if not count:
             return
@@ -148,9 +158,9 @@ class WorkQueue:
         return out
 
     def first(self) -> list[list[int]]:
-        """Return the first units of each rank; none for rank 0, which takes its own.
+        """Return the first units of each rank, at most an even share of all.
 
-        At most an even share, however short the units are.
+        None for rank 0, which takes units one by one.
         """
         even = min(MOST, max(len(self.queue) // self.ranks, 1))
         return [[], *(self.bundle(even) for _ in range(self.ranks - 1))]
@@ -168,12 +178,12 @@ class WorkQueue:
         """Take in the completion of a unit."""
 
     def drop(self) -> None:
-        """Hand out nothing more, not even units that follow later."""
+        """Hand out nothing more, not even units that are added later."""
         self.dropped = True
         del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
-        """Learn the time of a finished unit, s; sort again if that pays."""
+        """Learn the time of a finished unit, s; sort the queue again if that pays."""
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds

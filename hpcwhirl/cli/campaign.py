@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
-    """Print what broke on this rank; return the exit code of all."""
+    """Print the error of this rank; return the exit code for all ranks."""
     if isinstance(failed, NoRoomError):
         _tell_stopped(session.folder or args.out, str(failed))
         return STOPPED
@@ -130,7 +130,7 @@ def _tell_inputs(design: Design) -> None:
 
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
-    """Return what all ranks are to run; `ranks`: how many they are."""
+    """Return the campaign that all ranks will run; `ranks` is their number."""
     from hpcwhirl.campaign.begin import StartOptions
     from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
     from hpcwhirl.campaign.session import Prepared

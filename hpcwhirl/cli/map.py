@@ -1,6 +1,6 @@
 """`hpcwhirl map`: draw regimes, whirl or a number over the swept inputs.
 
-The map without options is map.png; one with options has a name that tells them, such as
+The map without options is map.png; one with options is named by them, such as
 map-growth_rate.png.
 """
 
@@ -51,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw map.png and map.svg, of what is asked for map-….png; --csv: their table."""
+    """Draw map.png and map.svg, or map-OPTIONS.png and .svg; --csv: their table."""
     from hpcwhirl.report.map.data import Wish
     from hpcwhirl.report.map.maps import drawing_of, save_map, stem_of
     from hpcwhirl.store.reading.results_file import results_of

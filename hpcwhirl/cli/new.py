@@ -159,7 +159,14 @@ def _speeds(full: float) -> dict[str, str]:
 
 
 def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
-    """Return the text of a fan's campaign file: the template with all values."""
+    """Return the text of a fan's campaign file: the template with all values.
+
+    Parameters
+    ----------
+    fan : the dimensions given
+    scene : its inputs
+    checked : properties of its model
+    """
     rotor, casing = scene.engine.rotor, scene.engine.casing
     ring = {f"casing_{name}": value for name, value in casing.model_dump().items()}
     values = {

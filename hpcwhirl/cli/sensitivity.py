@@ -139,4 +139,4 @@ def tell(found: xarray.Dataset) -> None:
             how = f"some count = {needed} might do"
             if needed > FARTHEST * draws:
                 how = f"count = {FARTHEST * draws} might not do: a few cases cause all"
-            print(f"hpcwhirl: {told} ({draws}) to tell or draw; {how}", file=sys.stderr)
+            print(f"hpcwhirl: {told} ({draws}) to rank inputs; {how}", file=sys.stderr)

@@ -114,7 +114,14 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
 def _row(
     columns: list[tuple[str, str]], cells: list[str], where: str
 ) -> dict[str, Value]:
-    """Return the inputs of a line; `where` is told of what is wrong."""
+    """Return {full dotted input: value} of a line of a CSV file.
+
+    Parameters
+    ----------
+    columns : (full dotted input, unit or "") of each column
+    cells : texts of the line; an empty one leaves its input out
+    where : file and line, for messages
+    """
     if len(cells) != len(columns):
         msg = f"{where}: must have {len(columns)} columns, got {len(cells)}"
         raise InputError(msg)

@@ -137,14 +137,14 @@ def remarks(cases: Many | Scene) -> list[str]:
 
 
 def _all_told(table: tuple[_Remark, ...], cases: Many | Scene) -> list[str]:
-    """Return the lines of those warnings that are true of any case."""
+    """Return the texts of the warnings that hold for at least one case."""
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
     with np.errstate(over="ignore"):
         return [line for remark in table if (line := _line(remark, many))]
 
 
 def _line(remark: _Remark, many: Many) -> str:
-    """Return the text of a warning for the first case that it is true of; "": none."""
+    """Return a warning's text for the first case that it holds for; "" for none."""
     case = many.first_where(remark.holds, remark.inputs)
     if case is None:
         return ""

@@ -111,7 +111,7 @@ def _told(usual: str | int) -> str | int:
 
 
 def _of_turning(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input is as usual without rotation."""
+    """Return the rule that a rotor's input must be `usual` where rotation is none."""
     return Rule(
         ("rotation", f"rotor.{name}"),
         lambda rotation, value: (rotation != "none") | (value == usual),
@@ -123,7 +123,7 @@ def _of_turning(name: str, usual: str | int) -> Rule:
 
 
 def _of_beams(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input is as usual of a rotor from file."""
+    """Return the rule that a rotor's input must be `usual` with a rotor from file."""
     return Rule(
         ("file", f"rotor.{name}"),
         lambda file, value: (file == "") | (value == usual),
@@ -135,7 +135,7 @@ def _of_beams(name: str, usual: str | int) -> Rule:
 
 
 def _of_moving(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input is as usual without a free centre."""
+    """Return the rule that an input must be `usual` where the centre is clamped."""
     return Rule(
         ("centre", name),
         lambda centre, value: (centre != "clamped") | (value == usual),
@@ -146,7 +146,7 @@ def _of_moving(name: str, usual: str | int) -> Rule:
 
 
 def _beside_a_table(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input is as usual where a bearing's table stands."""
+    """Return the rule that an input must be `usual` with a bearing's table."""
     return Rule(
         ("bearing", name),
         lambda bearing, value: (bearing == "") | (value == usual),

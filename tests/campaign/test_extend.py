@@ -245,7 +245,7 @@ def test_a_measured_campaign_is_not_extended_without_its_function(tmp_path, caps
     write_manifest(tmp_path, replace(plan, base=plan.base | {MEASURE: {"a": ["", ""]}}))
     words = ("--extend", "undecided", "--to", "0.2")
     assert main(["campaign", str(tmp_path), *words]) == 2
-    assert "measured by a function of one's own" in capsys.readouterr().err
+    assert "numbers of a user's function" in capsys.readouterr().err
 
 
 def test_cases_of_words_alone_go_on_until_they_have_one(tmp_path):

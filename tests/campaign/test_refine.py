@@ -641,7 +641,7 @@ BAD = [
     ({"budget": {"cases": 29}}, "cases = 30, got 29"),
     ({"first": "quick"}, "draft, standard, reference, got 'quick'"),
     ({"confirm": "strict"}, "got 'strict'"),
-    ({"first": "draft", "confirm": "draft"}, "is what the first cases have"),
+    ({"first": "draft", "confirm": "draft"}, "is what the first cases have already"),
     ({"resolutions": 1.0}, "did you mean 'resolution'"),
 ]  # fmt: skip
 

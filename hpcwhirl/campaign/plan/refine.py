@@ -110,10 +110,8 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
         msg = f"[refine] confirm {min(clash)}: the campaign sweeps this input"
         raise InputError(msg)
     if inputs and apply_settings(design.base, inputs) == design.base:
-        msg = (
-            f"[refine] confirm = {shown(table.confirm)} is what the first cases have: "
-        )
-        raise InputError(msg + 'say first = "draft", for example')
+        msg = f"[refine] confirm = {shown(table.confirm)} is what the first cases have "
+        raise InputError(msg + 'already: say first = "draft", for example')
     rule = Rule(
         over, depths, scales, table.words, table.speckle, table.confirm or "", inputs
     )
@@ -129,8 +127,8 @@ def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
     if design.twins is None:
         return
     if table.budget:
-        msg = "[twins] and [refine] budget: it counts no twins, whose number follows "
-        raise InputError(msg + "from words: say one of both")
+        msg = "[twins] and [refine] budget exclude each other: the number of twins "
+        raise InputError(msg + "depends on words, so that no budget can count them")
     for name in over.keys() & design.twins.spread.keys():
         if min(over[name]) < 0 < max(over[name]):
             msg = f"[twins] spread {name}: refining may lead to 0, and a relative "

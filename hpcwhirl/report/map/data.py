@@ -215,7 +215,7 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
-    """Return names, numbers before texts, those with the most values first."""
+    """Return inputs in order: numbers before texts, those with most values first."""
 
     def key(name: str) -> tuple[bool, int]:
         values = inputs[name]

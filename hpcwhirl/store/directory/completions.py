@@ -26,7 +26,14 @@ from hpcwhirl.store.directory.record import Record
 
 
 class Place(NamedTuple):
-    """Key of a record: digest of the case, number of the twin or 0, stage."""
+    """Key of a record: what it is the computation of.
+
+    Attributes
+    ----------
+    of : digest of the case
+    twin : number of the twin; 0: the case itself
+    stage : 0: as planned; n: for the n-th end time of the extensions
+    """
 
     of: str
     twin: int
@@ -44,7 +51,7 @@ def job_of(record: Record, plan: Manifest) -> Place:
 
 
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
-    """Return the stage of each record, (records,), as `job_of` does of one."""
+    """Return the stage of each record, (records,); -1 where the plan has none such."""
     time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
     for stage, ends in enumerate(_times(plan)):
         stages[time == ends] = stage
@@ -52,7 +59,7 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
 
 
 def _times(plan: Manifest) -> list[float]:
-    """Return the end time of each stage, s; 0.0 for cases as planned."""
+    """Return the end time of each stage, s; that of stage 0, as planned, is 0.0."""
     return [0.0, *plan.extended]
 
 

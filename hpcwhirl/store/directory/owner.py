@@ -58,7 +58,10 @@ def shard_claim(number: int, of: int) -> str:
 
 
 def in_the_way(one: str, other: str) -> bool:
-    """Return whether two kinds of claims exclude each other; shards I/N, J/N do not."""
+    """Return whether two kinds of claims exclude each other.
+
+    Shards I/N and J/N do not, nor do a run and the writing of results.
+    """
     if RESULTS in (one, other) or CAMPAIGN in (one, other):
         return (one == RESULTS) == (other == RESULTS)
     same_division = one.rpartition("-")[2] == other.rpartition("-")[2]
@@ -223,7 +226,10 @@ class Asking:
     _now: int = 0
 
     def is_dead(self, other: Owner, now: int) -> bool:
-        """Return whether a claim's process is dead; `now`: time of the own claim."""
+        """Return whether the process of another claim counts as dead.
+
+        now : time of this process's claim, ns since 1970 by the file system
+        """
         if other.here:
             return not is_alive(other.known["pid"], other.known["ticks"])
         first = self._seen.setdefault(other.path, (other.changed, time.monotonic()))

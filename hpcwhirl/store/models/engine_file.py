@@ -120,7 +120,14 @@ CHUNK = 1 << 28  # bytes that one chunk may become
 
 @dataclass(frozen=True)
 class Given:
-    """The arrays of the group `rotor` or `casing` that are there, by name."""
+    """The arrays of one group of an engine's file.
+
+    Attributes
+    ----------
+    file : path of the file
+    arrays : {name: array} of those that the file has
+    group : "rotor" or "casing"
+    """
 
     file: str
     arrays: dict[str, Any]
@@ -145,11 +152,11 @@ class Given:
         return array
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file."""
+        """Return an error: the file, followed by the text `told` ("has no ...")."""
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error on one array: what, allowed, got."""
+        """Return an error: array `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 

@@ -56,11 +56,11 @@ class _Source(Given):
     """A matrix in a file, named in error messages."""
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file."""
+        """Return an error: the file, followed by the text `told` ("has no ...")."""
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error of the matrix or of a part of it."""
+        """Return an error: matrix `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 
@@ -282,7 +282,13 @@ def _compressed(
 
 
 def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return the symmetric or skew part of what is so to round-off."""
+    """Return the symmetric (or skew) part of a matrix that is so to round-off.
+
+    Raises
+    ------
+    InputError
+        where it is not, or is zero or not finite
+    """
     matrix.sum_duplicates()
     wrong = ~np.isfinite(matrix.data)
     if wrong.any():

@@ -46,7 +46,16 @@ TABLES = {**KEYS, "sector": (*KEYS["wheel"], *CUTS)}
 
 @dataclass(frozen=True)
 class Centre:
-    """The shaft's centre: DoF, angle of blade 0 from its x axis, springs, mass."""
+    """The shaft's centre in a finite-element model.
+
+    Attributes
+    ----------
+    dofs : (2,), DoF of x and y
+    angle : rad, angle of blade 0 from the x axis of these DoF, anticlockwise
+    stiffness : N/m, of the springs added along x and y
+    mass : kg, added
+    held : whether the centre does not move
+    """
 
     dofs: Integers
     angle: float
@@ -105,11 +114,11 @@ class FiniteElements:
     turning: dict[str, Any]
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file."""
+        """Return an error: the file, followed by the text `told`."""
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error of one matrix: what, allowed, got."""
+        """Return an error: matrix `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 
@@ -156,7 +165,10 @@ class _Table:
         return float(value)
 
     def indices(self, key: str, size: int, count: int | None = None) -> Integers:
-        """Return DoF below `size`, `count` of them; a single one may be bare."""
+        """Return the DoF that a key lists, each 0 .. size - 1.
+
+        count : how many there must be; None: any number. A single one needs no list
+        """
         value = self.asked(key, None if count else [])
         value = value if isinstance(value, list) else [value]
         if not all(map(is_whole, value)):
@@ -175,12 +187,14 @@ def _is_number(value: object) -> bool:
 
 
 def read_wheel(path: Path) -> FiniteElements:
-    """Return what a TOML file says of a wheel or a sector, and its matrices.
+    """Return the finite-element model that a TOML file describes, with its matrices.
 
     Raises
     ------
-    MissingFileError, InputError
-        in one line: where a file cannot be read, and where it says what cannot be
+    MissingFileError
+        where the file or one of the matrices cannot be read
+    InputError
+        naming the key, what it got and what is allowed
     """
     document, file = load_document(path), str(path)
     kinds = [name for name in ("wheel", "sector") if name in document]
@@ -227,7 +241,10 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Return ({"speeds": both, if told}, {name: file}) of the terms of rotation."""
+    """Return ({"speeds": both, if given}, {name: file}) of the terms of rotation.
+
+    Both are empty if the table has none of these terms.
+    """
     if not any(name in table.data for name in TURNING):
         return {}, {}
     told = f"{table.file}: [{table.name}]"
@@ -257,7 +274,15 @@ def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Pat
 def _read_turning(
     table: _Table, found: dict[str, Any], files: dict[str, Path], size: int
 ) -> None:
-    """Add the matrices and the load of the terms of rotation to `found`."""
+    """Read the matrices and the load of the terms of rotation into `found`.
+
+    Parameters
+    ----------
+    table : where the files are named, for messages
+    found : filled here, {name: (n, n) matrix or (n,) load}
+    files : {name: file}
+    size : n, number of DoF
+    """
     for name, path in files.items():
         if name == "centrifugal_load":
             found[name] = read_vector(path, name, size)

@@ -207,7 +207,14 @@ class Results:
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return the swept inputs of a case but its speed, for a title or a name."""
+        """Return the swept inputs of a case as text, without the speed.
+
+        Parameters
+        ----------
+        case : its number
+        sign : between name and value
+        but : further inputs to leave out
+        """
         own = ((n.rsplit(".", 1)[-1], v) for n, v in self._others(case).items())
         return ", ".join(f"{name}{sign}{v}" for name, v in own if name not in but)
 

@@ -97,7 +97,19 @@ def gather(
 def _begin(
     folder: Path, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
 ) -> tuple[Claim, Path, Contents]:
-    """Return the claim, a temporary file and its contents, until the stack ends."""
+    """Claim the results of a directory and make the temporary file to be written.
+
+    Parameters
+    ----------
+    folder : the campaign's directory
+    stack : at whose end the claim is released and the file removed, if it still exists
+    asking : how to wait for other processes
+    fit : returns the contents, or raises where the disk has no room
+
+    Returns
+    -------
+    claim, path of the file, contents
+    """
     if not folder.is_dir():
         read_manifest(folder)  # which tells that there is no campaign
     own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
@@ -110,7 +122,7 @@ def _begin(
 
 
 def _end(own: Claim, part: Path, final: Path) -> None:
-    """Publish, unless another process has taken over meanwhile."""
+    """Rename the temporary file `part` to `final`, unless the claim has been lost."""
     publish(part, final, own.check)
     stamp(final)
 

@@ -67,7 +67,7 @@ def stored(value: float | str | list[float]) -> float | bytes:
 
 
 def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write the unit and the meaning of a variable."""
+    """Write unit and meaning of a variable as attributes."""
     data.attrs["units"] = utf8(quantity.unit)
     data.attrs["long_name"] = utf8(quantity.meaning)
 
@@ -166,7 +166,7 @@ def define(
 
 
 def _define_twins(file: h5py.File, contents: Contents) -> None:
-    """Define the shares that twins give, and a group of the twins' own rows."""
+    """Define the shares of twins with each word, and the group of the twins' rows."""
     twins = contents.plan.twins
     file.attrs[SURE] = np.float64(twins["sure"])
     file.attrs[TWINS_OF] = utf8(twins["of"])
