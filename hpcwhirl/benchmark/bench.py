@@ -23,7 +23,7 @@ from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.schemes import DEFAULT, NAMES
+from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
 OWN = "as given"  # name of the scene's own engine
@@ -125,10 +125,16 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     """Return the timings to make, each in flight and in contact.
 
-    All schemes on the scene's engine, and the default scheme on the other engines.
+    All schemes on the scene's engine, the default scheme on the other engines, and with
+    rotation what jumps over steps without contact, too.
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
-    variants = [(other, DEFAULT, name) for name, other in engines.items()]
+    variants = [
+        (other, scheme, name)
+        for name, other in engines.items()
+        for scheme in NAMES
+        if scheme == DEFAULT or (name == FULL and SCHEMES[scheme].flies)
+    ]
     return [
         Asked(one, scheme, contact, engine)
         for one, scheme, engine in schemes + variants
@@ -136,21 +142,27 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     ]
 
 
-def over_none(timings: Sequence[Timing]) -> dict[str, list[float]]:
-    """Return {engine: [in flight, in contact]}: a step with rotation over one without.
+def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
+    """Return {engine: of a step with rotation over one without}, of the default scheme.
 
-    Of the same engine; in contact what a step takes in which blades touch, since the
-    shares of such steps differ.
+    `in_flight`, `in_contact` : ratios of the same engine; in contact of what a step
+    takes in which blades touch, since the shares of such steps differ
+    `shares` : of steps with contact in the timed steps, with rotation and without
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
     for name in dict.fromkeys(t.engine for t in timings if t.engine.startswith(FULL)):
         plain = name.removeprefix(FULL).removeprefix(", ") or OWN
-        times = [
-            _apart(*(of[DEFAULT, engine, touches] for touches in (False, True)))
+        pairs = [
+            (of[DEFAULT, engine, False], of[DEFAULT, engine, True])
             for engine in (name, plain)
         ]
-        found[name] = [ours / theirs for ours, theirs in zip(*times, strict=True)]
+        (flight, contact), (own_flight, own_contact) = [_apart(*p) for p in pairs]
+        found[name] = {
+            "in_flight": flight / own_flight,
+            "in_contact": contact / own_contact,
+            "shares": [mixed.contact for _, mixed in pairs],
+        }
     return found
 
 

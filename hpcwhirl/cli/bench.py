@@ -227,10 +227,12 @@ def _show(facts: dict[str, Any]) -> None:
         f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
         f"damped tail costs {facts['modal_tail_ratio']:.2f} times one that is alive"
     )
-    for name, (flight, contact) in facts["rotation_over_none"].items():
+    for name, over in facts["rotation_over_none"].items():
+        with_it, without = over["shares"]
         console.print(
-            f"{name}: a step in flight takes {flight:.2f} times that of the same "
-            f"engine without, one in contact {contact:.2f} times"
+            f"{name}: a step in flight takes {over['in_flight']:.2f} times that of the "
+            f"same engine without, one in contact {over['in_contact']:.2f} times "
+            f"({with_it:.0%} of the timed steps, {without:.0%} without)"
         )
     for case in facts.get("cases", []):
         console.print(

@@ -7,6 +7,7 @@
     options: --cases 200  --seed 1  --duration 2.5  --time-step 1e-6
              --engine mostly_damped (four_motions else, the default)
              --speeds 520 420 270 (Table 2 at these)  --sweep (at all of its speeds)
+             --rotation full
 
 Cases are drawn over the paper's ranges: speed 20 ... 520 rad/s, k = 1 or 2, gap 0.128
 ... 1 mm, friction 0.1 ... 0.2; `--sweep` takes Table 2's speeds instead. Motion in
@@ -98,8 +99,9 @@ def compare(args: argparse.Namespace) -> int:
     """Integrate all cases both ways, print what differs, return the unexplained."""
     base = apply_settings(
         named_scene(args.engine),
-        {"duration": args.duration, "time_step": args.time_step, "traces": "orbit"},
-    )
+        {"duration": args.duration, "time_step": args.time_step, "traces": "orbit",
+         "rotation": args.rotation},
+    )  # fmt: skip
     speeds = range(20, 521, 10) if args.sweep else args.speeds
     cases = [{"speed": float(v)} for v in speeds] or drawn(args.cases, args.seed)
     one, other = WAYS[args.way]
@@ -164,6 +166,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("way", choices=WAYS)
     parser.add_argument("--engine", default="four_motions", choices=engine_names())
+    parser.add_argument("--rotation", default="none", choices=["none", "full"])
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--duration", type=float, default=2.5)
