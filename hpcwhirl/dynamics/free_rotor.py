@@ -53,9 +53,9 @@ def free_rotor(
     slots, _ = widths(blades)
     if isinstance(arrays.rotor, WaveRotor):
         body = FreeWaves(arrays.rotor, slots)
-        items = unpacked(arrays.rotor.items, waves.ITEMS)
-        along = items[waves.ALONG_RE] + 1j * items[waves.ALONG_IM]
-        radial = items[waves.RADIAL]
+        pairs = arrays.rotor.along.reshape(-1, 2, slots)
+        along = (pairs[:, 0] + 1j * pairs[:, 1]).ravel()
+        radial = unpacked(arrays.rotor.items, waves.ITEMS)[waves.RADIAL]
     else:
         parts = passes.unpacked(arrays.rotor.items).reshape(passes.ITEMS, -1, 2, slots)
         items = parts[:, :, 0].reshape(passes.ITEMS, -1)

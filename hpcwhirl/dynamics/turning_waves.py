@@ -340,7 +340,7 @@ def _rotor(
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
     fixed = np.zeros((waves.FLOW_FIXED if flow else waves.FIXED, slots))
-    hub = np.zeros((2, rows, 2, slots))
+    hub, along = np.zeros((2, rows, 2, slots)), np.zeros((rows, 2, slots))
     form = np.zeros((rows, rows, 2, slots))
     for own in diameters:
         k, count = own.k, len(own.ahead)
@@ -348,7 +348,6 @@ def _rotor(
         of_wave = {
             waves.AHEAD_RE: own.ahead, waves.PUSH_RE: own.pushed(mu),
             waves.RATE_RE: own.along @ own.passing(), waves.WORK_RE: work,
-            waves.ALONG_RE: own.along @ own.shapes,
         }  # fmt: skip
         items[waves.RADIAL, :count, k] = (own.radial @ own.shapes).real
         passed = own.passed(mu)
@@ -365,18 +364,18 @@ def _rotor(
             fixed[place, k], fixed[place + 1, k] = value.real, value.imag
         fixed[waves.ADDS, k] = adds
         hub[:, :count, :, k] = _read_hub(own.hub @ own.shapes)
+        along[:count, 0, k], along[:count, 1, k] = _parts(own.along @ own.shapes)
         upper = np.triu(own.energy) + np.triu(own.energy, 1)
         form[:count, :count, 0, k], form[:count, :count, 1, k] = _parts(upper)
     if steady is not None:
         own, shape, k = diameters[1], steady.shape, diameters[1].k
         items[waves.RADIAL, -1, k] = (own.radial @ shape).real
-        along, centre = complex(own.along @ shape), complex(own.hub @ shape)
-        items[[waves.ALONG_RE, waves.ALONG_IM], -1, k] = _parts(along)
-        hub[:, -1, :, k] = _read_hub(centre)
+        along[-1, :, k] = _parts(complex(own.along @ shape))
+        hub[:, -1, :, k] = _read_hub(complex(own.hub @ shape))
     chosen = form[np.triu_indices(rows)]
     return WaveRotor(
         packed(items), aligned(fixed.ravel()), hub.reshape(2, -1).copy(),
-        aligned(chosen.ravel()),
+        aligned(chosen.ravel()), aligned(along.ravel()),
     )  # fmt: skip
 
 

@@ -321,12 +321,15 @@ class WaveRotor(NamedTuple):
     hub : (2, 2 rows k), x_o, y_o of re and im of the amplitudes
     form : (rows (rows + 1) k,), J: for each row the energy with itself and those after
         it, re and im of each slot
+    along : (2 rows k,), what a tip's place along the casing, counted negative, has of
+        the waves, re and im of each slot
     """
 
     items: Floats
     fixed: Floats
     hub: Floats
     form: Floats
+    along: Floats
 
 
 class CyclicCasing(NamedTuple):

@@ -58,10 +58,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 # items of a wave: z - 1, a gap's displacement, beta; d' + d of a tip's place along the
 # casing, counted negative, after a step without forces; what Lambda adds to energy and
-# loss; that place itself
+# loss
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
-RATE_RE, RATE_IM, WORK_RE, WORK_IM, ALONG_RE, ALONG_IM = range(5, 11)
-ITEMS = 11
+RATE_RE, RATE_IM, WORK_RE, WORK_IM = range(5, 9)
+ITEMS = 9
 # items of a slot: of a unit Lambda the gap, and d' + d along the casing; energy
 OPENS_RE, OPENS_IM, SLIDES_RE, SLIDES_IM, ADDS = range(5)
 FIXED = 5
@@ -243,7 +243,7 @@ def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 @rare
 def energy_of_waves(rotor, t):
     """Return Jacobi's energy from an ended state, J."""
-    _, _, hub, form = rotor
+    hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
     for f in range(rows):
@@ -314,27 +314,30 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 
 @inlined
-def spectrum_of(q, c, which, rows, k, out):
-    """Set out (2 k,) to a spectrum of the tips' places; which : item of its factors."""
-    items = len(c) // (rows * k)
+def radial_of(rotor, q, rows, k, out):
+    """Set out (2 k,) to the spectrum of the gaps, of amplitudes q."""
+    c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
-        total = broadcast(0.0), broadcast(0.0)
+        real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
             re, im = load_both(q, k, 2 * k * f + col)
-            at = (k * f + col) * items
-            if which == RADIAL:
-                gamma = load(c, at + RADIAL * FOUR)
-                total = fma(gamma, re, total[0]), fma(gamma, im, total[1])
-            else:
-                total = times(c, at, ALONG_RE, re, im, total)
-        store_both(out, k, col, total)
+            gamma = load(c, (k * f + col) * items + RADIAL * FOUR)
+            real, imag = fma(gamma, re, real), fma(gamma, im, imag)
+        store_both(out, k, col, (real, imag))
 
 
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
     """Do `samples.along_of` for waves."""
-    spectrum_of(q, rotor.items, ALONG_RE, rows, k, out)
+    for col in range(0, k, FOUR):
+        real, imag = broadcast(0.0), broadcast(0.0)
+        for f in range(rows):
+            at = 2 * k * f + col
+            (re, im), (a, b) = load_both(q, k, at), load_both(rotor.along, k, at)
+            real = fnma(b, im, fma(a, re, real))
+            imag = fma(b, re, fma(a, im, imag))
+        store_both(out, k, col, (real, imag))
 
 
 @part
@@ -352,7 +355,7 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)
-    spectrum_of(t_b, rotor.items, RADIAL, rows, k, radial)
+    radial_of(rotor, t_b, rows, k, radial)
     if judge and counter[LAST] == counter[STEP]:
         reach = one_norm(radial, 2 * k)
         for col in range(2 * k):
@@ -364,7 +367,7 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
         )
     if keep and len(tracks.tips) > 0:
         read_tips(radial, turns, 0, sample.tips)
-        spectrum_of(t_b, rotor.items, ALONG_RE, rows, k, radial)
+        along_of_waves(rotor, t_b, rows, k, radial)
         read_tips(radial, turns, 1, sample.tips)
     read_centre(t_b, rotor.hub, sample.tips)
     lost = works[3] - energies[0]
@@ -380,5 +383,5 @@ def wave_sizes(
         ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),
         ("rotor items", rotor.items, (FLOW_ITEMS if exact else ITEMS) * size),
         ("fixed", rotor.fixed, (FLOW_FIXED if exact else FIXED) * k),
-        ("form", rotor.form, (rows + 1) * size),
+        ("form", rotor.form, (rows + 1) * size), ("along", rotor.along, 2 * size),
     ]  # fmt: skip
