@@ -24,7 +24,7 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.computation import Computation, computation, resolved
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.case.plan import folds_of
@@ -32,7 +32,6 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError
 from hpcwhirl.planner.jobs import Completion, completion_of
 from hpcwhirl.reduction.numbers import one_thread
-from hpcwhirl.scene.words import TOLD
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
@@ -227,8 +226,8 @@ class Evaluator:
         """
         if changed := self._changed(computed.job.case):
             return self._fail(computed, changed, float(result.performance["seconds"]))
-        told = TOLD.get(str(result.row["outcome"]), "")
-        record = self._record(computed) | {"status": "ok", "message": told}
+        notes = "; ".join(notes_on(computed.scene, result.row))
+        record = self._record(computed) | {"status": "ok", "message": notes}
         record["row"] = result.row
         record["performance"] = self.where | result.performance
         record |= self._measured(computed, result)

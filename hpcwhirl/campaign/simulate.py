@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any
@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.scene.words import is_open
+from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
 
 Value = float | int | str
 USUAL = Thresholds()
@@ -215,6 +215,21 @@ def result_of(case: Case, history: History) -> Result:
         "microseconds_per_step": 1e6 * history.seconds / max(history.steps, 1),
     }
     return Result(row, _traces(scene, history), performance)
+
+
+def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
+    """Return what must be told with the word of a case: its outcome, its film's limit.
+
+    Parameters
+    ----------
+    scene : inputs of the case
+    row : see `Result`
+    """
+    notes = [TOLD[row["outcome"]]] if row["outcome"] in TOLD else []
+    rotor = scene.engine.rotor
+    if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
+        notes.append(BEYOND_FILM)
+    return notes
 
 
 def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.simulate import Result
+from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.store.atomic import make_folders, publish, telling
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.manifest import write_manifest
@@ -35,7 +35,8 @@ def write_case(path: Path, design: Design, result: Result) -> None:
     name = design.digest(0)
     performance = {"rank": 0, "host": socket.gethostname(), **result.performance}
     record = {"case": 0, "digest": name, "ended": time.time(), "status": "ok",
-              "message": "", "row": result.row, "performance": performance}  # fmt: skip
+              "message": "; ".join(notes_on(design.scene(0), result.row)),
+              "row": result.row, "performance": performance}  # fmt: skip
     with telling(path):
         make_folders(path.parent)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:

@@ -24,12 +24,12 @@ from hpcwhirl.cli.options import (
     tell_remarks,
 )
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene.words import TOLD
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import Course, Result
     from hpcwhirl.dynamics.march import March
+    from hpcwhirl.scene import Scene
 
 LEDGER = "ledger_"
 FED, SPENT = ("pulse", "friction", "rotation"), ("damping", "impact")
@@ -85,14 +85,16 @@ def run(args: argparse.Namespace) -> int:
         _write(args, design, result)
     finally:  # files first, then the summary: each even if the other fails
         (print_json if args.json else _show)(facts)
-    for note in notes_on(result.row):
+    for note in all_notes(scene, result.row):
         print(note, file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
 
 
-def notes_on(row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a row: an unusual outcome, or slip against the rotation."""
-    out = [TOLD[row["outcome"]]] if row["outcome"] in TOLD else []
+def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
+    """Return warnings on a row: those of `notes_on`, and slip against the rotation."""
+    from hpcwhirl.campaign.simulate import notes_on
+
+    out = notes_on(scene, row)
     if row["slip_ratio"] >= 1.0:
         out.append(
             f"slip_ratio is {row['slip_ratio']:.3g}: a tip in contact may have slid "

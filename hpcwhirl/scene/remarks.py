@@ -18,6 +18,7 @@ from hpcwhirl.scene.table import Table
 
 MOST_FRICTION = 1.0  # dry metal on metal: 0.1 to 0.8
 MOST_TIP_SPEED = 1000.0  # m/s; engines and turbines: 300 to 600
+MOST_SLENDER = 0.5  # length over diameter of a film that is short
 MOST_GAPS = 5.0  # gaps by which a pulse may move the casing before it ends
 RPM = 30.0 / math.pi  # rpm per rad/s
 
@@ -92,6 +93,17 @@ _REMARKS = (
         _outlasts,
         lambda get: f"pulse is {get('pulse'):g} s, the run {end_times(get):g} s: the "
         "load lasts as long as the run or longer",
+    ),
+    _Remark(
+        ("engine.rotor.film_viscosity", "engine.rotor.film_length",
+         "engine.rotor.film_radius"),
+        lambda get: np.greater(get("engine.rotor.film_viscosity"), 0.0) & np.greater(
+            get("engine.rotor.film_length"),
+            MOST_SLENDER * 2.0 * np.asarray(get("engine.rotor.film_radius")),
+        ),
+        lambda get: f"film_length is {get('engine.rotor.film_length'):g} m, more than "
+        f"{MOST_SLENDER:g} of the film's diameter: its damping is that of a short "
+        "film, too large for this one",
     ),
     _Remark(
         ("engine.casing.thickness", "engine.rotor.radius", "engine.casing.kind",

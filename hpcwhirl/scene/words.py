@@ -93,6 +93,10 @@ TOLD = {  # message for a case with an outcome
     "limit; lower force or pulse, or raise amplitude_limit"
 }
 
+BEYOND_FILM = (  # message for a case that has a word all the same
+    "the centre moved farther than film_clearance, where the housing would stop it"
+)
+
 
 def word_of(status: str, outcome: str, regime: str) -> str:
     """Return the word of `SHOWN` by which a case is shown and counted everywhere.

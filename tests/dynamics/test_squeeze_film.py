@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import facts_of_unbalance
+from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.standing import film_at
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.turning import by_diameter
@@ -18,6 +19,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.squeeze_film import film_shares, small_damping, valid_up_to
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.words import BEYOND_FILM
 
 OIL = {
     "film_viscosity": 0.02, "film_length": 0.03, "film_radius": 0.06,
@@ -201,3 +203,18 @@ def test_films_that_cannot_be_are_refused_in_one_line(given, told):
     with pytest.raises(InputError, match=told) as failed:
         march_of(**given)
     assert "\n" not in str(failed.value)
+
+
+@pytest.mark.parametrize(("clearance", "beyond"), [(1e-7, True), (1e-3, False)])
+def test_a_centre_that_leaves_the_film_is_told(tmp_path, capsys, clearance, beyond):
+    given = {
+        "rotation": "full", "film_viscosity": 1e-6, "film_length": 1e-4,
+        "film_radius": 1e-2, "film_clearance": clearance, "duration": 5e-3,
+        "time_step": 2e-6,
+    }  # fmt: skip
+    line = [f"--set={name}={value}" for name, value in given.items()]
+    file = str(tmp_path / "one.h5")
+    assert main(["run", *line, "--quiet", "--out", file]) == 0
+    assert (BEYOND_FILM in capsys.readouterr().err) == beyond
+    assert main(["cases", file, "--columns", "message", "--csv"]) == 0
+    assert (BEYOND_FILM in capsys.readouterr().out) == beyond

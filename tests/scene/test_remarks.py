@@ -16,6 +16,16 @@ WRONG = {
     "rpm": ({"speed": -4000}, "-4000 rpm would be -418.9"),
     "ms": ({"pulse": 0.63, "duration": 0.5}, "load lasts as long"),
     "turns": ({"pulse": 0.02, "revolutions": 1.0}, "the run 0.0153248 s"),
+    "long film": (
+        {
+            "rotation": "full",
+            "film_viscosity": 0.01,
+            "film_length": 0.2,
+            "film_radius": 0.1,
+            "film_clearance": 1e-4,
+        },
+        "film_length is 0.2 m, more than 0.5 of the film's diameter",
+    ),
     "mm": ({"casing.thickness": 41.3}, "lengths are in m"),
 }
 
