@@ -167,7 +167,10 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 
 
 def _apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
-    """Return the time of a step in flight and of one in contact, us."""
+    """Return the time of a step in flight and of one in contact, us.
+
+    flight, mixed : timing without contact, and one in which some steps have contact
+    """
     first = flight.microseconds_per_step
     return first, first + (mixed.microseconds_per_step - first) / mixed.contact
 

@@ -140,7 +140,7 @@ def facts_of_plan(case: Case) -> dict[str, object]:
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:
     """Return whether the sectors of a rotor from file are equal, and how nearly.
 
-    `told` is the same in words; `deviation` is None where pairs of modes are missing,
+    `told` says the same in words; `deviation` is None where pairs of modes are missing,
     or there are fewer than 3 blades.
     """
     symmetry = rotor.symmetry

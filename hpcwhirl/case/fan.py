@@ -150,7 +150,15 @@ def _check(fan: Fan) -> None:
 
 
 def _scene(fan: Fan, full: float, family: float, stiffer: float) -> Scene:
-    """Return the scene with blades `stiffer` times as thick as the scaled pattern's."""
+    """Return the scene of a fan with blades `stiffer` times as thick as the pattern's.
+
+    Parameters
+    ----------
+    fan : the dimensions given
+    full : full speed, rad/s
+    family : frequency of 1F, Hz
+    stiffer : factor on the thicknesses of the scaled pattern
+    """
     scale, thicker = fan.radius / RADIUS, stiffer * fan.radius / RADIUS
     rotor = _rotor(fan, scale, thicker)
     ring = _ring(fan, scale, thicker, full)

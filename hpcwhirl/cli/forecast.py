@@ -57,7 +57,7 @@ def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
 
 
 def job_line(cost: Forecast, ranks: int, request: Request) -> str:
-    """Return a line on core-hours and wall time, beside the time limit of a job.
+    """Return a line that compares core-hours and wall time with a job's time limit.
 
     Parameters
     ----------

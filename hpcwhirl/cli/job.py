@@ -137,7 +137,7 @@ def _design(path: Path, *, shards: bool) -> Design:
 
 
 def _predict(design: Design, request: Request) -> None:
-    """Print on stderr what is left of the campaign, beside the job's time limit.
+    """Print on stderr the time that the campaign still needs, and the job's limit.
 
     The cost is nominal where no case has ended in the directory, as in a pilot.
 

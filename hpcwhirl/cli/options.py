@@ -128,7 +128,7 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:
-    """Return the units of ``--units``, checked; those for people to read if None."""
+    """Return the units of ``--units``, checked; the practical ones if None."""
     known = {q.unit for table in (INPUTS, ROW) for q in table.values()}
     return told_of("--units", lambda: units_asked(text, sorted(known)))
 

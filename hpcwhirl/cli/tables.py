@@ -82,7 +82,7 @@ def print_data(
     columns : {name: values (rows,)}
     units : {name: unit}, empty without one
     rows : key of the rows in JSON
-    facts : what JSON tells besides
+    facts : further entries of the JSON object
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Free motion of modes that the recursion of central differences marches.
 
-See `dynamics.certificate` for its roots; `dynamics.free_waves` is the same of waves.
+See `dynamics.certificate` for its roots, and `dynamics.free_waves` for waves.
 """
 
 from __future__ import annotations

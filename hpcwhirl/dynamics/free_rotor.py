@@ -19,7 +19,7 @@ Complexes = NDArray[np.complex128]
 
 
 class Shapes(NamedTuple):
-    """What tips and centre read of a rotor's amplitudes q.
+    """Displacements of tips and centre per unit amplitude q of a rotor.
 
     Attributes
     ----------

@@ -100,7 +100,7 @@ class March:
         """Start again with all sectors if one has been in contact for too long.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
-        grow out of it: one sector stands for all only as long as that is negligible.
+        grow out of it: one sector represents all only while that is negligible.
         """
         if not self.watched or self.steps % self.watched:
             return

@@ -1,14 +1,16 @@
 """Arrays of `kernels.whole`: a rotating rotor of unequal sectors as waves of the whole.
 
-As in `turning_waves`, but in one piece and real: of the 2 m roots of
+As in `turning_waves`, but for all sectors at once and in real numbers. Of the 2 m
+roots of
 
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0,  G = D + 2 Omega C,
 
-those in pairs make one wave a pair, x = Re(Y a), with a complex amplitude, and each
-real one a wave whose amplitude stays real. Columns are what the parts of amplitudes
-move: Re Y for re, -Im Y for im. With x, d = x_n - x_{n-1} read of amplitudes q,
+each conjugate pair gives a wave x = Re(Y a) with a complex amplitude a, each real root
+a wave with a real amplitude. The parts q of the amplitudes, (2 m,), are all real parts,
+then the imaginary parts of complex ones; x takes Re Y of the former and -Im Y of the
+latter. With d = x_n - x_{n-1}, a step is
 
-q' = turned q + beta lambda,  d' + d = passing q + give F lambda,
+q' = turned q + beta lambda,  d' + d = passing turned q + give F lambda,
 
 F the modal forces of the multipliers, which act at the step's start.
 """
@@ -76,29 +78,35 @@ class WholeWaves:
     push: Floats
 
     def parts(self, rows: Complexes) -> Floats:
-        """Return what rows (r, w) read of the parts of amplitudes, (r, 2 m)."""
+        """Return real rows (r, 2 m) with Re(rows a) = result q; rows : (r, w)."""
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
     @property
     def places(self) -> Integers:
-        """Places (2 m,) of the parts among the kernel's, each half padded."""
+        """Indices (2 m,) of the parts q among the kernel's amplitudes.
+
+        These are `half` real parts, padded, and as many imaginary ones.
+        """
         return np.append(
             np.arange(len(self.ahead)), self.half + np.flatnonzero(self.paired)
         )
 
     @property
     def half(self) -> int:
-        """Half of the kernel's amplitudes: the waves and one that stands, padded."""
+        """Number of the kernel's complex amplitudes: waves and a constant one, padded.
+
+        The constant one is the circle of an unbalanced rotor.
+        """
         return -(-(len(self.ahead) + 1) // FOUR) * FOUR
 
     @cached_property
     def basis(self) -> Floats:
-        """Return x and d, scaled, of the parts, (2 m, 2 m)."""
+        """Return the matrix, (2 m, 2 m), that gives (x, d / scale) from q."""
         return np.vstack([self.parts(self.shapes), self.parts(self.rises) / self.scale])
 
     @property
     def scale(self) -> float:
-        """What d is divided by."""
+        """The number by which `basis` divides d, its largest entry."""
         return float(np.abs(self.rises).max())
 
     @property
@@ -108,23 +116,25 @@ class WholeWaves:
         return bool(size and np.linalg.cond(self.basis) < WORST)
 
     def amplitudes(self, x: Floats, d: Floats) -> Floats:
-        """Return the parts of amplitudes, (2 m, ...), of x and d, (m, ...)."""
+        """Return q, (2 m, ...), for given x and d, (m, ...)."""
         return np.linalg.solve(self.basis, np.concatenate([x, d / self.scale]))
 
     @property
     def before(self) -> Floats:
-        """What parts read of x a step before, without forces, (m, 2 m)."""
+        """Matrix, (m, 2 m), that gives x one step earlier from q, without forces."""
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
     def passing(self) -> Floats:
-        """What parts read of d' + d, after a step without forces, (m, 2 m)."""
+        """Matrix, (m, 2 m), that gives d' + d from q' after a step without forces."""
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
 
     def drift(self, reads: Floats) -> Floats:
-        """Return what a unit amplitude moves any tip by in a step at most, (w,).
+        """Return a bound of any tip's motion in a step per unit amplitude, (w,).
 
-        Of each of `LOOK_EVERY` steps, in which a wave may grow. reads : (N, m)
+        It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
+
+        reads : (N, m), displacements of the tips from x
         """
         growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
         moved = np.abs(reads @ self.shapes).max(axis=0) * np.abs(self.ahead)
@@ -183,12 +193,15 @@ def whole_arrays(model: Model, scene: Scene, waves: WholeWaves) -> Arrays:
 
 
 def padded_blades(blades: int) -> int:
-    """Return the multipliers in the kernel's state."""
+    """Return the number of multipliers in the kernel's state: N, padded."""
     return -(-blades // EIGHT) * EIGHT
 
 
 def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
-    """Return the kernel's arrays; an unbalance's circle stands as the last wave."""
+    """Return the kernel's arrays of a rotor.
+
+    The last wave is constant, the circle of an unbalanced rotor.
+    """
     body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
     radial, along = (-rows for rows in tip_rows(body, blades))
     steady, lost = circle(model, scene), scene.engine.rotor.lost_blade
@@ -234,7 +247,10 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
 
 
 def _ring(model: Model, scene: Scene) -> Floats:
-    """Return what a multiplier opens by the ring, (N, 2 wide), folded."""
+    """Return the gaps that unit multipliers open by the ring alone, m/N.
+
+    (N, 2 wide) by multiplier and gap; gaps are folded, see `kernels.circulant`
+    """
     blades = np.arange(model.blades)
     chosen = folded(model.blades, widths(model.blades)[1])
     return ring_column(model, scene)[np.subtract.outer(chosen, blades)].T

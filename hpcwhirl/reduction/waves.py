@@ -81,7 +81,7 @@ def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
 
 
 def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor whose modes do not depend on its speed."""
+    """Return the waves of a rotor without terms of rotation, by nodal diameter."""
     lines = []
     for k in np.unique(model.diameter).tolist():
         names = family_ranks(model, k)
@@ -278,8 +278,8 @@ def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
 def unbalance_speeds(model: ModalModel) -> list[float]:
     """Return the speeds > 0, rad/s, at which an unbalance is in resonance, undamped.
 
-    A wave of k = 1 then stands in the rotating frame, as the force of an unbalance
-    does: det K(Omega) = 0. Supports that differ by direction couple it to the wave at 2
+    A wave of k = 1 is then at rest in the rotating frame, as the force of an unbalance
+    is: det K(Omega) = 0. Supports that differ by direction couple it to the wave at 2
     Omega in that frame, backward in the static one, of K(Omega) + 4 Omega^2 (i C - M).
     Empty for unequal sectors and a clamped centre.
     """
@@ -321,7 +321,10 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
 def _of_unbalance(
     piece: SpinBlock, own: Support
 ) -> tuple[Complexes, Complexes, Complexes | None]:
-    """Return (K_0, K_1, K_2) of what an unbalance moves, see `unbalance_speeds`."""
+    """Return (K_0, K_1, K_2) of the waves that an unbalance excites.
+
+    Their stiffness is K_0 + Omega^2 K_1 + Omega^4 K_2, see `unbalance_speeds`.
+    """
     hub, first, second = piece.hub, piece.stiffening, piece.quartic
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
     if own.is_round:

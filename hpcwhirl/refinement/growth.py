@@ -1,4 +1,4 @@
-"""The cases that a refined campaign wants, given the words known so far."""
+"""The cases that a refined campaign needs, given the words known so far."""
 
 from __future__ import annotations
 
@@ -42,13 +42,14 @@ class Budget:
 
 
 class Growth:
-    """The set of cases that a campaign wants; it grows with the words of ended cases.
+    """The cases that a refined campaign needs; their set grows as cases get words.
 
-    Without a budget a case is wanted as soon as words require it, and the final set
-    does not depend on the order in which words arrive. With a budget, cases form
-    generations: those required by the words of all earlier ones. A generation starts
-    when the one before it has ended, and consists of the first cases, in the order of
-    addresses, that the budget allows: the cases dropped depend on words only.
+    Such a case is called wanted. Without a budget a case is wanted as soon as words
+    require it, and the final set does not depend on the order in which words arrive.
+    With a budget, cases form generations: those required by the words of all earlier
+    ones. A generation starts when the one before it has ended, and consists of the
+    first cases, in the order of addresses, that the budget allows: the cases dropped
+    depend on words only.
 
     Parameters
     ----------

@@ -167,7 +167,7 @@ class Family:
         return count
 
     def growth(self, twins: str = "") -> Growth:
-        """Return the initial `Growth`, which wants the coarse cases.
+        """Return the initial `Growth`, in which the coarse cases are wanted.
 
         twins : which cases have twins, see `Tree`; "" for none
         """

@@ -85,7 +85,7 @@ class Tree:
     Attributes
     ----------
     cells : {cell: state} of all cells, split ones included
-    fresh : cases that have become wanted since the last `take`
+    fresh : cases that the rules have asked for (wanted cases) since the last `take`
     twinned : cases whose twins have become wanted since the last `take_twins`
     """
 

@@ -115,7 +115,7 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that each host has a core for each of its ranks; tell the vector width."""
+    """Check that each host has a core for each of its ranks; say the vector width."""
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)
@@ -148,7 +148,7 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks can write numba's cache; tell how many functions it has."""
+    """Check that all ranks can write numba's cache; say how many functions it has."""
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
         got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"

@@ -99,7 +99,7 @@ def straight(values: Floats, scale: str) -> Floats:
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return the shortest texts of numbers, ascending, that tell them apart."""
+    """Return the shortest texts of ascending numbers that are all different."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])

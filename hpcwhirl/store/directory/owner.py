@@ -178,7 +178,7 @@ class Claim:
         Raises
         ------
         StoreError
-            where the claim stands no more
+            where the claim no longer exists
         """
         if not self.held:
             msg = f"nothing is written in {self.folder}: another process has taken over"
@@ -269,13 +269,13 @@ class Asking:
 
 
 def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
-    """Return a claim on a campaign's directory; wait for claims in the way.
+    """Return a claim on a campaign's directory; wait for claims that exclude it.
 
     Parameters
     ----------
     folder : the campaign's directory
-    kind : `CAMPAIGN` or a `shard_claim`, refused while another one is alive; `RESULTS`,
-        which waits
+    kind : `CAMPAIGN` or a `shard_claim`, which are refused while another run is alive;
+        or `RESULTS`, which waits for its end
     asking : options; None: silent
 
     Raises

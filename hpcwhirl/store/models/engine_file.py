@@ -1,8 +1,9 @@
 """Reading an engine's HDF5 file: which arrays it has, of which kind. No mechanics.
 
-What is read lies in the file itself, whose bytes the digest of a case is of: links to
-other files, raw data kept outside and virtual datasets are refused by name, and so is
-what the layout does not know. Types and sizes are checked before an array is read.
+All data must be in the file itself, since the digest of a case is that of its bytes:
+links to other files, external raw data and virtual datasets are refused by name, and so
+are names that the layout does not have. Types and sizes are checked before an array is
+read.
 
 The group `rotor`, as `hpcwhirl export-model` writes it; N is `engine.rotor.blades`:
 
@@ -23,7 +24,7 @@ stress_stiffness, softening (n, n), kg: N/m per unit Omega^2, symmetric; stiffne
                             softening is the mass that moves in the plane
 speeds, stiffness_a,        or, instead of these two, the stiffness (n, n), N/m, at two
 stiffness_b                 speeds (2,), ascending, rad/s, softening included
-centre_damping              (1,), N s/m, if any: of the shaft's support, which stands
+centre_damping              (1,), N s/m, if any: of the shaft's support, static frame
 
 or, instead of matrices,
 
@@ -48,7 +49,7 @@ content of the file (SHA-256) belongs to a case's identity.
 
 A rotor whose sectors are equal to 2e-5 (frequencies, damping over frequency, shapes of
 tips and centre) is marched as the built-in one, see `reduction.recognise`. The shaft's
-springs are told by the modes where nothing else holds the rotor, see `reduction.shaft`;
+springs follow from the modes where nothing else holds the rotor (`reduction.shaft`);
 else shares of the centre and families of k = 1 are unknown.
 """
 
@@ -161,10 +162,13 @@ class Given:
 
 
 def missing_terms(there: Collection[str]) -> list[str]:
-    """Return the names of what is missing of the terms of rotation.
+    """Return the names of the terms of rotation that a file lacks.
 
-    Stiffness that turns is told by its two parts, or at two speeds; by neither of them
-    counts as by the parts.
+    The change of stiffness with speed is given by two parts, `stress_stiffness` and
+    `softening`, or by the stiffness at two speeds. Of a file with neither, the parts
+    are missing.
+
+    there : names that the file has
     """
     names = ("coriolis", "centrifugal_load")
     way = AT_SPEEDS if any(name in there for name in AT_SPEEDS) else BY_PARTS
@@ -172,7 +176,7 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether stiffness that turns is told both ways, see `missing_terms`."""
+    """Return whether a file gives both its parts and the stiffness at two speeds."""
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 

@@ -105,7 +105,13 @@ def cells_of(plan: Manifest) -> Cells | None:
 def _unsplit(
     tree: Tree, lattice: Lattice, panel: int, row: Mapping[Address, int]
 ) -> list[tuple[Cell, Node]]:
-    """Return the cells to be stored: the finest ones all of whose corners are cases."""
+    """Return the unsplit cells of a panel.
+
+    A cell some of whose parts lack cases, as a budget may leave them out, counts as
+    unsplit.
+
+    row : {address: row} of the cases that exist
+    """
 
     def is_wanted(cell: Cell) -> bool:
         points = tree.cells[cell].corners

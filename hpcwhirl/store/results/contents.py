@@ -76,17 +76,17 @@ class Contents:
 
     @property
     def twins(self) -> int:
-        """Most twins that a case has."""
+        """Number of twins of a case that has twins."""
         return int(self.plan.twins.get("count", 0))
 
     @cached_property
     def blades(self) -> dict[str, Quantity]:
-        """Variables of blades."""
+        """{variable: `Quantity`} of the numbers of single blades, {} for none."""
         return blade_quantities(self.plan)
 
     @cached_property
     def tuned(self) -> dict[int, int]:
-        """The tuned case beside each one that has such a one."""
+        """{case: the tuned case with the same other inputs}."""
         return tuned_cases(self.plan)
 
     @property
@@ -126,7 +126,10 @@ class Contents:
 
 
 def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
-    """Return {axis: most of it}, from {trace: shape without samples} of some cases."""
+    """Return {axis: largest size}.
+
+    kinds : {trace: its shape without the samples}, for each kind of case
+    """
     sizes: dict[str, int] = {}
     for kind in kinds:
         for name in kind.keys() & TRACES.keys():
@@ -141,7 +144,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     Parameters
     ----------
     folder : the campaign's directory
-    say : told what is left out that no result depends on
+    say : prints one line on damaged files that no result depends on; None: silent
     """
     index = _Index(_begun(folder, say))
     contents = index.contents

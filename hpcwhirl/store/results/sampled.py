@@ -29,7 +29,7 @@ def drawn_axis(plan: Manifest) -> Axis:
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
-    """Return the root attribute that tells a plan's sample, {} for none."""
+    """Return {name: JSON} of the root attribute with a plan's [sample], {} for none."""
     if SAMPLE not in plan.base or not plan.settings:
         return {}
     told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
@@ -65,7 +65,7 @@ class Drawn:
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether each draw shares no number with another one, (cases,)."""
+        """Whether each draw is independent of all others, (cases,)."""
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
