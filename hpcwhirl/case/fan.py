@@ -6,10 +6,11 @@ light as the casings of fans, in which all regimes occur over speed and gap:
 - lengths and widths scale with the tip radius; thicknesses of blades, spokes and rim,
   in addition, are scaled until 1F at high nodal diameters has the frequency asked for:
   by default half the full speed's, the paper's ratio of 1F to its largest speed, and
-  the usual one of fans at rest (the stiffening of turning blades is left out here);
+  the usual one of fans at rest; turning stiffens them, with `rotation = "full"`;
 - the full speed is that of a tip at 400 m/s, if it is not given;
 - the shaft is k_o = 500 k_blade N / 22 (the paper's ratio per blade), so that the
-  suspension keeps its distance from 1F;
+  suspension keeps its distance from 1F, and is damped as by a squeeze film, which
+  stands: damping that turns alone feeds the whirl beyond the critical speed;
 - the ring's thickness scales with the blades' thickness, its support with the speed;
 - the pulse lasts 1/25 of a period of 1F and gives the ring a speed of 20 gaps a period:
   with the modal mass m = pi R rho A (1 + 1/k^2) of an inextensional shape on k lobes,
@@ -42,7 +43,7 @@ MATERIALS = {  # Young's modulus, Pa; density, kg/m^3
 RADIUS, SPEED = 0.5, 520.0  # m, rad/s: of the pattern
 PATTERN = Rotor()
 RING = {"thickness": 0.0218, "width": 0.16, "support_frequency": 14.6}
-ROTOR_DAMPING, RING_DAMPING = 0.0104, 0.064
+ROTOR_DAMPING, RING_DAMPING, FILM = 0.0104, 0.064, 0.03
 TIP_SPEED = 400.0  # m/s
 OF_FULL_SPEED = 0.5  # frequency of 1F over the full speed's
 FANS = (0.3, 1.0)  # usual range of that ratio
@@ -172,7 +173,9 @@ def _scene(fan: Fan, full: float, family: float, stiffer: float) -> Scene:
             "speed": full, "nodal_diameter": fan.lobes, "gap": gap,
             "friction": fan.friction, "force": _round(force), "pulse": _round(pulse),
             "duration": _round(duration),
-            "engine": {"name": "fan", "rotor": rotor, "casing": ring},
+            "engine": {
+                "name": "fan", "rotation": "full", "rotor": rotor, "casing": ring,
+            },
         }
     )  # fmt: skip
 
@@ -182,7 +185,7 @@ def _rotor(fan: Fan, scale: float, thicker: float) -> dict[str, Any]:
     inputs: dict[str, Any] = {
         "blades": fan.blades, "radius": fan.radius,
         "young": young, "density": density, "damping": ROTOR_DAMPING,
-        "suspension_damping": AS_THE_REST,
+        "suspension_damping": FILM,
     }  # fmt: skip
     for name in ("disk_radius", "blade_width", "spoke_width", "rim_width"):
         inputs[name] = _round(scale * getattr(PATTERN, name))

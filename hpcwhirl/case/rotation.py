@@ -2,23 +2,21 @@
 
 `rotation = "auto"` takes all terms or none: softening alone makes blades unstable.
 
-A centre that moves needs them at any speed: its lines belong to the static frame, and
-without Coriolis forces turn with the rotor, a whole turn off after one revolution. It
-rests where it is clamped, and where equal blades and a load on k lobes move alike after
-a turn by 1/g, g = gcd(k, N) > 1; then only nodal diameters move that are multiples of
-g. Each free wave of the rotor is e^{i k theta + s t}, and at the case's speed
+A free centre needs them at any speed: its lines belong to the static frame, and without
+Coriolis forces turn with the rotor, a whole turn off after one revolution. Where equal
+blades and the load's lobes leave it at rest, round-off may move it in a long contact.
+With a clamped one, each free wave is e^{i k theta + s t}, and at the case's speed
 
 max |s_full - s_none| / |s_none|
 
-over the waves that move and that the tips see decides. Tips see a wave whose mode has
-at least `SEEN` of the largest compliance of the tips. The shift of Eq. (13) is that of
-its wave, and `gap` is the clearance at speed with either choice. The two models differ
-in their bases, too, which counts.
+over the waves that tips see decides: those whose mode has at least `SEEN` of the
+largest compliance of the tips. The shift of Eq. (13) is that of its wave, and `gap` is
+the clearance at speed with either choice. The two models differ in their bases, too,
+which counts.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,17 +25,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.reduction.bodies import tip_rows
-from hpcwhirl.reduction.model import Model, has_families, model_of
+from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.reduction.waves import WaveLine, turning_matrices, wave_lines
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
 LEFT_OUT = 0.01  # largest relative change of a wave that is left out
-MOVING = "a centre that moves"
+FREE = "a free centre"
 SEEN = 1e-2  # share of the tips' largest modal compliance that a wave has at least
 MOST_KEPT = 256  # cached estimates
-Pair = tuple[str, complex, complex]  # name of a wave, -s without and with the terms
+Pair = tuple[str, complex, complex]  # name of a wave, s or its conjugate of both
 
 
 class Change(NamedTuple):
@@ -63,7 +61,7 @@ class Choice(NamedTuple):
     Attributes
     ----------
     rotation : none or full
-    needed : what needs full: an input or `MOVING`; "" where the estimate decides
+    needed : what needs full: an input or `FREE`; "" where the estimate decides
     change : the estimate; None where it does not decide
     limit : largest relative change up to which the terms of rotation are left out
     """
@@ -87,7 +85,7 @@ class Choice(NamedTuple):
 
 
 def needing(scene: Scene) -> str:
-    """Return the name of an input that needs rotation full; "" if there is none."""
+    """Return what of a scene needs rotation full; "" if nothing does."""
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
@@ -95,7 +93,10 @@ def needing(scene: Scene) -> str:
         own.append("unbalance")
     if scene.gap_at != "speed":
         own.append("gap_at")
-    return own[0] if own else ""
+    if own:
+        return own[0]
+    model = model_of(_turned(scene, "full"))
+    return FREE if has_centre(model.rotor, model.blades) else ""
 
 
 def choice_of(scene: Scene) -> Choice:
@@ -109,7 +110,7 @@ def choice_of(scene: Scene) -> Choice:
         where the rotor of a file has no terms of rotation
     """
     limit = min(scene.solver.accuracy or LEFT_OUT, LEFT_OUT)
-    needed = needing(scene) or (MOVING if _centre_moves(scene) else "")
+    needed = needing(scene)
     if needed:
         return Choice("full", needed, None, limit)
     change = change_of(scene)
@@ -119,26 +120,14 @@ def choice_of(scene: Scene) -> Choice:
 def change_of(scene: Scene) -> Change:
     """Return the wave that the terms of rotation change most in a scene.
 
-    Unlike `choice_of`, regardless of inputs, or a moving centre, that need these terms.
+    Unlike `choice_of`, regardless of inputs, or a free centre, that need these terms.
     """
     rest, turning = (model_of(_turned(scene, name)) for name in ("none", "full"))
-    return _change(rest, turning, scene.speed, _alike(scene))
+    return _change(rest, turning, scene.speed)
 
 
 def _turned(scene: Scene, rotation: str) -> Scene:
     return apply_settings(scene, {"engine.rotation": rotation})
-
-
-def _alike(scene: Scene) -> int:
-    """Return how many times g the motion repeats around the disk; 1: not at all."""
-    if not has_families(_turned(scene, "full")):
-        return 1
-    return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
-
-
-def _centre_moves(scene: Scene) -> bool:
-    model = model_of(_turned(scene, "full"))
-    return has_centre(model.rotor, model.blades) and _alike(scene) == 1
 
 
 def with_rotation(scene: Scene) -> Scene:
@@ -149,18 +138,17 @@ def with_rotation(scene: Scene) -> Scene:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _change(rest: Model, turning: Model, speed: float, folds: int) -> Change:
+def _change(rest: Model, turning: Model, speed: float) -> Change:
     """Return the wave that differs most between two models of a scene.
 
     Parameters
     ----------
     rest, turning : models without and with the terms of rotation
     speed : Omega, rad/s
-    folds : g, how many times the motion repeats around the disk
     """
     own, blades = turning.rotor, turning.blades
     if own.spin and own.spin.waves and rest.rotor.cyclic:
-        pairs = _by_diameter(rest.rotor, own, blades, speed, folds)
+        pairs = _by_diameter(rest.rotor, own, blades, speed)
     else:
         pairs = _of_whole(rest.rotor, own, blades, speed)
     changes = (
@@ -179,20 +167,20 @@ def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
 
 
 def _by_diameter(
-    rest: ModalModel, turning: ModalModel, blades: int, speed: float, folds: int
+    rest: ModalModel, turning: ModalModel, blades: int, speed: float
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each wave.
 
-    The rotor has equal sectors; only waves that matter to the tips, of multiples of g =
-    `folds`, are compared. Sorted, the frequencies of a nodal diameter keep their order
-    at all speeds, so that the r-th from the middle outwards is the same wave in both
-    models, of which either may have more modes.
+    The rotor has equal sectors; only waves that matter to the tips are compared.
+    Sorted, the frequencies of a nodal diameter keep their order at all speeds, so that
+    the r-th from the middle outwards is the same wave in both models, of which either
+    may have more modes.
     """
     seen = _seen(rest, blades)
     before, after = (
         _grouped(wave_lines(body, blades, speed)) for body in (rest, turning)
     )
-    for k in range(0, blades // 2 + 1, folds):
+    for k in range(blades // 2 + 1):
         ranks = rest.rank[seen & (rest.diameter == k)]
         for rank in range(int(ranks.max(initial=-1)) + 1):
             for line, other in zip(

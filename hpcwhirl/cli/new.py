@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 RPM = 30.0 / math.pi  # rpm per rad/s
-GAPS = (0.5, 1.0, 1.5, 2.0)  # in the sweep, of the gap
+GAPS = (0.5, 1.0, 2.0, 4.0)  # in the sweep, of the gap
 NOTES = 30  # column of comments
 SPEEDS = 20  # approximate number of speeds in the sweep
 OPTIONS = {  # name: unit, metavar, help
@@ -172,6 +172,7 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
     values = {
         **rotor.model_dump(), **ring, **scene.model_dump(),
         "material": fan.material,
+        "rotation": scene.engine.rotation,
         "model": told_of_model(checked),
         "pulse_told": told_of_pulse(scene, checked).replace("; ", "\n# "),
         "force_kn": f"{scene.force / 1e3:g}",

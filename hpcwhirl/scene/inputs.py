@@ -364,8 +364,8 @@ class Engine(Inputs):
         "what rotation adds to the rotor; none: nothing, as in the paper; full: "
         "Coriolis, centrifugal stiffening and softening, and supports that stand; of a "
         "rotor from file if that has them; `gap` is the clearance as `gap_at` says; "
-        "auto: case by case none, where the centre rests and these change no wave by "
-        "more than 1 % or `accuracy`, else full",
+        "auto: none in cases with a clamped centre where these change no wave by more "
+        "than 1 % or `accuracy`, else full",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()

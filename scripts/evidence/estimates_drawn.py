@@ -11,6 +11,7 @@ blades (a kernel is compiled for each), k = 1 .. 3, the same freedoms, pulses of
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from hpcwhirl import simulate
 from hpcwhirl.case.limits import SAFE
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.rotation import change_of, choice_of
 from hpcwhirl.case.truncation import truncation_error
 from hpcwhirl.dynamics.timestep import central_differences
 from hpcwhirl.scene import (
@@ -32,6 +34,7 @@ BASE = named_scene("four_motions")
 WIDTH = 0.2  # m, of rings that the drawn forces are for
 FINEST, FAMILIES = 80, 8  # harmonics, and fixed-interface modes a blade
 TWIN = 1e-7
+WORDED = {"duration": 1.0, "until": "decided", "longest": 4.0, "time_step": 2e-6}
 LEAST = 0.01  # of the gap: what a radius is compared with, at least
 ASKED = (0.3, 0.05, 0.01)
 PARTS: tuple[dict[str, Any], ...] = (
@@ -175,9 +178,13 @@ def moving_engine(seed: int, index: int) -> dict[str, Any]:
     }
 
 
-def of_presets(seed: int, index: int) -> Record:
+def of_presets(seed: int, index: int, rotation: str = "none") -> Record:
     """Return words and errors of presets, and of a twin, against a finer run."""
     inputs = moving_engine(seed, index)
+    if rotation != "none":
+        own = "rotor.suspension_damping"
+        least = inputs["rotor.damping"] if inputs[own] > 0.0 else -1.0
+        inputs |= {"rotation": rotation, own: max(inputs[own], least)}
     scene = apply_settings(BASE, inputs | {"duration": 1.0})
     asked = {n: apply_settings(scene, preset_inputs(n)) for n in preset_names()}
     last = resolve(asked["reference"]).scene
@@ -199,6 +206,57 @@ def of_presets(seed: int, index: int) -> Record:
     return {"inputs": inputs, "words": words, "errors": errors}
 
 
+def turning_engine(seed: int, index: int) -> dict[str, Any]:
+    """Return inputs of an engine at a speed where rotation may or may not matter.
+
+    The centre of every fourth one is free, that of the others clamped.
+    """
+    random, free = np.random.default_rng([seed, index]), index % 4 == 0
+    lobes = int(random.choice([1, 2, 3] if free else [0, 1, 2, 3]))
+    inputs = _freedoms(random, (12e-3, 40e-3)) | {
+        "blades": int(random.choice([16, 22])),
+        "nodal_diameter": lobes,
+        "friction": float(random.uniform(0.05, 0.3)),
+        "gap": _between(random, *((8e-5, 3e-4) if lobes else (1e-5, 5e-5))),
+        "force": _between(random, *((3e5, 2e6), (2e4, 1e5), (1e5, 6e5))[min(lobes, 2)]),
+        "speed": _between(random, 3.0, 520.0),
+        "pulse": _between(random, 5e-4, 1e-3),
+        "rotor.damping": _between(random, 2e-3, 0.02),
+        "casing.damping": _between(random, 0.01, 0.1),
+        "rotor.suspension_damping": 0.03 if free else -1.0,
+    }
+    return inputs | {"centre": "free" if free else "clamped"}
+
+
+def of_rotation(seed: int, index: int) -> Record:
+    """Return words without and with the terms of rotation, and what they change.
+
+    Beside them those with the terms of two twins: with another force, and with blades
+    whose frequencies are higher by the share that the terms change.
+    """
+    inputs = turning_engine(seed, index)
+    fine = {"modes": FAMILIES * inputs["blades"]}  # or the bases alone change words
+    scene = apply_settings(BASE, inputs | WORDED | fine)
+    full, share = apply_settings(scene, {"rotation": "full"}), change_of(scene).share
+    force, young = full.force, full.engine.rotor.young
+    ways = {
+        "none": scene,
+        "full": full,
+        "twins": apply_settings(full, {"force": force * (1.0 + TWIN)}),
+        "detuned": apply_settings(full, {"rotor.young": young * (1.0 + share) ** 2}),
+    }
+    rows = {name: simulate(one).row for name, one in ways.items()}
+    if not rows["full"]["contacts"]:
+        return {"inputs": inputs, "left_out": "no contact"}
+    return {
+        "inputs": inputs,
+        "words": {name: _words(row) for name, row in rows.items()},
+        "contacts": rows["full"]["contacts"],
+        "chosen": choice_of(scene).rotation,
+        "change": share,
+    }
+
+
 def _words(row: dict[str, Any]) -> str:
     return f"{row['outcome']} {row['regime']} {row['whirl']}"
 
@@ -215,4 +273,6 @@ MEASURES: dict[str, Callable[[int, int], Record]] = {
     "truncation": of_truncation,
     "accuracy": of_accuracy,
     "presets": of_presets,
+    "rotation": of_rotation,
+    "presets_full": partial(of_presets, rotation="full"),
 }

@@ -57,6 +57,28 @@ def test_an_estimate_that_holds_too_seldom_in_a_class_of_any_size_is_told():
     assert "| N 28-36 | 30 | 27 | 90 % | 0.5 | 2 |" in told
 
 
+def turning(index, chosen, none, full):
+    words = {"none": none, "full": full, "twins": full, "detuned": full}
+    inputs = {"centre": "clamped"}
+    return {"index": index, "inputs": inputs, "chosen": chosen, "words": words}
+
+
+def test_a_sure_word_that_changes_without_the_terms_left_out_is_told():
+    same = [turning(0, "none", "damped", "damped"), turning(1, "full", "sus", "damped")]
+    open_ = turning(2, "none", "undecided", "damped")
+    found = {(x.estimate, x.kind): x for x in estimates.of_rotation([*same, open_])}
+    assert found["rotation: left out, words", "all"].held == 1
+    assert found["rotation: left out, words", "sure"].drawn == 1
+    assert found["rotation: kept, clamped centre, words", "all"].held == 0
+    assert not estimates.failing(list(found.values()))
+    chance = turning(3, "none", "divergent", "damped")
+    chance["words"]["twins"] = "divergent"
+    assert not estimates.failing(estimates.of_rotation([*same, chance]))
+    wrong = turning(3, "none", "divergent", "damped")
+    (told,) = estimates.failing(estimates.of_rotation([*same, wrong]))
+    assert (told.estimate, told.kind) == estimates.LEFT_OUT
+
+
 def test_what_is_not_measured_stays_on_the_page(tmp_path, monkeypatch):
     path = tmp_path / "estimates.md"
     path.write_text(before := estimates.PAGE.read_text())
