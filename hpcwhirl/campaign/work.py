@@ -123,7 +123,7 @@ def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return one case of each kind that needs its own kernel, among the jobs left."""
+    """Return, for each kernel that the jobs left need, one case that uses it."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}

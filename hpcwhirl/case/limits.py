@@ -80,10 +80,10 @@ def _check_range(bearing: Bearing, speed: float) -> None:
 def check_supports(model: Model, scene: Scene) -> None:
     """Raise InputError for supports that are not admissible at a scene's speed.
 
-    The table of a bearing must include the speed. Where supports differ by direction,
-    the centre must be held in all directions, |k_d| < 1 / a with its compliance a at
-    rest on the mean supports, dampers must take energy, |c_d| <= c, and the scheme must
-    allow such supports.
+    The table of a bearing must include the speed. Where supports differ by direction
+    or have a film, the centre must be held in all directions, |k_d| < 1 / a with its
+    compliance a at rest on the mean supports, dampers must take energy, |c_d| <= c, and
+    the scheme must allow such supports.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
@@ -125,7 +125,10 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return where the steady motion of an unbalance is not marched, or ""."""
+    """Return a text on why an unbalance is not allowed on these supports; "" if it is.
+
+    own : the supports at the scene's speed
+    """
     where = "where supports differ by direction or have a film"
     if scheme == "paper":
         return f"with scheme paper {where}"

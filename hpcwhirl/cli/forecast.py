@@ -30,7 +30,7 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
 
 
 def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
-    """Return a forecast as plain data for JSON; the parameters are those of `tell`."""
+    """Return a forecast as plain data for JSON; parameters as of `tell`."""
     usual, wall = cost.wall(ranks)
     hours = cost.range and [seconds / 3600 for seconds in cost.range]
     facts: dict[str, Any] = {

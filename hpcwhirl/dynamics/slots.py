@@ -168,7 +168,16 @@ def _flies(scene: Scene) -> bool:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS, rows, 2, slots), hub (2, size), rows), without friction."""
+    """Return the part of a rotor's arrays that is independent of speed and friction.
+
+    flies : whether the scheme is exact, see `kernels.flight`
+
+    Returns
+    -------
+    items : (ITEMS, rows, 2, slots), re and im of each mode
+    hub : (2, rows 2 slots), x_o and y_o of unit amplitudes
+    rows : largest number of modes of a nodal diameter
+    """
     modes = _rotor_modes(model)
     slots, _ = widths(model.blades)
     rows = 1 + max(mode.row for mode in modes)
@@ -208,7 +217,7 @@ def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
     """Return the part of a ring's arrays that is independent of speed and friction."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
-        msg = "a ring of harmonics has slots, and no other"
+        msg = "only a ring of harmonics has slots"
         raise TypeError(msg)
     slots, _ = widths(model.blades)
     places, ratios = _ring_modes(model), body.ratios
@@ -229,7 +238,7 @@ def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(model: Model, diameter: int, direction: str) -> Floats:
-    """Return the modal force (m,) of a unit load on k lobes."""
+    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes."""
     if model.casing is None:
         return np.zeros(0)
     return np.asarray(lobe_load(model, diameter, direction) @ model.casing.shapes)
@@ -348,9 +357,11 @@ def _rubbed(
 ) -> tuple[Floats, Floats, Floats, int]:
     """Return the cyclic arrays that depend on friction but not on the speed.
 
+    mu, flies : as of `_rubbed_ring` and `_rotor`
+
     Returns
     -------
-    (items of the rotor, packed; hub; column of W to blade 0, m/N; rows of the rotor)
+    (items of the rotor, packed; hub; column 0 of W, m/N; rows of the rotor)
     """
     items, hub, rows = _rotor(model, step, flies=flies)
     rotor = _pushed(items, float.fromhex(mu))

@@ -174,7 +174,11 @@ def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, 
 
 
 def _left_out(model: ModalModel, given: ModalModel) -> Floats:
-    """Return the file's modes, less their parts within a rotor's modes, (n, m)."""
+    """Return the part of the file's modes that recognition has left out, (n, m).
+
+    That is `given`'s modes without their projection on those of `model`; m = 0 if
+    `model` has all modes.
+    """
     if len(model.omega) == len(given.omega):
         return np.zeros((len(given.shapes), 0))
     within = model.shapes @ (model.shapes.T @ (given.mass @ given.shapes))
@@ -189,7 +193,10 @@ def _scaled(matrix: Floats, pure: Floats) -> Floats:
 def _spread_block(
     out: Floats, block: Complexes, members: list[NDArray[np.intp]]
 ) -> None:
-    """Set the entries of a real matrix, in modes, from a block H."""
+    """Set the entries of a real matrix, in modes, from the block of a nodal diameter.
+
+    members : indices of the modes of the first phase, and of the second if there is one
+    """
     parts = {(0, 0): block.real, (1, 1): block.real, (0, 1): -block.imag,
              (1, 0): block.imag}  # fmt: skip
     for (a, b), part in parts.items():

@@ -150,8 +150,8 @@ def _apart(
     [s^2 + s (G + 2 i Omega) + K + i Omega G - Omega^2] Y = -conj(k_d + s c_d) X
 
     at the centre, and the conjugate: the roots come in pairs s, conj(s), of one ellipse
-    each. It is named after the wave on the mean supports with the nearest frequency,
-    whose sense it is told with.
+    each. It takes name and sense, forward or backward, of the wave on the mean supports
+    with the nearest frequency.
 
     Parameters
     ----------
@@ -203,7 +203,10 @@ def diameter_matrices(
 
 
 def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
-    """Return the roots s (2 n,) of s^2 + s D + K, with scaled velocities."""
+    """Return the roots s (2 n,), 1/s, of det(s^2 + s D + K) = 0.
+
+    Of a companion matrix with velocities scaled to the size of sqrt(K).
+    """
     n = len(stiffness)
     scale = np.sqrt(np.linalg.norm(stiffness))
     top = np.hstack([np.zeros((n, n)), scale * np.eye(n)])

@@ -211,7 +211,11 @@ def rotation_of(rotor: Rotor) -> Rotation:
 def _added(
     parts: list[Member], forces: Floats, wide: int
 ) -> tuple[Floats, Floats, Floats]:
-    """Return C, K_g (wide, wide) and F_c (wide,) of some beams of a sector."""
+    """Return C, K_g (wide, wide) and F_c (wide,) of some beams of a sector.
+
+    forces : (beams,), kg m, mean axial force of each per unit Omega^2
+    wide : number of DoF of the sector and the centre
+    """
     out = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros(wide)
     for part, mean in zip(parts, forces, strict=True):
         place, lift = (part.dofs[:, None], part.dofs), part.transform

@@ -61,11 +61,13 @@ def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
 
 
 def tilt_of(rotor: Rotor, mass: Floats, radii: Floats) -> Tilt | None:
-    """Return the shaft and the tilting disk of a rotor; None on springs.
+    """Return the shaft and the inertia of a disk that tilts; None for shaft springs.
 
     Parameters
     ----------
-    mass : (n, n), kg, of the whole; DoF radial, tangential, rotation of each node first
+    rotor : inputs of the rotor
+    mass : (n, n), mass matrix of all sectors; for each sector in turn, the radial,
+        tangential and rotational DoF of its nodes, then the centre's
     radii : m, of the nodes of a sector
     """
     if rotor.shaft == "springs":

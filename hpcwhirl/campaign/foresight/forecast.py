@@ -179,12 +179,18 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the time of this machine relative to the one of the constants above."""
+    """Return how much slower this machine is than that of the constants above.
+
+    loaded : s, from the start of this process until it began to read its inputs
+    """
     return min(max(loaded / LOADED, 0.3), 10.0)
 
 
 def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
-    """Return {stage: s} of gathering, map and page."""
+    """Return {stage: s} of gathering, map and page.
+
+    rows, traces : number of cases, and bytes of their traces
+    """
     page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
@@ -207,7 +213,11 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
 
 
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
-    """Return the costs of cases that run to their end, by finished cases."""
+    """Return what cases would cost if all of them ran to their end.
+
+    Finished cases count with their time per step; a certificate ended some of them
+    early, and they would have taken proportionally longer.
+    """
     whole = Costs(costs.nominal, costs.places, costs.steps)
     part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)
     whole.learn_all(ended.seconds / np.maximum(part, LITTLE))
@@ -215,7 +225,7 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 
 
 def _beside(folder: Path, pace: float) -> tuple[float, float]:
-    """Return the overhead of a case and the extra of a rank's first case, s.
+    """Return the overhead of a case beyond its kernel, and what a rank's first adds, s.
 
     Measured by the last run that recorded it; nominal before any has.
     """
@@ -301,7 +311,12 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return (least, most) engine time from a later stage on, over the end time."""
+    """Return the least and the most engine time of the stages from `stage` on.
+
+    Both are relative to the first end time of the case.
+
+    extended : s, end times of the extensions
+    """
     ends = design.scene(case).end_times
     before = max([ends[-1], *extended[: stage - 1]])
     soon = min(2.0 * before, extended[stage - 1])

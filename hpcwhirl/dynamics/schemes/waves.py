@@ -62,8 +62,8 @@ def has_waves(model: Model) -> bool:
     """Return whether waves describe a rotor: equal sectors with terms of rotation.
 
     They do not with fewer than three blades, where k = 1 has both coordinates of the
-    centre, nor in a ring of elements or on supports of two stiffnesses, which are not
-    the same at every angle.
+    centre; nor in a ring of elements or on supports that differ by direction, which are
+    not the same at every angle; nor with a film.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
     return alike and spin is not None and bool(spin.waves) and spin.support.is_plain

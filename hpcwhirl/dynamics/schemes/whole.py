@@ -68,7 +68,7 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
 
     None without terms of rotation, for one of several equal sectors, and where two
     waves nearly coincide; also in a ring of elements and on supports that differ by
-    direction, with which coefficients are not constant in the rotating frame.
+    direction or have a film, whose matrices are not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
     if spin is None or elements or model.folds > 1 or not spin.support.is_plain:

@@ -94,7 +94,15 @@ def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
 def _draw(
     axes: Any, lines: list[tuple[_Level, Rows]], factor: float, *, upright: bool
 ) -> None:
-    """Draw a piece of line for each level and wave, within the axis of the speed."""
+    """Draw a piece of line for each level and wave, within the axis of the speed.
+
+    Parameters
+    ----------
+    axes : matplotlib's
+    lines : (level, its critical speeds) of each level
+    factor : from rad/s to the unit of the axis
+    upright : whether the speed is along x, so that lines are upright
+    """
     along, across = axes.get_xlim(), axes.get_ylim()
     along, across = (along, across) if upright else (across, along)
     low, high = sorted(along)

@@ -102,9 +102,12 @@ def _bit(refined: Refined, name: str) -> int:
 
 
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
-    """Return whether a cell shows a corner, if a refined input is no axis.
+    """Return for which cells corner i lies in the plane that the map shows, (cells,).
 
-    A plane between two cells belongs to the upper one, except the last plane.
+    Where a refined input is no axis, a plane between two cells belongs to the upper
+    one, except the last plane.
+
+    found, i : as of `_ends`
     """
     keep = np.ones(len(found), dtype=bool)
     for name in refined.over:
@@ -118,7 +121,19 @@ def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.b
 def _ends(
     axis: Axis, refined: Refined, found: Ints, i: int
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return the range in which a corner is the nearest, and whether it is known."""
+    """Return where on an axis corner i of each cell is the nearest one.
+
+    Parameters
+    ----------
+    axis : of the map
+    refined : cells of the campaign
+    found : (cells, corners), rows of the cases at the corners; -1: not in the picture
+    i : number of the corner
+
+    Returns
+    -------
+    low and high end, (cells,), and whether both corners along the axis are known
+    """
     own = found[:, i]
     if axis.name not in refined.over:
         edges, level = axis.edges(), axis.index[own]

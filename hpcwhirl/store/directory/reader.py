@@ -58,7 +58,7 @@ class Rows:
     header : of it
     slots : (records,), structured array with the dtype of the header's layout
     starts : (records,), byte at which each begins
-    texts : {record: entries without a field}, of records with a text
+    texts : {index of a record: entries that the layout has no binary field for}
     """
 
     journal: Path
@@ -83,7 +83,10 @@ class Rows:
 
     @cached_property
     def others(self) -> dict[str, dict[int, Any]]:
-        """Values without a field, {`TABLE.NAME`: {record: value}}."""
+        """Values in the texts of records, {`TABLE.NAME`: {index of the record: value}}.
+
+        These are the values for which the journal's layout has no binary field.
+        """
         out: dict[str, dict[int, Any]] = {}
         for record, text in self.texts.items():
             for table, value in text.items():

@@ -218,7 +218,7 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 
 
 def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
-    """Return the fields of a table of numbers and words."""
+    """Return the fields (table, name, kind, words) of a table of a record."""
     kinds = {"enum": "word", "S16": "word", "S64": "text"}
     words = {**ENUMS, "scheme": tuple(SCHEMES)}
     return [(table, name, kinds.get(quantity.kind, quantity.kind), words.get(name, ()))
@@ -236,14 +236,17 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return the entries without a field as JSON, b"" for none."""
+    """Return the entries for which there is no binary field as JSON, b"" for none."""
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""
 
 
 def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a value for packing, or raises."""
+    """Return the function that converts a value to what a field stores, or raises.
+
+    kind : "f8", "i8", "hex", "text", or "word", stored as its index in `words`
+    """
     if kind == "word":
         places = {word: place for place, word in enumerate(words)}
         return places.__getitem__
@@ -251,7 +254,7 @@ def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
 
 
 def _reader(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a packed value back."""
+    """Return the function that converts what a field stores back; see `_writer`."""
     if kind == "word":
         return words.__getitem__
     known: dict[str, Callable[[Any], Any]] = {

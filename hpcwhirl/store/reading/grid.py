@@ -78,7 +78,10 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest(data: xarray.Dataset) -> xarray.Dataset:
-    """Return cases for all points of the finest grid of a refined campaign."""
+    """Return the nearest case at each point of the finest grid of a refined campaign.
+
+    `computed` is 1 where that case lies at the point itself, `number` is its number.
+    """
     rows, values = nearest_rows(data)
     at = {n: data[n].to_numpy() for n in values}
     own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
@@ -138,7 +141,17 @@ def nearest_cases(
 
 
 def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[slice]]:
-    """Return, along each input, the points nearer to the low and to the high corner."""
+    """Return which points of a grid are nearer to the low and to the high corner.
+
+    Parameters
+    ----------
+    corner : (2^d,), cases at the corners of a cell
+    place, at : as of `nearest_cases`
+
+    Returns
+    -------
+    [points nearer to the low corner, to the high corner] along each input
+    """
     out = []
     for own, known in zip(place, at, strict=True):
         low, high = own[corner[0]], own[corner[-1]]

@@ -225,7 +225,9 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
 def _or_all_end(
     write: Callable[[], None], part: Path, final: Path, comm: Communicator
 ) -> None:
-    """Write; if one of several ranks fails, end the job, with 75 if it may pass.
+    """Write; if one of several ranks fails, end the job.
+
+    The exit code is 75 where the same command may succeed later, as on a full disk.
 
     HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
     for this one in a collective call. Nothing is lost, since the journals exist.
