@@ -52,6 +52,7 @@ from hpcwhirl.scene.rules import NO_BLADE
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
+CLOSED = 1e-9  # relative miss of the work of contact that ledgers may have
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class WholeWaves:
 
         The constant one is the circle of an unbalanced rotor.
         """
-        return -(-(len(self.ahead) + 1) // FOUR) * FOUR
+        return -(-(len(self.ahead) + 1) // EIGHT) * EIGHT
 
     @cached_property
     def basis(self) -> Floats:
@@ -147,6 +148,15 @@ class WholeWaves:
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
 
+    def books(self, reads: Floats) -> bool:
+        """Return whether what contact adds to energy and loss is its work, as it must.
+
+        reads : (N, m), what the multipliers' work is done on, their modal forces
+        """
+        rows, _ = self.adds(reads.T)
+        apart = rows - reads @ self.passing / 2
+        return bool(np.abs(apart).max() < CLOSED * np.abs(rows).max())
+
     def adds(self, forces: Floats) -> tuple[Floats, Floats]:
         """Return (rows (N, 2 m), numbers (N, N)): what contact adds to energy and loss.
 
@@ -178,6 +188,12 @@ def whole_waves(model: Model, scene: Scene) -> WholeWaves:
     )  # fmt: skip
 
 
+def reads_of(model: Model) -> tuple[Floats, Floats]:
+    """Return what tips' gaps and places along the casing read of modes, (N, m) each."""
+    radial, along = tip_rows(model.rotor, model.blades)
+    return -radial, -along
+
+
 def whole_arrays(model: Model, scene: Scene, waves: WholeWaves) -> Arrays:
     """Return the arrays of `kernels.general.march_whole`: round or rigid casing."""
     ring, lobe, _ = ring_arrays(model, scene)
@@ -203,7 +219,7 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     The last wave is constant, the circle of an unbalanced rotor.
     """
     body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
-    radial, along = (-rows for rows in tip_rows(body, blades))
+    radial, along = reads_of(model)
     steady, lost = circle(model, scene), scene.engine.rotor.lost_blade
     stands = np.zeros(len(body.shapes)) if steady is None else steady
     tips = -stands[: 2 * blades].reshape(-1, 2)
@@ -223,11 +239,9 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     if lost != NO_BLADE:
         read[lost] = outward[lost] = sideways[lost] = 0.0
         read[lost, half - 1] = NOWHERE
-    forces = (radial + mu * along).T
-    more = waves.give @ forces
+    more = waves.give @ (radial + mu * along).T
     ahead = np.zeros((2, half))
     ahead[:, : len(waves.ahead)] = waves.ahead.real, waves.ahead.imag
-    chosen = read[folded(blades, widths(blades)[1])]
 
     def contact(rows: Floats, numbers: Floats) -> Floats:
         extra = padded_blades(blades) - blades
@@ -236,12 +250,12 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     drift = np.zeros(half)
     drift[: len(waves.ahead)] = waves.drift(radial)
     arrays = (
-        ahead, drift, chosen.T.reshape(2 * half, -1, EIGHT).transpose(1, 0, 2), outward,
+        ahead, drift, read, outward,
         sideways, spread(hub @ moved, centre), np.abs(sideways).max(axis=0),
         spread(waves.amplitudes(more, more).T),
         contact(radial @ waves.passing, radial @ more),
         contact(along @ waves.passing, along @ more),
-        contact(*waves.adds(forces)), _ring(model, scene), _upper(waves),
+        _ring(model, scene), _upper(waves),
     )  # fmt: skip
     return WholeRotor._make(aligned(np.ravel(array)) for array in arrays)
 

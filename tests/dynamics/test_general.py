@@ -218,7 +218,7 @@ def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
         space = circulant.constant_space(blades, wide, w, known)
         recall(blades, wide, space)
         row = gaps[folded(blades, wide)]
-        active = guess(row, 0, gaps.min(), blades, wide, padded, *space[:5])
+        active = guess(row, 0, gaps.min(), blades, wide, padded, *space[:5], 2)
         ways[active < 0] += 1
         if active < 0:
             active = circulant.solve_any(row, 0, blades, wide, space)

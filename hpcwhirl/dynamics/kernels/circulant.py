@@ -143,17 +143,18 @@ def penetrating(gaps, row, blades, wide, where):
 
 
 @inlined
-def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows,
-          where):  # fmt: skip
+def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
+          tries):  # fmt: skip
     """Open the gaps of a folded row with a likely set of active blades.
 
     Returns their number, with their multipliers in `push`; or -1, and leaves the row
     alone, where neither the set of the last solution nor the penetrating blades are
-    the solution, which is unique. lowest : the lowest of the gaps, < 0
+    the solution, which is unique. lowest : the lowest of the gaps, < 0; tries : 2, or 1
+    for the first of these sets alone
     """
     sound = False
     size = known[blades]
-    for attempt in range(2):
+    for attempt in range(tries):
         if attempt == 1:
             size = penetrating(gaps, row, blades, wide, where)
             remember(where, size, blades, wide, known, inverse, rows, padded)
@@ -200,7 +201,7 @@ def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
     space : of all of push .. where
     """
     size = guess(
-        gaps, row, lowest, blades, wide, len(push), push, known, inverse, rows, where
+        gaps, row, lowest, blades, wide, len(push), push, known, inverse, rows, where, 2
     )
     if size < 0:
         size = solve_any(gaps, row, blades, wide, space)

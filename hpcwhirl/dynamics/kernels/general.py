@@ -22,6 +22,7 @@ import numpy as np
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.circulant import (
     constant_space,
+    guess,
     recall,
     solved,
 )
@@ -101,9 +102,11 @@ from hpcwhirl.dynamics.kernels.whole import (
     note_slips_of_waves,
     open_whole,
     push_waves,
+    read_all,
+    read_near,
     settle_whole,
     turn_waves,
-    yield_ring,
+    yield_apart,
 )
 
 
@@ -260,7 +263,11 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
     Where there is contact and the motion is judged, the gaps of the bodies are compared
     with `row` of those that were solved, gaps. space.wall : of a rigid casing, or 0
 
-    energies : of the copies; less : what the sums of losses have too much, J
+    Parameters
+    ----------
+    space : with the copies, and, of a step with contact, `out`, their tips
+    energies : of the copies
+    less : what the sums of losses have too much, J
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _ = space
@@ -270,7 +277,6 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
         k = len(wall) // 2
         add_ring(t_c, c_c, k, wall)
         to_gaps(wall, wave, gap, k, len(out) // 2, again, 0)
-        read_tips(q, rotor.read, out)
         _, reach = close_gaps(out, again, 0)
         blades = len(state.last)
         note_miss_folded(again, gaps, row, reach, gap, blades, ledger)
@@ -306,12 +312,11 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
     """Return the sizes of the arrays of the rotor, see `cyclic.check_sizes`."""
     blades, rotor = len(state.impulse), arrays.rotor
-    modes, (k, wide) = len(rotor.hub) // 2, widths(blades)
+    modes, (k, _) = len(rotor.hub) // 2, widths(blades)
     modes = modes // EIGHT * EIGHT
     own = _of_waves if isinstance(rotor, WholeRotor) else _of_modes
     return [
         *own(rotor, state, modes, k), ("hub", rotor.hub, 2 * modes),
-        ("read", rotor.read, 2 * wide * modes),
         ("radial", rotor.radial, blades * modes),
         ("tangential", rotor.tangential, blades * modes),
         ("reach", rotor.reach, modes),
@@ -324,6 +329,7 @@ def _of_modes(rotor: GeneralRotor, state: CyclicState, modes: int, k: int) -> Wa
         ("rotor", state.rotor, modes * ROTOR_STATE),
         ("lam", state.lam, 2 * modes + 4 * k), ("sums_b", state.sums_b, 3 * modes),
         ("rotor items", rotor.items, ITEMS * modes),
+        ("read", rotor.read, 2 * widths(len(state.impulse))[1] * modes),
     ]  # fmt: skip
 
 
@@ -333,11 +339,11 @@ def _of_waves(rotor: WholeRotor, state: CyclicState, modes: int, k: int) -> Want
     rows = blades * (modes + padded)
     return [
         ("rotor", state.rotor, modes + padded), ("ahead", rotor.ahead, modes),
-        ("drift", rotor.drift, modes // 2),
+        ("drift", rotor.drift, modes // 2), ("read", rotor.read, blades * modes),
         ("ring", rotor.ring, len(state.gaps) // 3 * blades),
         ("lam", state.lam, padded + 4 * k), ("sums_b", state.sums_b, 3),
         ("push", rotor.push, blades * modes), ("opens", rotor.opens, rows),
-        ("slides", rotor.slides, rows), ("adds", rotor.adds, rows),
+        ("slides", rotor.slides, rows),
         ("form", rotor.form, modes * (modes + FOUR) // 2),
     ]  # fmt: skip
 
@@ -366,7 +372,7 @@ def marching(waves):
         ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
-        seen, drift = counter[STEP], math.inf
+        away, drift, ready, active = math.inf, 0.0, False, blades - blades
         whole = space.opened if waves else gaps
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
@@ -402,23 +408,39 @@ def marching(waves):
             place = row - row if waves else row
             to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
             looks = counter[STEP] >= counter[NEXT_LOOK]
+            judge = counter[STEP] % strides.evidence == 0
             if waves:
-                away = (counter[STEP] - seen) * drift
-                lowest = lowest_with(out, gaps, row)
-                if looks or not lowest > away:
-                    read_tips(s_b, gamma, out)
+                away += drift
+                ready, every = False, looks or judge or not away < math.inf
+                lowest = lowest_with(out, gaps, row) - away
+                if not every and not lowest > 0.0:
+                    lowest, ready, near = read_near(
+                        gamma, s_b, blades, gaps, row, away, known, out, whole
+                    )
+                    if 2 * near > blades:
+                        away = math.inf
+                    if lowest < 0.0 and ready:
+                        active = guess(
+                            whole, place, lowest, blades, wide, len(push), push, known,
+                            inverse, opening, where, 1,
+                        )  # fmt: skip
+                        ready = active > 0
+                    every = lowest < 0.0 and not ready
+                if every:
+                    read_all(gamma, s_b, blades, out)
                     lowest = open_whole(out, gaps, row, whole)
-                    seen, drift = counter[STEP], drift_of(s_b, rotor.drift)
+                    away, drift = 0.0, drift_of(s_b, rotor.drift)
             else:
                 read_tips(s_b, gamma, out)
                 lowest, _ = close_gaps(out, gaps, row)
             if looks:
                 watch(farthest(limit, s_b, rotor, out), limit, counter)
             if lowest < 0.0:
-                active = solved(
-                    whole, place, lowest, blades, wide, push, known, inverse, opening,
-                    where, solver,
-                )  # fmt: skip
+                if not ready:
+                    active = solved(
+                        whole, place, lowest, blades, wide, push, known, inverse,
+                        opening, where, solver,
+                    )  # fmt: skip
                 if active < 0:
                     counter[STOP] = COMPLEMENTARITY
                     return
@@ -426,10 +448,12 @@ def marching(waves):
                 read_before(gaps, older, where, active, blades, wide, before)
                 if waves:
                     push_waves(
-                        push, where, active, rotor, s_b, out, before, sums_b, lam_b
+                        push, where, active, rotor, s_b, mu, out, before, sums_b, lam_b
                     )
-                    yield_ring(push, where, active, rotor.ring, gaps, row)
-                    drift = math.inf
+                    yield_apart(
+                        push, where, active, opening, rotor.ring, gaps, row, out
+                    )
+                    drift = drift_of(s_b, rotor.drift)
                 else:
                     to_modes(push, where, active, rotor.radial, rotor.tangential, lam_b)
                 to_spectrum(push, where, active, turns, 2 * k, lam_c)
@@ -444,21 +468,25 @@ def marching(waves):
                 flush(s_b)
                 flush(s_c)
             keep = counter[STEP] % strides.traces == 0
-            judge = counter[STEP] % strides.evidence == 0
             if keep or judge:
                 for c in range(2 * k):
                     spectrum_of_wall[c] = 0.0
                 if driven:
                     write_wall(wall, time, speed, slot, sign, spectrum_of_wall)
                 copies, now, less = space[6:10], counter[STEP] & 1, 0.0
+                touched = counter[LAST] == counter[STEP]
                 if waves:
                     settle_whole(c_c, state, copies)
+                    if touched:
+                        read_all(gamma, space.rotor, blades, out)
                     energies = energies_of_whole(
                         space.rotor, rotor, space.ring, c_c, now, step
                     )
                     less = energies[0]
                 else:
                     settle_general(rotor.items, c_c, state, copies)
+                    if touched:
+                        read_tips(space.rotor, gamma, out)
                     energies = energies_of_modes(
                         rotor, space.rotor, space.ring, c_c, now, step
                     )

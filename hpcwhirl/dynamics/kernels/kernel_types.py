@@ -378,11 +378,12 @@ class WholeRotor(NamedTuple):
     ----------
     ahead : (m,), re and im of z - 1
     drift : (m / 2,), a bound of what a unit amplitude moves any tip by in a step
-    read, radial, tangential, hub, reach : as of `GeneralRotor`
+    read : (N, m) flat, as `radial`, but that a lost blade is `bodies.NOWHERE`
+    radial, tangential, hub, reach : as of `GeneralRotor`
     push : (N, m) flat, beta: what a unit multiplier and its friction add
-    opens, slides, adds : (N, m + padded) flat: of amplitudes after a step without
-        contact, and of the multipliers, d' + d of a tip's radial place, of that along
-        the casing, and what a unit multiplier adds to energy and loss
+    opens, slides : (N, m + padded) flat: of amplitudes after a step without contact,
+        and of the multipliers, d' + d of a tip's radial place and of that along the
+        casing
     ring : (N, 2 wide) flat, folded: what a unit multiplier opens by the ring alone, m/N
     form : energy q^T form q, J, upper triangle by rows, each begun at a multiple of 4
     """
@@ -397,7 +398,6 @@ class WholeRotor(NamedTuple):
     push: Floats
     opens: Floats
     slides: Floats
-    adds: Floats
     ring: Floats
     form: Floats
 

@@ -6,14 +6,19 @@ as of modes. The multipliers lambda act at once: q += beta lambda; they stand be
 in the state, s = (q, lambda), so that a row times s is what a step with contact moves,
 or what it adds to energy and loss, see `dynamics.whole_waves`.
 
-In flight tips are read where one might touch: a sum over the waves bounds how far any
-moves in a step. Nothing else depends on it: which steps those are changes no bit.
+Tips are read where they might touch: a sum over the waves bounds how far any moves in a
+step. Where the blades of the last solution hold the gaps of those that were not read
+open, by these bounds, they hold them open; else all are read. So it changes no bit
+which tips are read when.
 
-As in `waves` the rotor's loss is what contact has added to energy and loss, less the
-energy that is left.
+As in `waves` the rotor's loss is what contact has added to energy and loss, which is
+its work (`whole_waves.WholeWaves.books` has that checked), less the energy that is
+left.
 """
 
 from __future__ import annotations
+
+import math
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
@@ -64,11 +69,78 @@ def lowest_with(tips, gaps, row):
 
 
 @inlined
+def tip_by_waves(rows, blade, q, modes):
+    """Return row `blade` of rows (N, modes) flat, times the first of q.
+
+    modes : a multiple of 16
+    """
+    at, zero = blade * modes, broadcast(0.0)
+    a, b, c, d = zero, zero, zero, zero
+    for m in range(0, modes, 2 * EIGHT):
+        a = fma(load(rows, at + m), load(q, m), a)
+        b = fma(load(rows, at + m + 4), load(q, m + 4), b)
+        c = fma(load(rows, at + m + 8), load(q, m + 8), c)
+        d = fma(load(rows, at + m + 12), load(q, m + 12), d)
+    return total_of((a + b) + (c + d))
+
+
+@inlined
+def put(values, blade, blades, wide, value):
+    """Set the places of a blade among folded values (2 wide,), see `folded`."""
+    values[place_of(blade, blades, wide)] = value
+    if 2 * blade == blades:
+        values[wide + blade] = value
+    if blade == 0:
+        values[wide] = value
+        for i in range(blades // 2 + 1, wide):
+            values[i] = value
+            values[wide + i] = value
+
+
+@inlined
+def read_all(rows, q, blades, tips):
+    """Set tips (2 wide,), folded, counted negative."""
+    modes, wide = len(rows) // blades, len(tips) // 2
+    for j in range(blades):
+        put(tips, j, blades, wide, tip_by_waves(rows, j, q, modes))
+
+
+@inlined
 def open_whole(tips, gaps, row, whole):
     """Set whole (2 wide,) to a row of gaps with tips; return the lowest, m."""
     for v in range(0, len(tips), FOUR):
         store(whole, v, load(gaps, row + v) + load(tips, v))
     return lowest_with(tips, gaps, row)
+
+
+@inlined
+def read_near(rows, q, blades, gaps, row, away, known, tips, whole):
+    """Read the tips that might touch; return (lowest of their gaps, whether, number).
+
+    Parameters
+    ----------
+    gaps, row : without the rotor's part
+    away : bound of how far tips have moved since they were read, m
+    tips : (2 wide,), those that are read are set
+    whole : (2 wide,), out: gaps, or lower bounds of those of other blades, > 0
+
+    The second value tells whether all blades of the last solution, `known`, are read.
+    """
+    modes, wide, least = len(rows) // blades, len(tips) // 2, math.inf
+    for v in range(0, len(tips), FOUR):
+        store(whole, v, load(gaps, row + v) + load(tips, v) - broadcast(away))
+    ready, count = known[blades] > 0, blades - blades
+    for s in range(known[blades]):
+        ready = ready and not whole[place_of(known[s], blades, wide)] > 0.0
+    for j in range(blades):
+        at = place_of(j, blades, wide)
+        if not whole[at] > 0.0:
+            tip = tip_by_waves(rows, j, q, modes)
+            put(tips, j, blades, wide, tip)
+            put(whole, j, blades, wide, gaps[row + at] + tip)
+            least = min(least, whole[at])
+            count += 1
+    return least, ready, count
 
 
 @inlined
@@ -87,38 +159,41 @@ def drift_of(q, drift):
 
 
 @inlined
-def yield_ring(push, where, active, ring, gaps, row):
-    """Add to a row of gaps what the multipliers open by the ring, (N, 2 wide) flat."""
-    width = len(gaps) // 3
+def yield_apart(push, where, active, opening, ring, gaps, row, tips):
+    """Add what the multipliers open by the ring to a row of gaps, the rest to tips.
+
+    opening, ring : (N, 2 wide) flat, folded, by rotor and ring, and by the ring alone
+    """
+    width = len(tips)
     for v in range(0, width, FOUR):
-        total = load(gaps, row + v)
+        beside, tip = load(gaps, row + v), load(tips, v)
         for i in range(active):
-            opened = load(ring, where[i] * width + v)
-            total = fma(opened, broadcast(push[i]), total)
-        store(gaps, row + v, total)
+            at, force = where[i] * width + v, broadcast(push[i])
+            both, alone = load(opening, at), load(ring, at)
+            beside, tip = fma(alone, force, beside), fma(both - alone, force, tip)
+        store(gaps, row + v, beside)
+        store(tips, v, tip)
 
 
 @inlined
 def works_of(rotor, s, at, first, last):
-    """Return rows of `opens`, `slides` and `adds`, begun at `at`, times s[first:last].
+    """Return rows of `opens` and `slides`, begun at `at`, times s[first:last].
 
     last - first : a multiple of 8
     """
     zero = broadcast(0.0)
-    a, b, c, d, e, f = zero, zero, zero, zero, zero, zero
+    a, b, c, d = zero, zero, zero, zero
     for m in range(first, last, EIGHT):
         x, y = load(s, m), load(s, m + FOUR)
         a = fma(load(rotor.opens, at + m), x, a)
         b = fma(load(rotor.opens, at + m + FOUR), y, b)
         c = fma(load(rotor.slides, at + m), x, c)
         d = fma(load(rotor.slides, at + m + FOUR), y, d)
-        e = fma(load(rotor.adds, at + m), x, e)
-        f = fma(load(rotor.adds, at + m + FOUR), y, f)
-    return total_of(a + b), total_of(c + d), total_of(e + f)
+    return total_of(a + b), total_of(c + d)
 
 
 @inlined
-def push_waves(push, where, active, rotor, s, tips, before, sums, slip):
+def push_waves(push, where, active, rotor, s, mu, tips, before, sums, slip):
     """Add what the multipliers do to the amplitudes, and book their works.
 
     Parameters
@@ -144,9 +219,10 @@ def push_waves(push, where, active, rotor, s, tips, before, sums, slip):
         tip = tips[place_of(j, len(before), len(tips) // 2)]
         before[j] += tip - alone[0]
         slip[j] = alone[1] + pushed[1]
-        sums[0] += push[i] * (alone[0] + pushed[0])
+        opened = alone[0] + pushed[0]
+        sums[0] += push[i] * opened
         sums[1] += push[i] * slip[j]
-        sums[2] += push[i] * (alone[2] + pushed[2])
+        sums[2] += 0.5 * push[i] * (opened + mu * slip[j])
     for m in range(0, modes, EIGHT):
         x, y = load(s, m), load(s, m + FOUR)
         for i in range(active):

@@ -31,6 +31,7 @@ from hpcwhirl.dynamics.slots import ring_displacements
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
     padded_blades,
+    reads_of,
     whole_arrays,
     whole_waves,
 )
@@ -73,8 +74,11 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
     if spin is None or elements or model.folds > 1 or not spin.support.is_plain:
         return None
-    waves = whole_waves(model, scene)
-    return _march(model, scene, waves) if waves.is_basis else None
+    waves, (radial, along) = whole_waves(model, scene), reads_of(model)
+    forces = radial + friction_with_sign(scene) * along
+    if not (waves.is_basis and waves.books(forces)):
+        return None
+    return _march(model, scene, waves)
 
 
 def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
