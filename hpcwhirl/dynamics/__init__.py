@@ -34,9 +34,12 @@ since denormals are slow. `kernels` contains all compiled code.
 
 With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
 then march its waves, forward and backward apart, each a complex amplitude that a step
-turns (`turning_waves`): those of central differences, or of the exact flow, without
-jumps. `general` and `paper` march blocks or matrices, and `general` takes over from
-`modal` where waves cannot be told apart. No such run is certified.
+turns (`turning_waves`): those of central differences, or of the exact flow, which
+jumps. One loop serves modes and waves, and the rotor's type chooses what it does with
+them (`kernels.compiled.verb`). Of unequal sectors `modal` marches waves of the whole
+rotor (`whole_waves`). `general` and `paper` march blocks or matrices, and `general`
+takes over from `modal` where waves cannot be told apart. With rotation only runs of
+equal sectors are certified.
 
 When the sum of all amplitudes is below the gap and every mode is damped and held,
 contact cannot recur: this is the certificate, stored with its time and bound, after

@@ -12,7 +12,7 @@ from hpcwhirl.case.plan import folds_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics import turning_waves
+from hpcwhirl.dynamics import turning_waves, whole_waves
 from hpcwhirl.dynamics.certificate import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -131,7 +131,8 @@ def test_only_what_is_symmetric_folds(settings, folds):
 
 
 def test_all_sectors_are_marched_where_waves_are_not_told_apart(monkeypatch):
-    monkeypatch.setattr(turning_waves, "WORST", 1.0)
+    for module in (turning_waves, whole_waves):
+        monkeypatch.setattr(module, "WORST", 1.0)
     march = March(resolve(scene(nodal_diameter=2, rotation="full", modes=44)))
     assert march.case.plan.folds == 2
     assert march.lean.model.folds == 1
