@@ -38,7 +38,13 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the Hann window, its sum, and order and numbers of ascending lines."""
+    """Return what spectra of `count` samples share.
+
+    Returns
+    -------
+    Hann window (count,), its sum, the order that sorts lines of an FFT by frequency,
+    and the number of each sorted line, (count,), negative for negative frequencies
+    """
     # not scipy.signal's, whose import takes 0.4 s of every process's start
     window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, count + 1)[:-1])
     each = np.arange(count)

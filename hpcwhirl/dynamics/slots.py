@@ -410,6 +410,9 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 
 def _symbol(items: Floats) -> Complexes:
-    """Return a body's part of the spectrum of the Delassus matrix, (slots,), m/N."""
+    """Return a body's part of the spectrum of the Delassus matrix, (slots,), m/N.
+
+    items : (ITEMS, rows, slots), with those of contact forces
+    """
     push = items[passes.NORMAL] - 1j * items[passes.ALONG]
     return np.asarray((items[passes.RADIAL] * push).sum(axis=0))

@@ -143,7 +143,10 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the even cases that have twins, once all have ended."""
+        """Return the cases of uniform surroundings that have twins; [] until all ended.
+
+        See `Growth.even`.
+        """
         if self.twins.get("of") != "even" or self.growth.left:
             return []
         cases = map(self.family.number, self.growth.even())

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]:
-    """Return the coordinates (w, u) of each phase of harmonic h, and their signs."""
+    """Return ([index of w, index of u], their signs) of each phase of harmonic h."""
     wide = operator.width
     if h == 0:
         return [([0, wide], np.array([1.0, 1.0]))]

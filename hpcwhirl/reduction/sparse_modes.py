@@ -175,11 +175,12 @@ def _for_all_speeds(
     count: int,
     tell: Tell,
 ) -> Matrix:
-    """Return what a basis at rest lacks at speed, (n, c), zero on the boundary.
+    """Return the columns (n, c) that a basis at rest lacks at speed, 0 on the boundary.
 
-    It is `craig_bampton.lacking` of the basis at `REACH` times the first frequency.
-    Spin softening of all mass does not change fixed-interface modes; it is added back,
-    so that they are of a matrix that is positive definite.
+    They are `craig_bampton.lacking` of the basis at the speed `REACH` times the first
+    frequency. Its fixed-interface modes are computed without the spin softening
+    -Omega^2 M, which changes no shape of these modes, so that their stiffness matrix is
+    positive definite.
 
     Parameters
     ----------

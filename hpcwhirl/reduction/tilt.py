@@ -48,7 +48,7 @@ def turning_tilt(
 
 
 def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -> Any:
-    """Return twice the strain energy in the shaft of modes, (m,), J.
+    """Return twice the strain energy in the shaft of modes of unit amplitude, (m,), J.
 
     Parameters
     ----------

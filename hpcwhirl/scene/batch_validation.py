@@ -157,7 +157,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return the values of an input up to the last one that these cases have."""
+        """Return the column's values, as numbers, up to the last that any case has."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 

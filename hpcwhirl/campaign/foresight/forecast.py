@@ -1,7 +1,7 @@
 """Forecast of a campaign: wall time on a number of ranks, bytes on disk.
 
-The number of steps follows from the inputs. The time of a step, the time of a case
-beside its steps and the share of cases that end early are learned from the finished
+The number of steps follows from the inputs. The time of a step, the overhead of a case
+beyond its steps and the share of cases that end early are learned from the finished
 cases in the directory, such as those of a pilot; without any, the scheme's nominal time
 of a step is taken. The range covers the uncertainty of this sample and `APART`, the
 relative difference between two runs.

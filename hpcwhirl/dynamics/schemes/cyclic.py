@@ -49,13 +49,15 @@ def cyclic_march(
     sizes: tuple[int, int, int],
     amplitudes: Callable[[Floats], Floats],
 ) -> Integrator:
-    """Return the march of a rotor of equal sectors, as modes or as waves.
+    """Return the integrator of a rotor of equal sectors, as modes or as waves.
 
     Parameters
     ----------
-    arrays : of the kernels `cyclic`
-    sizes : rows of the ring, values of the rotor's state and of its sums
-    amplitudes : ended state of the rotor -> amplitudes (m,) of its modes at rest
+    model, scene : what is integrated
+    arrays : constant arrays of the kernels `cyclic`
+    sizes : rows of the ring, lengths of the rotor's state and of its sums
+    amplitudes : rotor's state without a pending step -> amplitudes (m,) of its modes at
+        rest
     """
     ring_rows, rotor, sums = sizes
     k, _ = cyclic.widths(model.blades)

@@ -148,7 +148,10 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
 def with_cells(
     picture: Picture, data: xarray.Dataset, refined: Refined | None
 ) -> Picture:
-    """Return a picture drawn by cells, if an axis is a refined input."""
+    """Return a picture with the cells of a refined campaign.
+
+    Only where an axis is a refined input; otherwise the picture is returned unchanged.
+    """
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
     x, y = (_scaled(axis, data, refined) for axis in (picture.x, picture.y))

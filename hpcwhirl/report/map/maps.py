@@ -123,7 +123,10 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
 
 
 def picture_in(data: xarray.Dataset, results: Path, wish: Wish) -> Picture:
-    """Return what a map of cases shows, with the cells of a refined campaign."""
+    """Return the content of a map of cases, with the cells of a refined campaign.
+
+    results : path of `results.h5`, from which the cells are read
+    """
     by = wish.colour if wish.colour in {"regime", "whirl"} else ""
     return with_cells(picture_of(data, wish), data, read_refined(results, by))
 

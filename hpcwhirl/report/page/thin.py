@@ -1,8 +1,9 @@
 """Traces of a case reduced to a few bytes for the page.
 
 A record is a few numbers and curves, of one size for all cases, every value in 16 bits.
-Places on the orbit are steps of their largest. Whatever spans decades is a sign and one
-of 32,767 ratios to its largest, 0.085 % apart, down to 2^-40 of it.
+Coordinates of the orbit are whole multiples of a fraction of the largest one. Values
+that span decades are stored as a sign and the logarithm of their ratio to the largest,
+in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
 """
 
 from __future__ import annotations

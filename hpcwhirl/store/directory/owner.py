@@ -98,7 +98,7 @@ class Owner:
 
 
 class Claim:
-    """A claim of this process, alive until it is released.
+    """A claim of this process on a campaign's directory, renewed until it is released.
 
     Parameters
     ----------

@@ -242,7 +242,10 @@ def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
-    """Return the words by which cells were split, "" for cases without one."""
+    """Return the word of each case by which cells were split, (cases,); "" for none.
+
+    by : "regime", "whirl" or "both"
+    """
     regime, whirl = (np.asarray(rows[n], dtype=str) for n in ("regime", "whirl"))
     both = np.char.add(np.char.add(regime, " "), whirl)
     found = {"regime": regime, "whirl": whirl, "both": both}[by]

@@ -33,7 +33,7 @@ NAMED = ("status", "row.outcome", "row.regime")  # by which a case has its word
 
 @dataclass
 class Contents:
-    """Index of a campaign: some 50 bytes a case, whatever its traces.
+    """Index of a campaign's records and traces; takes some 50 bytes of memory a case.
 
     Attributes
     ----------
