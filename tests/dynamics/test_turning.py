@@ -11,7 +11,9 @@ from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import circulant
 from hpcwhirl.dynamics.kernels.compiled import kernel
+from hpcwhirl.dynamics.kernels.contact import LAST
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.general import general_space
 from hpcwhirl.dynamics.kernels.kernel_types import (
     CoupledBody,
     WaveRotor,
@@ -19,7 +21,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
 )
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.schemes import modal
+from hpcwhirl.dynamics.schemes import modal, whole
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.turning_waves import Flow, diameters_of
 from hpcwhirl.dynamics.whole_waves import whole_waves
@@ -270,6 +272,27 @@ def test_what_contact_gives_waves_of_the_whole_is_its_work():
     symmetric = (symmetric + symmetric.T) / 4
     found = (numbers + numbers.T) / 2
     assert found == pytest.approx(symmetric, abs=1e-12 * np.abs(found).max())
+
+
+def test_contact_moves_the_tips_that_are_not_read_again(monkeypatch):
+    """By W: what is then known of them are the tips of the amplitudes, to round-off."""
+    spaces = []
+
+    def kept(*given):
+        spaces.append(general_space(*given))
+        return spaces[-1]
+
+    monkeypatch.setattr(whole, "general_space", kept)
+    march = march_of(scheme="whole", gap=3e-5, nodal_diameter=1)
+    places = [place_of(j, 5, widths(5)[1]) for j in range(5)]
+    checked = 0
+    while checked < 50:
+        march.advance(1)
+        if march.counter[LAST] == march.steps:
+            tips = march.displacements()[0][:10:2]
+            known = -spaces[0].out[places]
+            assert known == pytest.approx(tips, abs=1e-12 * np.abs(tips).max())
+            checked += 1
 
 
 def test_unequal_sectors_turn_as_equal_ones_do():
