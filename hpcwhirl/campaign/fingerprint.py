@@ -84,7 +84,7 @@ def fingerprint(function: Any, version: object = None) -> str:
         values = walk.digest(function)
     except (_UnknownError, RecursionError) as failed:
         why = "it is nested too deep" if isinstance(failed, RecursionError) else failed
-        msg = f"measure cannot be told from another one: {why}; {REMEDY}"
+        msg = f"measure cannot be identified by its content: {why}; {REMEDY}"
         raise InputError(msg) from None
     sources = hashlib.sha256("".join(sorted(walk.sources)).encode()).hexdigest()
     return f"{sys.implementation.cache_tag}:{values}:{sources}"

@@ -142,14 +142,14 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
     """
     if function is None and variables is None:
         if version is not None:
-            msg = f"version is of a measure, and there is none; got {shown(version)}"
+            msg = f"version needs a measure, and there is none; got {shown(version)}"
             raise InputError(msg)
         return None
     if not callable(function):
         msg = f"measure must be a function of one case, got {shown(function)}"
         raise InputError(msg)
     if not isinstance(variables, Mapping) or not variables:
-        msg = f"variables must tell what measure gives, {ALLOWED}, "
+        msg = f"variables must declare what measure returns, {ALLOWED}, "
         raise InputError(msg + f"got {shown(variables)}")
     told = {n: _told(n, given) for n, given in variables.items()}
     return Measure(function, told, fingerprint(function, version))

@@ -34,7 +34,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     before.add_argument(
         "--dry-run", action="store_true",
         help="compute nothing; print the number of cases and the predicted time, "
-        "core-hours and disk space: nominal ones, or as the cases tell that have ended "
+        "core-hours and disk space: nominal, or learned from the cases that have ended "
         "in the directory",
     )  # fmt: skip
     before.add_argument(

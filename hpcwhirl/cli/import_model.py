@@ -127,8 +127,8 @@ def _show(out: Path, facts: dict[str, Any]) -> None:
     print(f"lowest frequencies {lowest} Hz")
     print(f"time-step limit of the rotor {facts['time_step_limit']:.3g} s")
     if facts["mass"] is not None:
-        print(f"mass {facts['mass']:.5g} kg, a translation strains ", end="")
-        print(f"{facts['translation']:.1e} of the wheel")
+        print(f"mass {facts['mass']:.5g} kg, relative strain in a translation ", end="")
+        print(f"{facts['translation']:.1e}")
     if facts["turns"]:
         print("terms of rotation are in it: engine.rotation may be full")
     if facts["rigid_modes"]:

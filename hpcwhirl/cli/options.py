@@ -123,7 +123,7 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument(
         "--units", metavar="UNIT[,UNIT]",
         help=f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
-        "mm and kN, where people read; si in CSV and JSON)",
+        "mm and kN, in text and figures; si in CSV and JSON)",
     )  # fmt: skip
 
 

@@ -204,7 +204,7 @@ class Whirl:
             source = variable.encoding.get("source")
             if source:
                 return Path(source)
-        msg = "these results do not tell their file: ask those of hpcwhirl.open_results"
+        msg = "these results have no file: use those of hpcwhirl.open_results"
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:

@@ -222,7 +222,7 @@ def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
     pairs = ((name, (name, law)) for name, law in undotted(given, _is_law))
     for full, (name, law) in by_full_name(pairs, "[sample]").items():
         if full not in IN_UNITS and not takes_list(full):
-            msg = f"[sample] {name} must be an input of any number between: sweep it"
+            msg = f"[sample] {name} must be an input of real numbers: use [sweep]"
             raise InputError(msg)
         found[full] = law_of(name, law)
     if not found:
@@ -424,7 +424,7 @@ class Refine(TableModel):
     def _has_an_end(self) -> Self:
         for name in self.over:
             if (name in self.levels) == (name in self.resolution):
-                msg = f"wants either levels or resolution of {name}"
+                msg = f"needs either levels or resolution of {name}"
                 raise ValueError(msg)
         return self
 

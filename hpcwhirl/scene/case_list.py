@@ -82,7 +82,7 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
         msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
         raise InputError(msg) from None
     if not rows:
-        msg = f"{path} has no cases: a head and a line for each case are wanted"
+        msg = f"{path} has no cases: it must have a head and a line for each case"
         raise InputError(msg)
     return rows
 

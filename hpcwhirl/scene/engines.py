@@ -78,7 +78,7 @@ def check_label(scene: Scene) -> None:
     inputs = engine_inputs(name).keys() - {"engine.name"}
     if all(values[n] == default[n] for n in inputs):
         msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
-        msg += f"'{name}' must stand in the file, as in jobs/{name}.toml; "
+        msg += f"'{name}' must be in the file, as in jobs/{name}.toml; "
         raise InputError(msg + "hpcwhirl inputs engines lists them")
 
 

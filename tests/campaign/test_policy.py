@@ -143,7 +143,7 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
         ),
         (
             "engine.name = 'salvat2016'\n",
-            "must stand in the file, as in jobs/mostly_damped",
+            "must be in the file, as in jobs/mostly_damped",
         ),
     ],
 )

@@ -145,12 +145,12 @@ def test_what_is_no_number_is_a_reason(given, why, tmp_path):
     ("arguments", "told"),
     [
         ({"measure": 3}, "measure must be a function of one case, got 3"),
-        ({"measure": widest}, "variables must tell what measure gives"),
+        ({"measure": widest}, "variables must declare what measure returns"),
         ({"measure": widest, "variables": {"speed": "m"}}, "is a name of the results"),
         ({"measure": widest, "variables": {"a b": "m"}}, "letters, digits and _"),
         ({"measure": widest, "variables": {"a": 3}}, "variables must be a mapping"),
         ({"measure": widest, "variables": {"a": "m\x1b[2J"}}, "no control characters"),
-        ({"measure": len, "variables": {"a": "m"}}, "cannot be told from another one"),
+        ({"measure": len, "variables": {"a": "m"}}, "cannot be identified by its"),
         ({"case_limt": 3}, "unknown option 'case_limt'; did you mean 'case_limit'?"),
         ({"case_limit": -1}, "case_limit must be a number of seconds > 0, got -1"),
         ({"fresh": "yes"}, "fresh must be True or False, got 'yes'"),
@@ -596,7 +596,7 @@ def test_words_are_drawn_by_xarrays_own_plot(opened, name):
 
 
 def test_results_without_a_file_and_wrong_wishes_are_told(opened):
-    with pytest.raises(InputError, match="do not tell their file"):
+    with pytest.raises(InputError, match="have no file"):
         xarray.Dataset({"speed": ("case", [1.0])}).hpcwhirl.map()
     with pytest.raises(InputError, match="map takes x, y, panels"):
         opened.hpcwhirl.map(xx="speed")

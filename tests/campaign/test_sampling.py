@@ -155,7 +155,7 @@ def test_saltelli_draws_differ_in_one_input_alone():
         ({"count": 4, "gap": {**GAP, "high": 1e-5}}, "high must be > low"),
         ({"count": 4, "gap": {**GAP, "high": math.nan}}, "must be a finite number"),
         ({"count": 4, "force": {**FORCE, "deviation": 0}}, "a number > 0, got 0"),
-        ({"count": 4, "nodal_diameter": GAP}, "any number between: sweep it"),
+        ({"count": 4, "nodal_diameter": GAP}, "must be an input of real numbers"),
         ({"count": 4, "speed": GAP}, "speed is in [sweep] or [zip] and in [sample]"),
         ({"count": 4, "gap": GAP, "scene": {"gap": GAP}}, "unknown scene input"),
         ({"count": 4, "method": "saltelli", "gap": GAP}, "inputs at least, got gap"),

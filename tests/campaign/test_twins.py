@@ -356,7 +356,7 @@ def test_twins_go_on_with_their_case(tmp_path):
 
 WRONG = {
     "count = 1": "[twins] count must be a whole number from 2 to 1000, got 1",
-    'of = "speckle"': "[twins] of must be all, boundary or even (speckle is known of",
+    'of = "speckle"': "[twins] of must be all, boundary or even (speckle needs",
     'of = "boundaryy"': "unknown [twins] of 'boundaryy'; did you mean 'boundary'?",
     "cuont = 3": "unknown key in [twins] 'cuont'; did you mean 'count'?",
     "sure = 2": "[twins] sure must be a number > 0, at most 1, got 2",

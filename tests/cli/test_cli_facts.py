@@ -334,7 +334,7 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     assert (tmp_path / "map/map.png").read_bytes().startswith(b"\x89PNG")
     capsys.readouterr()
     assert main(["report", str(one)]) == 2
-    assert "one.h5 is a file: the directory" in capsys.readouterr().err
+    assert "one.h5 is a file: it must be the directory" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["run", "model", "export-model"])

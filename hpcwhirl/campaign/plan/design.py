@@ -344,7 +344,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
     """Return the design of any source that `Design.of` takes."""
     if isinstance(source, Design):
         if settings:
-            msg = f"a Design takes no settings: it is made, got {shown(settings)}"
+            msg = f"a Design takes no further settings, got {shown(settings)}"
             raise InputError(msg)
         return source
     if isinstance(source, Scene):

@@ -42,7 +42,7 @@ def first_inputs(
     if refine is None or refine.first is None:
         return {}
     if isinstance(document.get("solver"), Mapping) and "preset" in document["solver"]:
-        msg = "[refine] first and [solver] preset: the same thing twice, say one"
+        msg = "[refine] first and [solver] preset name the same preset: give only one"
         raise InputError(msg)
     inputs = preset_inputs(refine.first)
     clash = inputs.keys() & map(full_name, settings)
@@ -143,8 +143,8 @@ def _check_side(name: str, grid: Listed) -> None:
     values = grid[name]
     numbers = [v for v in values if is_number(v) and math.isfinite(v)]
     if len(numbers) < len(values) or len(set(values)) < 2:
-        msg = f"[refine] over {name}: [sweep] must have two or more different numbers "
-        raise InputError(msg + f"of it, got {shown(list(values))}")
+        msg = f"[refine] over {name}: it must have two or more different numbers in "
+        raise InputError(msg + f"[sweep], got {shown(list(values))}")
 
 
 def _depths(
@@ -192,7 +192,7 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
         if name in WHOLE and step != step.to_integral_value():
             most = max(d for d in range(depth) if (high - low) % 2**d == 0)
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
-            raise InputError(msg + f"no whole numbers, at most {most} do")
+            raise InputError(msg + f"fractions: at most {most} levels give whole numbers")
         if step < Decimal(CLOSEST) * max(abs(low), abs(high)):
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
             raise InputError(msg + "values that are the same but for round-off")

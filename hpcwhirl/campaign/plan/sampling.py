@@ -151,5 +151,5 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         if sample is None:
             raise
         draw = many.first_wrong() % sample.each
-        msg = f"[sample] draw {draw} is no input: {failed}; uniform "
+        msg = f"[sample] draw {draw} is not allowed: {failed}; uniform "
         raise InputError(msg + "or truncated_normal keep between bounds") from None

@@ -84,8 +84,8 @@ def twins_of(document: Mapping[str, Any]) -> Twins | None:
         return None
     twins = Twins.read(document["twins"], "[twins]")
     if twins.of == "speckle" and "refine" not in document:
-        msg = "[twins] of must be all, boundary or even (speckle is known of [refine] "
-        raise InputError(msg + "alone), got 'speckle'")
+        msg = "[twins] of must be all, boundary or even (speckle needs [refine]), got "
+        raise InputError(msg + "'speckle'")
     return twins
 
 

@@ -50,7 +50,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
         raise InputError(msg) from None
     with open_results(results) as data, showing(wish.shown), reading(results):
         if wants_shares(data, wish):
-            msg = "hover shows cases, a map of drawn inputs shares: name drawn x and y"
+            msg = "hover cannot show shares of regimes: choose drawn inputs as x and y"
             raise InputError(msg)
         picture = picture_in(data, results, wish)
         told = _told(data, picture)

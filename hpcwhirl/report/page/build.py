@@ -39,7 +39,7 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
     out : the file; `report.html` in the directory if None
     """
     if folder.is_file():
-        msg = f"{folder} is a file: the directory of a campaign is wanted"
+        msg = f"{folder} is a file: it must be the directory of a campaign"
         raise MissingFileError(msg)
     results = Results(folder)
     if not len(results):

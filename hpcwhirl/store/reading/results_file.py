@@ -49,7 +49,7 @@ def opened(path: Path) -> h5py.File:
         where there is none, or it is damaged
     """
     if path.parent.is_file():
-        msg = f"{path.parent} is a file: the directory of a campaign is wanted"
+        msg = f"{path.parent} is a file: it must be the directory of a campaign"
         raise MissingFileError(msg)
     if not path.is_file():
         msg = f"no results file {path}: run or gather the campaign first"
