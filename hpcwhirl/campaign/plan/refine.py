@@ -192,7 +192,7 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
         if name in WHOLE and step != step.to_integral_value():
             most = max(d for d in range(depth) if (high - low) % 2**d == 0)
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
-            raise InputError(msg + f"fractions: at most {most} levels give whole numbers")
+            raise InputError(msg + f"fractions, at most {most} to whole numbers")
         if step < Decimal(CLOSEST) * max(abs(low), abs(high)):
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
             raise InputError(msg + "values that are the same but for round-off")
