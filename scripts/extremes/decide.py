@@ -2,6 +2,7 @@
 
     python scripts/extremes/decide.py [WORD...]   all, or whose input has a WORD
     python scripts/extremes/decide.py --write     all, and extremes.md anew
+    python scripts/extremes/decide.py --new --write  what that lacks; other rows stay
     python scripts/extremes/decide.py --random 300 --seed 1
                                           random scenes of the whole allowed box
 
@@ -65,7 +66,19 @@ def meaning(extreme: Extreme) -> str:
     return words[0].rstrip(".") if words else "refused in one clear line"
 
 
-def page(rows: Iterable[tuple[Extreme, str]]) -> str:
+def told_before() -> dict[tuple[str, ...], str]:
+    """Return {(extreme, settings, law): row} of the page as it is."""
+    lines = PAGE.read_text("utf-8").splitlines()[7:]
+    return {tuple(line[2:].split(" | ")[:3]): line for line in lines}
+
+
+def key_of(extreme: Extreme) -> tuple[str, ...]:
+    """Return the first three cells of an extreme's row."""
+    cells = extreme.what, f"`{extreme.name}`", meaning(extreme)
+    return tuple(cell.replace("|", "\\|") for cell in cells)
+
+
+def page(rows: Iterable[str]) -> str:
     """Return the table of outcomes as Markdown."""
     lines = [
         "# Scenes at the extremes",
@@ -76,25 +89,36 @@ def page(rows: Iterable[tuple[Extreme, str]]) -> str:
         "| extreme | settings | law | outcome |",
         "|---|---|---|---|",
     ]
-    for extreme, told in rows:
-        cells = (extreme.what, f"`{extreme.name}`", meaning(extreme), told)
-        lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *rows]) + "\n"
 
 
-def table(words: list[str], limit: float, *, write: bool) -> int:
-    """Try the table, or what has the words; return how many laws are broken."""
+def row_of(extreme: Extreme, told: str) -> str:
+    """Return the row of an extreme."""
+    cells = *key_of(extreme), told.replace("|", "\\|")
+    return f"| {' | '.join(cells)} |"
+
+
+def table(words: list[str], limit: float, *, write: bool, new: bool) -> int:
+    """Try the table, or what has the words; return how many laws are broken.
+
+    new : only what the page lacks; what is not tried stays there as it was
+    """
+    before = told_before()
     chosen = [e for e in TABLE if all(w in e.what for w in words)]
-    rows, bad = [], 0
+    if new:
+        chosen = [e for e in chosen if key_of(e) not in before]
+    rows, bad = {}, 0
     for extreme in chosen:
         start = time.monotonic()
         holds, told = apart(extreme, limit)
         bad += not holds
-        rows.append((extreme, told))
+        rows[key_of(extreme)] = row_of(extreme, told)
         spent = time.monotonic() - start
         print(f"{extreme.what}: {extreme.name}: {told} [{spent:.1f} s]", flush=True)
-    if write and not words:
-        PAGE.write_text(page(rows), encoding="utf-8")
+    if write:
+        every = before | rows
+        kept = [every[key] for key in map(key_of, TABLE) if key in every]
+        PAGE.write_text(page(kept), encoding="utf-8")
     print(f"{len(chosen) - bad} of {len(chosen)} laws hold")
     return bad
 
@@ -119,13 +143,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("words", nargs="*", metavar="WORD")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser.add_argument("--new", action="store_true", help="only what the page lacks")
     parser.add_argument("--random", type=float, metavar="SECONDS", default=0.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s for a scene")
     args = parser.parse_args()
     if args.random > 0.0:
         return 1 if at_random(args.random, args.seed, random_scene) else 0
-    return 1 if table(args.words, args.limit, write=args.write) else 0
+    return 1 if table(args.words, args.limit, write=args.write, new=args.new) else 0
 
 
 if __name__ == "__main__":
