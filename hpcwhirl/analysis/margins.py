@@ -95,15 +95,15 @@ def safe_ranges(
     name = variable_of(over, swept)
     values = data[name].to_numpy()
     if values.dtype.kind not in "iuf":
-        msg = f"a safe range is one of numbers: {name} is text"
+        msg = f"safe ranges need an input of numbers, got {name}, which is text"
         raise InputError(msg)
     words, share = _words(data, sure)
     fixed = _fixed(data, name, swept)
     lines = _lines(data, fixed, values)
     if not lines:
         msg = (
-            f"no two cases differ in {name} alone: safe ranges need a sweep, and were "
-            "inputs drawn, hpcwhirl.shares tells how probable each regime is"
+            f"no two cases differ in {name} alone: safe ranges need a sweep; where "
+            "inputs were drawn, hpcwhirl.shares gives the probability of each regime"
         )
         raise InputError(msg)
     out = []

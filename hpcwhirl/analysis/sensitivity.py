@@ -167,8 +167,8 @@ def pairs_needed(one: xarray.Dataset) -> int:
 def _check_method(drawn: Drawn) -> None:
     if drawn.method != SALTELLI:
         msg = 'Sobol indices need [sample] method = "saltelli", got '
-        msg += f'"{drawn.method}", whose draws tell shares of regimes alone: hpcwhirl '
-        raise InputError(msg + "map")
+        msg += f'"{drawn.method}", whose draws give only probabilities of regimes '
+        raise InputError(msg + "(hpcwhirl map)")
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:

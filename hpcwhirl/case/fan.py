@@ -130,7 +130,7 @@ def scene_of_fan(fan: Fan) -> tuple[Scene, Checked]:
         stiffer *= wanted / frequency
     msg = (
         f"no thickness of the blades gives 1F at {wanted:.3g} Hz, "
-        f"the last {frequency:.3g}"
+        f"the last trial gave {frequency:.3g} Hz"
     )
     raise InputError(msg)
 

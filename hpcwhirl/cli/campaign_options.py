@@ -168,7 +168,7 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     clash = [name for name, value in (("--set, --preset or --regimes-only", settings),
              ("--out", args.out), ("--fresh", args.fresh)) if value]  # fmt: skip
     if clash:
-        msg = f"{clash[0]} cannot stand with the directory {args.file}: its inputs stay"
+        msg = f"{clash[0]} cannot go with the directory {args.file}: its inputs stay"
         raise InputError(msg)
     from hpcwhirl.campaign.resume import planned
 

@@ -122,8 +122,8 @@ def run(args: argparse.Namespace) -> int:
     spin = model.rotor.spin
     if spin is not None and (spin.tilt or spin.released is not None):
         msg = (
-            "export-model writes no disk that tilts and no lost blade: the file has no "
-            "place for what they do with rotation full"
+            "export-model cannot write a disk that tilts or a lost blade: the file has "
+            "no terms for them with rotation full"
         )
         raise InputError(msg)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}

@@ -25,7 +25,7 @@ Tell = Callable[[str], None]
 SMALL = 20_000  # unknowns up to which SuperLU does as well
 ROOM = 1e9  # bytes from which on the size of a factor is reported
 LIBRARIES = ("cvxopt", "pymetis")
-UNHELD = "stiffness must hold every part once tips and centre are held: {}"
+UNHELD = "stiffness must hold every part while tips and centre are fixed; it is {}"
 
 
 def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:

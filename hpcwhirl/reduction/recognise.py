@@ -249,7 +249,7 @@ def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
             msg = (
                 f"{len(modes)} modes of nodal diameter {k}, the last at {hertz:.4g} Hz"
             )
-            raise _NoTwinError(f"{msg}, are no pairs")
+            raise _NoTwinError(f"{msg}, cannot all be paired")
         else:
             for group in _groups(modes, squared):
                 out += _running(model, turn[:, group], seen[k][:, group], k)

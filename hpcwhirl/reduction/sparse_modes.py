@@ -217,7 +217,7 @@ def _lift(
     condition = _condition(k_ii, solve)
     if not condition <= WORST:
         msg = (
-            "stiffness must hold every part once tips and centre are held, got a "
+            "stiffness must hold every part while tips and centre are fixed, got a "
             f"condition number of {condition:.1e} (at most {WORST:.0e})"
         )
         raise ModelError(msg)

@@ -416,7 +416,7 @@ def odd_mode(wheel):
     ("spoil", "told"),
     [
         (unequal_shaft, "at "),
-        (odd_mode, "are no pairs"),
+        (odd_mode, "cannot all be paired"),
     ],
 )
 def test_what_looks_equal_but_is_not_is_found(written, spoil, told):

@@ -262,8 +262,8 @@ class Asking:
         mend = "wait until it has ended, or end it"
         if not alive[0].here:
             age = max(self._now - alive[0].changed, 0) / 1e9
-            mend += f"; its last sign of life is {age:.0f} s old, and {STALE:g} s "
-            mend += "without one are its death (at once: --take-over)"
+            mend += f"; its last sign of life is {age:.0f} s old, it counts as dead "
+            mend += f"after {STALE:g} s (at once with --take-over)"
         msg = f"{claim.folder} is being computed by {alive[0]}: {mend}"
         raise InputError(msg)
 
