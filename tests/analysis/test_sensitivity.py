@@ -237,7 +237,7 @@ def test_left_out_pairs_are_told(real, tmp_path, capsys):
 def test_too_few_draws_are_told(count, few, capsys):
     tell(sensitivity(results(count, ishigami), ["y"]))
     told = capsys.readouterr().err
-    assert (f"too few draws ({count}) to tell" in told) == few
+    assert (f"too few draws ({count}) to rank inputs" in told) == few
     assert ("some count = " in told) == few
 
 
