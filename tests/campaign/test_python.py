@@ -307,7 +307,7 @@ def test_a_function_that_would_end_the_process_is_a_row(
         np.testing.assert_equal(data.one.to_numpy(), expected)
     assert os.getcwd() == str(tmp_path)  # noqa: PTH109 - it is what may have changed
     assert os._exit is REAL_EXIT
-    came_back = capfd.readouterr().err.count("forked came back")
+    came_back = capfd.readouterr().err.count("forked by measure returned")
     assert came_back == (2 if ends is forks else 0)
 
 
