@@ -8,6 +8,13 @@ body that does not rotate, the shaft's springs hold it. `SOLVER=MATRIXSTORAGE` w
 M and K as lines "row column value" of one triangle, counted from 1, in .mas and .sti,
 and what a row is, "node.direction", in .dof. CalculiX computes frequencies of its own,
 too, which it prints in seven digits.
+
+turning.toml has the terms of rotation. After a *STATIC step with the centrifugal load,
+a step with PERTURBATION writes K(Omega), stress stiffness and softening included, at
+two speeds. CalculiX does not write Coriolis forces and the load; of solids whose
+directions are those of the axes M is m for each direction, so that with J, which turns
+displacements about z by 90 degrees, C = J M, and the load is M times the places of the
+nodes, of a hub that is not yet a rigid body.
 """
 
 from __future__ import annotations
@@ -30,6 +37,7 @@ from wheels import compare
 Mesh = tuple[np.ndarray, np.ndarray]
 GRID = (8, 2, 4, 16)
 MODES = 40  # that CalculiX computes itself
+SPEEDS = 200.0, 400.0  # rad/s, of turning.toml
 
 
 def solids(points: np.ndarray, corners: np.ndarray) -> Mesh:
@@ -47,8 +55,14 @@ def solids(points: np.ndarray, corners: np.ndarray) -> Mesh:
     return np.hstack(layers).T, np.vstack(every).T
 
 
-def deck(mesh: Mesh, springs: float, solver: str) -> str:
-    """Return an input deck; the hub's reference and rotation node come last."""
+def deck(
+    mesh: Mesh, springs: float, solver: str, speed: float = 0.0, steps: str = ""
+) -> str:
+    """Return an input deck; the hub's reference and rotation node come last.
+
+    speed : rad/s, of the centrifugal load before the last step
+    steps : further cards of the static step
+    """
     nodes, elements = mesh
     hub = np.flatnonzero(np.hypot(*nodes.T[:2]) < wheel.HUB * (1 + 1e-6)) + 1
     plane = np.setdiff1d(np.flatnonzero(nodes[:, 2] == 0.0) + 1, hub)
@@ -73,7 +87,11 @@ def deck(mesh: Mesh, springs: float, solver: str) -> str:
     lines += ["*NSET, NSET=HUB", *map(str, hub), "*NSET, NSET=PLANE", *map(str, plane)]
     lines.append(f"*RIGID BODY, NSET=HUB, REF NODE={centre}, ROT NODE={centre + 1}")
     lines += ["*BOUNDARY", f"{centre},3,3", f"{centre + 1},1,3", "PLANE,3,3"]
-    lines += ["*STEP", f"*FREQUENCY{solver}", str(MODES), "*END STEP"]
+    if speed:
+        load = f"SOLID,CENTRIF,{speed**2!r},0.,0.,0.,0.,0.,1."
+        lines += ["*STEP", "*STATIC", "*DLOAD", load, *steps.split("\n"), "*END STEP"]
+    lines += ["*STEP, PERTURBATION" if speed else "*STEP"]
+    lines += [f"*FREQUENCY{solver}", str(MODES), "*END STEP"]
     return "\n".join(lines) + "\n"
 
 
@@ -112,6 +130,52 @@ def stored(folder: Path, name: str, mesh: Mesh, springs: float) -> dict[str, int
     return {dof: i for i, dof in enumerate(names)}
 
 
+def loose(text: str) -> str:
+    """Return a deck without the hub's rigid body, its centre and springs."""
+    cards = text.split("\n*")
+    gone = "RIGID BODY", "SPRING", "ELEMENT, TYPE=SPRING1", "BOUNDARY"
+    return "\n*".join(card for card in cards if not card.startswith(gone))
+
+
+def turning(folder: Path, mesh: Mesh, rows: dict[str, int]) -> dict[str, Any]:
+    """Write the terms of rotation of the whole wheel; return what a TOML says of them.
+
+    rows : {"node.direction": row} of `stored`
+    """
+    springs, only = wheel.SPRINGS / 2, ", SOLVER=MATRIXSTORAGE"
+    files = {}
+    for letter, speed in zip("ab", SPEEDS, strict=True):
+        solved(folder, f"at_{letter}", deck(mesh, springs, only, speed))
+        matrix = triangle(folder / f"at_{letter}.sti")
+        files[f"stiffness_{letter}"] = f"turning_k{letter}.mtx"
+        path = folder / files[f"stiffness_{letter}"]
+        mmwrite(path, matrix, symmetry="symmetric", precision=17)
+    pairs = [(row, rows[dof[:-1] + "2"]) for dof, row in rows.items() if dof[-1] == "1"]
+    x, y = np.array(pairs).T
+    ahead = sparse.csr_array((np.ones(len(x)), (y, x)), (len(rows),) * 2)
+    coriolis = (ahead - ahead.T) @ triangle(folder / "wheel.mas")
+    files["coriolis"] = "turning_c.mtx"
+    skew = (coriolis - coriolis.T) / 2
+    mmwrite(folder / files["coriolis"], skew, symmetry="skew-symmetric", precision=17)
+    files["centrifugal_load"] = "turning_load.mtx"
+    load = pulled(folder, mesh, rows)
+    mmwrite(folder / files["centrifugal_load"], load[:, None], precision=17)
+    return {**files, "speeds": list(SPEEDS)}
+
+
+def pulled(folder: Path, mesh: Mesh, rows: dict[str, int]) -> np.ndarray:
+    """Return the centrifugal load per unit Omega^2, kg m, of each row."""
+    solved(folder, "loose", loose(deck(mesh, 0.0, ", SOLVER=MATRIXSTORAGE")))
+    names = (folder / "loose.dof").read_text().split()
+    nodes, axes = np.array([dof.split(".") for dof in names], dtype=int).T
+    places = np.where(axes < 3, mesh[0][nodes - 1, axes - 1], 0.0)
+    out = np.zeros(len(rows))
+    for dof, force in zip(names, triangle(folder / "loose.mas") @ places, strict=True):
+        if dof in rows:  # the hub's cancel each other
+            out[rows[dof]] = force
+    return out
+
+
 def document(folder: Path, name: str, mesh: Mesh, parts: int) -> dict[str, Any]:
     """Return what a TOML says of a wheel, or of one of its parts."""
     nodes = mesh[0]
@@ -128,6 +192,14 @@ def document(folder: Path, name: str, mesh: Mesh, parts: int) -> dict[str, Any]:
     }
     hub = {letter: row[f"{len(nodes) + 1}.{a}"] for a, letter in ((1, "x"), (2, "y"))}
     return {name: table, "tips": pairs, "centre": hub}
+
+
+def turning_document(folder: Path, mesh: Mesh) -> dict[str, Any]:
+    """Return what a TOML says of the whole wheel with its terms of rotation."""
+    found = document(folder, "wheel", mesh, 1)
+    names = (folder / "wheel.dof").read_text().split()
+    terms = turning(folder, mesh, {dof: row for row, dof in enumerate(names)})
+    return found | {"wheel": found["wheel"] | terms}
 
 
 def at(nodes: np.ndarray, place: np.ndarray) -> int:
@@ -164,6 +236,9 @@ def main() -> None:
     for name, mesh, parts in (("wheel", whole, 1), ("sector", sector, wheel.BLADES)):
         text = tomli_w.dumps(document(folder, name, mesh, parts))
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    (folder / "turning.toml").write_text(
+        tomli_w.dumps(turning_document(folder, whole)), encoding="utf-8"
+    )
     files = folder / "wheel.toml", folder / "sector.toml"
     compare(*files, own=own_frequencies(folder / "solved.dat"))
 
