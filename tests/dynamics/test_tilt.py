@@ -121,7 +121,8 @@ def test_marched_the_centre_moves_in_these_lines(scheme):
     assert np.abs(z - basis @ parts).max() < 2e-3 * np.abs(z).max()
     assert (np.abs(parts[1:3]) > 0.05 * np.abs(z).max()).all()
     last = march.scheme.balance(march.state)
-    assert last.energy + last.damping == pytest.approx(first.energy, rel=1e-9)
+    close = 1e-7 if scheme == "paper" else 1e-9  # round-off of 1e5 dense steps
+    assert last.energy + last.damping == pytest.approx(first.energy, rel=close)
     assert abs(last.damping) < 1e-9 * abs(first.energy)
 
 
