@@ -145,7 +145,7 @@ class Refined:
     def _even(self) -> list[int]:
         """Return the cases of uniform surroundings that have twins; [] until all ended.
 
-        See `Growth.even`.
+        See `even` of `refinement.growth`.
         """
         if self.twins.get("of") != "even" or self.growth.left:
             return []

@@ -447,7 +447,7 @@ class GeneralSpace(NamedTuple):
 
 
 class SampleSpace(NamedTuple):
-    """Work space of `samples.sample_cyclic`.
+    """Work space of `samples.sample_rotor`.
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def scheme_of(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene by its scheme, `scene.solver.scheme`.
+    """Return the integrator of a scene by the scheme of its [solver].
 
     Parameters
     ----------
