@@ -107,7 +107,7 @@ class March:
         model, counter = self.lean.model, self.counter
         touching = float(counter[contact.TOUCHED]) * self.scene.solver.time_step
         many = counter[contact.TOUCHDOWNS] > TOUCHDOWNS * model.blades
-        if many or touching > 2.0 * math.pi / float(model.rotor.omega.min()):
+        if many or touching * float(model.rotor.omega.min()) > 2.0 * math.pi:
             self.unfold()
 
     def unfold(self) -> None:

@@ -514,7 +514,7 @@ def test_the_guess_is_the_solution_or_says_no():
         assert np.array_equal(space.rows.reshape(22, -1), w[fold].T)
         recall(22, wide, space)
         row = gaps[fold].copy()
-        active = guess(row, 0, gaps.min(), 22, wide, 24, *space[:5])
+        active = guess(row, 0, gaps.min(), 22, wide, 24, *space[:5], 2)
         if active >= 0:
             right += 1
         else:
@@ -524,7 +524,7 @@ def test_the_guess_is_the_solution_or_says_no():
         found[space[4][:active]] = space[0][:active]
         assert found == pytest.approx(lam, rel=1e-11)
         assert row[places] == pytest.approx(opened, rel=1e-9, abs=1e-19)
-        again = guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:5])
+        again = guess(gaps[fold], 0, gaps.min(), 22, wide, 24, *space[:5], 2)
         assert again == active  # the set that is kept is the solution's
     assert 0 < right < 200
 
