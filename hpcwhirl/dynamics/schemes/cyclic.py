@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicSpace, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.schemes.integrator import (
     Ended,
     Floats,
@@ -20,6 +19,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     reader,
     ring_reader,
     unfold,
+    with_space,
 )
 from hpcwhirl.dynamics.slots import cyclic_arrays, ring_displacements, rotor_amplitudes
 from hpcwhirl.reduction.model import Model
@@ -69,13 +69,6 @@ def cyclic_march(
     own = flow if exact else differences
     march: Any = cyclic.march_flow if exact else cyclic.march_differences
 
-    @cache
-    def space() -> CyclicSpace:
-        return cyclic.space_of(arrays, state_at_rest)
-
-    def kernel(*given: Any) -> None:
-        march(*given, space())
-
     def ended(state: CyclicState) -> Ended:
         s_b, s_c = np.zeros_like(state.rotor), np.zeros_like(state.ring)
         sums_b, sums_c = state.sums_b.copy(), state.sums_c.copy()
@@ -91,7 +84,7 @@ def cyclic_march(
         return unfold(model, amplitudes(s_b), q_c)
 
     return Integrator(
-        kernel=kernel,
+        kernel=with_space(march, lambda: cyclic.space_of(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
         balance=balance_of(own, arrays, scene, ended),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -23,19 +22,19 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     BodiesState,
     CyclicState,
-    GeneralSpace,
 )
 from hpcwhirl.dynamics.operators import modal_arrays
 from hpcwhirl.dynamics.schemes.bodies import started, two_bodies
 from hpcwhirl.dynamics.schemes.integrator import (
-    Ended,
     Floats,
     Integrator,
     at_rest,
     balance_of,
+    ended_by,
     reader,
     ring_reader,
     unfold,
+    with_space,
 )
 from hpcwhirl.dynamics.slots import ring_displacements
 from hpcwhirl.dynamics.tips import general_arrays
@@ -97,25 +96,14 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     modes, march = len(model.rotor.omega), cast(Any, march_general)
     state_at_rest = _at_rest(model, scene, arrays)
 
-    @cache
-    def space() -> GeneralSpace:
-        return general_space(arrays, state_at_rest)
-
-    def kernel(*given: Any) -> None:
-        march(*given, space())
-
-    def ended(state: CyclicState) -> Ended:
-        parts = state.rotor, state.ring, state.sums_b, state.sums_c
-        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
-        settle_general(c_b, c_c, state, (s_b, s_c, sums_b, sums_c))
-        return s_b, s_c, sums_b, sums_c
+    ended = ended_by(lambda state, copies: settle_general(c_b, c_c, state, copies))
 
     def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         s_b, s_c, _, _ = ended(state)
         return unfold(model, s_b[:modes], ring_displacements(model, scene, s_c, steps))
 
     return Integrator(
-        kernel=kernel,
+        kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
         balance=balance_of(differences, arrays, scene, ended),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,6 +87,34 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
         np.zeros(blades + 2, dtype=np.int64), *nothing_yet(blades),
     )  # fmt: skip
     return CyclicState(*all_aligned(own))
+
+
+def with_space(march: Callable[..., None], space: Callable[[], Any]) -> Any:
+    """Return a kernel that is given its work space, which is made at its first call."""
+    kept = cache(space)
+
+    def kernel(*given: Any) -> None:
+        march(*given, kept())
+
+    return kernel
+
+
+def ended_by(
+    settle: Callable[[CyclicState, Ended], None],
+) -> Callable[[CyclicState], Ended]:
+    """Return the function `Integrator.ended` of a kernel.
+
+    settle : sets copies of rotor, ring and their sums to what they are with the state's
+        pending step completed
+    """
+
+    def ended(state: CyclicState) -> Ended:
+        parts = state.rotor, state.ring, state.sums_b, state.sums_c
+        rotor, ring, sums_b, sums_c = (np.zeros_like(part) for part in parts)
+        settle(state, (rotor, ring, sums_b, sums_c))
+        return rotor, ring, sums_b, sums_c
+
+    return ended
 
 
 def balance_of(

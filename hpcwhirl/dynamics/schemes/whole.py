@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from typing import Any, cast
-
-import numpy as np
 
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.differences import column_sums
 from hpcwhirl.dynamics.kernels.general import general_space, march_whole
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, GeneralSpace
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
 from hpcwhirl.dynamics.kernels.whole import energies_of_whole, settle_whole
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
-    Ended,
     Floats,
     Integrator,
     at_rest,
+    ended_by,
     reader,
     ring_reader,
     unfold,
+    with_space,
 )
 from hpcwhirl.dynamics.slots import ring_displacements
 from hpcwhirl.dynamics.whole_waves import (
@@ -91,18 +89,7 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
     state_at_rest = at_rest(blades, scene.gap, sizes)
     friction = friction_with_sign(scene)
 
-    @cache
-    def space() -> GeneralSpace:
-        return general_space(arrays, state_at_rest)
-
-    def kernel(*given: Any) -> None:
-        march(*given, space())
-
-    def ended(state: CyclicState) -> Ended:
-        parts = state.rotor, state.ring, state.sums_b, state.sums_c
-        s_b, s_c, sums_b, sums_c = (np.zeros_like(part) for part in parts)
-        settle_whole(c_c, state, (s_b, s_c, sums_b, sums_c))
-        return s_b, s_c, sums_b, sums_c
+    ended = ended_by(lambda state, copies: settle_whole(c_c, state, copies))
 
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
@@ -117,7 +104,7 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
         return unfold(model, q, ring_displacements(model, scene, s_c, steps))
 
     whole = Integrator(
-        kernel=kernel,
+        kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
         balance=balance,
