@@ -7,6 +7,7 @@ from hpcwhirl.analysis.regimes import Thresholds, growth, name_regime
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import limits
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics import slots
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
@@ -14,6 +15,15 @@ from hpcwhirl.scene import apply_settings, named_scene
 SCHEMES = ["modal", "exact", "general", "paper"]
 TURNING = ("modal", "exact", "general")  # the ring in the frame of the blades
 LOST = ("unstable", "none", "none")
+
+
+@pytest.fixture(autouse=True)
+def _unplanted():
+    """Forget arrays with a bug in them, which later cases would share."""
+    yield
+    for function in vars(slots).values():
+        if hasattr(function, "cache_clear"):
+            function.cache_clear()
 
 
 def scene(**settings):
