@@ -89,12 +89,12 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
     return CyclicState(*all_aligned(own))
 
 
-def with_space(march: Callable[..., None], space: Callable[[], Any]) -> Any:
+def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
     """Return a kernel that is given its work space, which is made at its first call."""
-    kept = cache(space)
+    space = cache(space_of)
 
     def kernel(*given: Any) -> None:
-        march(*given, kept())
+        march(*given, space())
 
     return kernel
 
