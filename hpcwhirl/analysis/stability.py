@@ -27,7 +27,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin
-from hpcwhirl.reduction.waves import diameter_matrices
+from hpcwhirl.reduction.waves import diameter_matrices, quadratic_roots
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -161,7 +161,9 @@ def closed_roots(pair: Coupled) -> Complexes:
         left.conj().T @ matrix @ right
         for matrix in (np.eye(len(pair.gap)), pair.damping, pair.stiffness)
     )
-    return _roots(np.linalg.solve(mass, damping), np.linalg.solve(mass, stiffness))
+    return quadratic_roots(
+        np.linalg.solve(mass, damping), np.linalg.solve(mass, stiffness)
+    )
 
 
 def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
@@ -176,15 +178,7 @@ def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
     stiffness : N/m, of each blade
     """
     extra = stiffness * np.outer(pair.push, pair.gap)
-    return _roots(pair.damping, pair.stiffness + extra)
-
-
-def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
-    size = len(damping)
-    companion = np.block(
-        [[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]]
-    )
-    return np.asarray(np.linalg.eigvals(companion))
+    return quadratic_roots(pair.damping, pair.stiffness + extra)
 
 
 def fastest(roots: Complexes, below: float = np.inf) -> complex:

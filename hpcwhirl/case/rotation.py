@@ -27,7 +27,12 @@ from numpy.typing import NDArray
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.modes import ModalModel, has_centre
-from hpcwhirl.reduction.waves import WaveLine, turning_matrices, wave_lines
+from hpcwhirl.reduction.waves import (
+    WaveLine,
+    quadratic_roots,
+    turning_matrices,
+    wave_lines,
+)
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
@@ -219,9 +224,7 @@ def _of_whole(
     rates, whole = (
         shapes.T @ matrix @ shapes for matrix in (gyro + damping, stiffness + push)
     )
-    n = len(whole)
-    roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)],
-                                        [-whole, -rates]]))  # fmt: skip
+    roots = quadratic_roots(rates, whole)
     roots = np.sort_complex(-1j * roots[roots.imag > 0.0])
     ratios, omega = rest.ratios[:count], rest.omega[:count]
     swing = np.sqrt(np.maximum(1.0 - ratios**2, 0.0))

@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import math
 
+from scipy.optimize import brentq
+
 CLOSED = 0.99  # eps beyond which the film resists no more than there
 OFF = 0.1  # relative change of a coefficient beyond which c_0 no longer stands for it
 
@@ -41,9 +43,5 @@ def film_shares(eccentricity: float) -> tuple[float, float]:
 
 def valid_up_to() -> tuple[float, float]:
     """Return eps at which damping along and across e is 1 + `OFF` of c_0."""
-    low, high = 0.0, 0.5
-    while high - low > 1e-9:
-        middle = (low + high) / 2
-        along = film_shares(middle)[0] > 1.0 + OFF
-        low, high = (low, middle) if along else (middle, high)
-    return low, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
+    along = brentq(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
+    return float(along), math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))

@@ -123,7 +123,7 @@ def rank_of(place: int, modes: int) -> int:
 def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
     """Return the roots s (2 m,), 1/s, of a nodal diameter, from forward to backward."""
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
-    roots = _roots(damping + gyro, stiffness + push)
+    roots = quadratic_roots(damping + gyro, stiffness + push)
     roots, own = roots[np.argsort(roots.imag, kind="stable")], model.spin
     if own is None or own.support.is_round or not piece.hub.any():
         return roots
@@ -166,7 +166,7 @@ def _apart(
     rate, whole = matrices
     same = np.eye(len(hub))
     held = whole + 1j * speed * rate - speed**2 * same
-    found = _roots(
+    found = quadratic_roots(
         _with_conjugate(rate + 2j * speed * same, own.damping_apart, hub),
         _with_conjugate(held, own.stiffness_apart, hub),
     )
@@ -202,7 +202,9 @@ def diameter_matrices(
     return gyro, damping, stiffness + held.real * moved, -1j * held.imag * moved
 
 
-def _roots(damping: Complexes, stiffness: Complexes) -> Complexes:
+def quadratic_roots(
+    damping: Complexes | Floats, stiffness: Complexes | Floats
+) -> Complexes:
     """Return the roots s (2 n,), 1/s, of det(s^2 + s D + K) = 0.
 
     Of a companion matrix with velocities scaled to the size of sqrt(K).
