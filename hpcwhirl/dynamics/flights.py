@@ -1,4 +1,4 @@
-"""Arrays of the exact scheme's jumps over steps without contact, and their bounds."""
+"""Arrays of the exact scheme's jumps over free steps, and of their bounds."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 
 class Flyer(NamedTuple):
-    """How a body moves where no blade touches.
+    """The free motion of a body.
 
     Attributes
     ----------
     jump : steps -> items of a jump over them, see `kernels.flight`
     bound : s, time ahead up to which they are used -> items that bound the motion
-    dies : whether all free motion dies out
+    dies : whether all free motion decays
     """
 
     jump: Callable[[int], Floats]
@@ -35,7 +35,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return how modes with `passes` items (ITEMS, size) fly; step : s."""
+    """Return the free motion of modes with `passes` items (ITEMS, size); step : s."""
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -46,7 +46,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return how waves with `waves` items (ITEMS, size) fly; step : s."""
+    """Return the free motion of waves with `waves` items (ITEMS, size); step : s."""
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -57,7 +57,7 @@ def flying_waves(items: Floats, step: float) -> Flyer:
 
 
 def all_die_out(items: Floats) -> bool:
-    """Return whether all waves that contact can push die out; items (ITEMS, size)."""
+    """Return whether all waves that contact can excite decay; items (ITEMS, size)."""
     ahead, away = items[[waves.AHEAD_RE, waves.AHEAD_IM]]
     less = 2 * ahead + ahead**2 + away**2  # |z|^2 - 1, without cancelling
     moved = items[[waves.PUSH_RE, waves.PUSH_IM]].any(axis=0)
@@ -73,7 +73,7 @@ def flight_arrays(
     ----------
     scene : the case
     beat : steps between rows of evidence, at which jumps end
-    rotor : how it flies
+    rotor : its free motion
     ring : its items, (ITEMS ring_size,)
     """
     if not SCHEMES[scene.solver.scheme].flies:
@@ -91,7 +91,7 @@ def flight_arrays(
 
 
 def can_fly(scene: Scene) -> bool:
-    """Return whether gaps move by free modes only between contacts."""
+    """Return whether gaps change by free motion only between contacts."""
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
@@ -155,8 +155,8 @@ def _turned(angles: Complexes) -> Floats:
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
     """Return the items that bound the waves' free motion, (BOUND_ITEMS, size).
 
-    A gap's share gamma a e^{st} has the rate gamma s a at first, and later a second
-    derivative below |gamma s^2 a|, times its growth where a wave is unstable.
+    A wave's part of a gap, gamma a e^{st}, has the initial rate gamma s a, and a second
+    derivative of at most |gamma s^2 a|, times its growth if the wave is unstable.
     """
     out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
     rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)

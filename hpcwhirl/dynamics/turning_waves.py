@@ -1,4 +1,4 @@
-"""Arrays of the kernel `waves`: a rotating rotor as waves, forward and backward apart.
+"""Arrays of the kernel `waves`: a rotating rotor as waves, forward and backward ones.
 
 On a nodal diameter, in coordinates of the modes at rest (M = 1), with G = D + 2 Omega C
 and K = K(Omega) + S,
@@ -12,8 +12,8 @@ e^{s dt}, Lambda the spectrum of the multipliers, which act at the step's start.
 Central differences move as the sum of Y z^n a with z = (1 + s dt/2) / (1 - s dt/2) and
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0; d_n = x_n - x_{n-1} = sum of Y (1 - 1/z) a.
 
-Jacobi's energy, for differences at n + 1/2, and what D and S take in a step are forms
-of a.
+Jacobi's energy (for differences at n + 1/2) and the loss of a step by D and S are
+Hermitian forms of a.
 """
 
 from __future__ import annotations
@@ -61,10 +61,10 @@ class Diameter:
     ----------
     k, step : nodal diameter; dt, s
     ahead : (w,), z - 1
-    shapes, rises : (m, w), of unit amplitudes x, and d or, of the exact flow, x'
-    radial, along : (m,), what a tip's gap, and its place against theta, read of x
-    hub : (m,), z_o of x; zero where the centre rests
-    energy : (w, w), Hermitian, of a: J
+    shapes, rises : (m, w), x of unit amplitudes, and d or, of the exact flow, x'
+    radial, along : (m,), gap of unit x, and tangential place of the tip
+    hub : (m,), z_o of unit x; zero where the centre rests
+    energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
     """
 
@@ -82,7 +82,7 @@ class Diameter:
 
     @property
     def scale(self) -> float:
-        """What d or x' is divided by."""
+        """Scale of d or x' against x."""
         return float(np.abs(self.rises).max())
 
     @property
@@ -100,7 +100,7 @@ class Diameter:
 
     @property
     def before(self) -> Complexes:
-        """Factors (w,) from amplitudes after a step without forces to those before."""
+        """Return the factors (w,) that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def force(self, mu: float) -> Complexes:
@@ -119,15 +119,15 @@ class Diameter:
         raise NotImplementedError
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to dt (v- + v+), (m,)."""
+        """Return dt (v- + v+) that a unit Lambda adds, (m,)."""
         raise NotImplementedError
 
     def lost(self) -> Complexes:
-        """Return the form (w, w) of what D and S take in a step, of a after it, J."""
+        """Return the form (w, w) of a step's loss by D and S, of a after it, J."""
         raise NotImplementedError
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number): what Lambda adds to energy and loss of a step.
+        """Return (row (w,), number): energy and loss of a step that Lambda adds.
 
         It adds Re(conj(Lambda) row a) + number |Lambda|^2, a after the step without it.
         """
@@ -141,7 +141,7 @@ class Differences(Diameter):
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta: x and d change alike."""
+        """Return beta: the change of x equals that of d."""
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
@@ -150,7 +150,7 @@ class Differences(Diameter):
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what Lambda adds to d'."""
+        """Return the change of d' by Lambda."""
         return np.asarray(self.give @ self.force(mu))
 
     def lost(self) -> Complexes:
@@ -222,7 +222,7 @@ def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
 
 
 def is_exact(scene: Scene) -> bool:
-    """Return whether a scheme marches the exact flow."""
+    """Return whether a scheme follows the exact flow."""
     return not math.isfinite(SCHEMES[scene.solver.scheme].order)
 
 
@@ -273,7 +273,7 @@ def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Comple
 
 @dataclass(frozen=True)
 class Circle:
-    """The circle x_s of an unbalanced rotor as a wave that stands: z = 1.
+    """The circle x_s of an unbalanced rotor as a wave at rest: z = 1.
 
     Attributes
     ----------
@@ -300,7 +300,7 @@ def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle |
 
 
 def is_basis(diameters: list[Diameter]) -> bool:
-    """Return whether waves of all diameters span its motion: none nearly coincide."""
+    """Return whether the waves of all diameters are a basis: no two nearly coincide."""
     return bool(diameters) and all(own.condition < WORST for own in diameters)
 
 
@@ -335,7 +335,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; those of a circle are a row behind."""
+    """Return the kernel's arrays of a rotor; a circle's wave has a row of its own."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -380,7 +380,7 @@ def _rotor(
 
 
 def _read_hub(centre: Any) -> Floats:
-    """Return what x_o and y_o read of re and im of amplitudes, (2, ..., 2)."""
+    """Return the weights of re and im of amplitudes in x_o and y_o, (2, ..., 2)."""
     x = np.stack([centre.real, -centre.imag], axis=-1)
     return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
 
@@ -390,7 +390,7 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, rows, slots) as the kernel reads them, flat."""
+    """Return items (ITEMS, rows, slots) in the order that the kernel reads, flat."""
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -407,7 +407,7 @@ def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
 
 
 def modal_places(model: Model, state: Floats, diameters: list[Diameter]) -> Floats:
-    """Return the amplitudes (m,) of the modes at rest from an ended state."""
+    """Return the amplitudes (m,) of the modes at rest from a completed state."""
     body, slots = model.rotor, widths(model.blades)[0]
     q = np.zeros(len(body.omega))
     for own in diameters:

@@ -1,9 +1,9 @@
-"""The contact problem of blades beside a round casing: W is constant.
+"""The contact problem of blades beside a round casing, whose W is constant.
 
-In the rotating frame: the ring's part is circulant, and so is a cyclic rotor's.
+In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
-Nearly always the penetrating blades are the ones in contact, and the same as in the
-step before: the inverse of their part of W is kept until they change.
+Nearly always the penetrating blades are those in contact, and the same as in the step
+before: the inverse of their part of W is kept until they change.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
 def invert(a, stride, size):
     """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
 
-    Gauss-Jordan in order: sound where all pivots are positive, as a P-matrix's are, and
-    more than round-off.
+    Gauss-Jordan elimination without pivoting: sound where all pivots are positive, as
+    those of a P-matrix are, and larger than round-off.
     """
     sound, least = True, REGULAR * a[0]
     for c in range(size):
@@ -62,13 +62,13 @@ def invert(a, stride, size):
 
 @inlined
 def place_of(j, blades, wide):
-    """Return where a folded row, blades 0 .. N // 2 then N - j, has blade j."""
+    """Return the place of blade j in a folded row: blades 0 .. N // 2, then N - j."""
     return j if 2 * j <= blades else wide + blades - j
 
 
 @part
 def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert W of the blades where[:size] and keep it."""
+    """Invert and keep the part of W of the blades where[:size]."""
     for r in range(size):
         known[r] = where[r]
         row = where[r] * 2 * wide
@@ -92,7 +92,7 @@ def folded(blades: int, wide: int) -> Integers:
 def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
     """Return the work space of `guess` and `solve_any`; `recall` completes it.
 
-    w : (N, N), m/N, whose column j is what a unit multiplier on blade j opens
+    w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
     push, inverse, rows = all_aligned([
@@ -110,7 +110,7 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers
 ) -> ConstantSpace:
-    """Return the work space of a circulant W; column (N,), m/N, to blade 0."""
+    """Return the work space of a circulant W; column : (N,), m/N, its column 0."""
     return constant_space(blades, wide, column[_apart(blades)], known)
 
 
@@ -123,7 +123,7 @@ def _apart(blades: int) -> NDArray[np.intp]:
 
 @inlined
 def recall(blades, wide, space):
-    """Invert W of the blades of the last solution, which the state remembers."""
+    """Invert the part of W of the last solution's blades, which the state holds."""
     known, inverse, padded = space.known, space.inverse, len(space.push)
     if known[blades] > 0:
         remember(known, known[blades], blades, wide, known, inverse, space.rows, padded)
@@ -145,12 +145,12 @@ def penetrating(gaps, row, blades, wide, where):
 @inlined
 def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
           tries):  # fmt: skip
-    """Open the gaps of a folded row with a likely set of active blades.
+    """Solve the contact problem of a folded row for a likely set of active blades.
 
-    Returns their number, with their multipliers in `push`; or -1, and leaves the row
-    alone, where neither the set of the last solution nor the penetrating blades are
-    the solution, which is unique. lowest : the lowest of the gaps, < 0; tries : 2, or 1
-    for the first of these sets alone
+    Sets the corrected gaps, and the multipliers in `push`; returns the number of
+    active blades. Returns -1, and leaves the row as it is, if neither the set of the
+    last solution nor the penetrating blades give the solution, which is unique.
+    lowest : lowest of the gaps, < 0; tries : 2, or 1 for the first set alone
     """
     sound = False
     size = known[blades]
@@ -196,9 +196,9 @@ def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, w
 @inlined
 def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
            space):  # fmt: skip
-    """Open the gaps by `guess`, or else by `solve_any`; return the same.
+    """Solve the contact problem of a folded row by `guess`, else by `solve_any`.
 
-    space : of all of push .. where
+    Returns as `guess`; space : of all of push .. where
     """
     size = guess(
         gaps, row, lowest, blades, wide, len(push), push, known, inverse, rows, where, 2
@@ -210,7 +210,7 @@ def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve as `contact.complementarity`, W being known already, each row of it."""
+    """Solve as `contact.complementarity`, with all rows of W known."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)
@@ -224,7 +224,7 @@ def pivot(gaps, lam, opened, space):
 
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
-    """Open the gaps as `guess`, by pivoting; return the active blades, or -1."""
+    """Solve as `guess`, by pivoting; return the number of active blades, or -1."""
     push, known, inverse, rows, where, fallback, near, lam, opened = space
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]

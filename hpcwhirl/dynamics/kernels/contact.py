@@ -51,7 +51,7 @@ RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 @kernel
 def place_on_elements(turned, size, length, index, shape):
-    """Set what the blades read of a ring of `size` elements at angle `turned`.
+    """Set the weights by which blades read a ring of `size` elements at `turned`.
 
     index, shape : (N, 4): places in the list of radial nodal DoF, Hermite shapes
     """
@@ -71,9 +71,9 @@ def place_on_elements(turned, size, length, index, shape):
 
 @kernel
 def place_on_waves(turned, size, index, shape):
-    """Set what the blades read of harmonics 0 .. `size`: 1, cos h theta, sin h theta.
+    """Set the weights by which blades read harmonics 0 .. `size`.
 
-    index, shape : (N, 2 size + 1)
+    They are 1, cos h theta, sin h theta; index, shape : (N, 2 size + 1)
     """
     blades = len(index)
     for j in range(blades):
@@ -98,7 +98,7 @@ def read_ring(radial, index, shape, j):
 
 @kernel
 def rigid_radial(wall, time, angle):
-    """Return the radial place of a rigid casing distorted on k lobes, m."""
+    """Return the radial displacement of a rigid casing distorted on k lobes, m."""
     return -rigid_amplitude(wall, time) * math.cos(wall.lobes * angle)
 
 
@@ -106,7 +106,7 @@ def rigid_radial(wall, time, angle):
 def rigid_amplitude(wall, time):
     """Return A0 e^{sigma t} with its smooth rise, m.
 
-    Without a rise the wall has always stood there, before t = 0, too.
+    Without a rise the distortion is the same function of time before t = 0, too.
     """
     if wall.amplitude == 0.0:  # e^{sigma t} may be infinite
         return 0.0
@@ -121,8 +121,8 @@ def carried_by_wall(push, where, active, blades, wall, speed, time, step):
     """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
 
     The multipliers are those of the step that ends at `time`; they act at its start,
-    where dw/dt, the blade's own way past the lobes included, is that of the steps on
-    both sides, as in central differences.
+    where dw/dt, which includes the blade's motion past the lobes, is the mean of the
+    steps on both sides, as in central differences.
     """
     total = 0.0
     for s in range(active):
@@ -144,10 +144,10 @@ def pulse_of(time, force, pulse):
 
 @kernel
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
-    """Set w[j]: how a unit multiplier on blade j opens every gap, m/N.
+    """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
 
-    Column j of the Delassus matrix, kept as a row of its transpose. `compliance`
-    (R, R) holds, a row for each loaded radial coordinate with its friction, the
+    Column j of the Delassus matrix, stored as a row of its transpose. `compliance`
+    (R, R) has a row for each radial coordinate that is loaded, with its friction: the
     radial coordinates that a unit load gives; `response` (R,) is work space.
     """
     for i in range(len(w_rotor)):
@@ -218,12 +218,12 @@ def contact_space(blades, coordinates):
 
 @part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
-    """Enter the multipliers `push` of blades where[:active].
+    """Enter the work of the multipliers `push` of blades where[:active] in the ledger.
 
     before : (N,), gaps of step n - 1, those of n + 1 being closed; last : (N,), the
     step of each blade's last contact. The normal work of both bodies is in
     ledger[ROTATION]; its part lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves
-    to its own slot.
+    to its own entry.
     """
     work, total = 0.0, 0.0
     for s in range(active):
@@ -242,10 +242,10 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 @inlined
 def watch(far, limit, counter):
-    """End the run where a tip is beyond the limit; say when to look again.
+    """Stop the run if a tip is beyond the limit; set the step of the next check.
 
-    A run ends at the first such step, unless a displacement doubles in `LOOK_EVERY`
-    steps or the step is jumped over.
+    A run ends at the first such step, unless a displacement doubles within
+    `LOOK_EVERY` steps or the step is jumped over.
 
     far : largest displacement of a tip, of both components, or a bound of all of them
         below `NEAR` of the limit, m
@@ -258,16 +258,16 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the last step has contact that is looked at for its slip."""
+    """Return whether the last step has contact and its slip is to be noted."""
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
 @part
 def note_slip(both, step, ledger):
-    """Keep the largest |v' - u_c'|, m/s, of tips in contact: motion alone, no Omega R.
+    """Note the largest |v' - u_c'|, m/s, of tips in contact, without Omega R.
 
     Friction drags against the rotation as long as that is below |Omega| R. The
-    velocities are those that friction works on, of both sides of a step.
+    velocities are those of the friction's work, of both sides of a step.
 
     both : dt (v- + v+) of a blade's casing less that of its tip, along the rotation, m
     """
@@ -279,15 +279,16 @@ def note_slip(both, step, ledger):
 def write_sample(
     counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
 ):
-    """Write the state, unless it is not finite: what is kept, and what is judged.
+    """Write a sample of the state, for the traces, for the evidence, or for both.
 
-    What is kept follows the output interval and decides nothing; what is judged has a
-    rate of its own. Only there a motion that is not finite ends a run.
+    The output interval sets the samples of the traces, on which nothing depends; rows
+    of evidence have an interval of their own. Only at these a motion that is not
+    finite ends a run.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), the scheme's own coordinates of the casing
     energies : (2,), J, of rotor and casing
-    keep, judge : whether it is the turn of the traces, of the evidence
+    keep, judge : whether a sample of the traces is due, a row of evidence
     """
     energy = energies[0] + energies[1]
     whole = energy + lost

@@ -94,7 +94,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def to_spectrum(push, where, size, turns, width, lam):
-    """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then (im, -re) of it."""
+    """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then as (im, -re)."""
     half = width // 2
     for v in range(0, width, FOUR):
         total = load(turns, where[0] * width + v) * broadcast(push[0])
@@ -122,15 +122,15 @@ def widths(blades: int) -> tuple[int, int]:
 
 
 def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) -> None:
-    """Raise ModelError unless arrays have the sizes that a state tells.
+    """Raise ModelError unless arrays have the sizes that a state implies.
 
     A kernel loads vectors unchecked: a short array would be read beyond its end.
 
     Parameters
     ----------
     kernel : its name
-    own : (name, array, values wanted) of its own arrays; those of the ring and the
-        contact are known here
+    own : (name, array, values wanted) of the kernel's own arrays; those of the ring and
+        the contact are added here
     """
     blades, ring = len(state.impulse), len(state.ring) // RING_STATE
     k, wide = widths(blades)
@@ -167,7 +167,7 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
-    """Return the work space of a march: nothing of it is needed to resume."""
+    """Return the work space of a march, which is not needed to resume it."""
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
@@ -212,9 +212,9 @@ def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, r
 def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest displacement of a tip, of both components, m.
 
-    Where a bound of all of them is below `NEAR` of the limit, that.
+    If a bound of all tips is below `NEAR` of the limit, the bound is returned.
 
-    q, out_b : as predicted, and the radial spectrum of that; work : (2 k,) and two of
+    q, out_b : predicted amplitudes, and their radial spectrum; work : (2 k,) and two of
         (2 wide,)
     """
     _, rows, _, k, wide = sizes
@@ -233,7 +233,7 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
 @rare
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
-    """Note the slip of each blade in contact in the step that has been ended.
+    """Note the slip of each blade that was in contact in the completed step.
 
     slips : of rotor and ring, see `slip_of`; known : see `circulant`; work : (2 k,)
     """
@@ -249,14 +249,14 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Set the gaps of the active blades in a row, for the impact's loss."""
+    """Copy the gaps of the active blades from a row, for the loss of the impact."""
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 
 
 @inlined
 def prepare(step, speed, wall, slot, sign, state, sample):
-    """Set copies of the sums, to be ended, and a rigid casing's spectrum."""
+    """Copy the sums, and set the spectrum of a rigid casing."""
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
@@ -269,7 +269,7 @@ def prepare(step, speed, wall, slot, sign, state, sample):
 @rare
 def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
                        keep, judge, tracks):  # fmt: skip
-    """End the step in copies and write a sample of them."""
+    """Complete the pending step in copies and write a sample of them."""
     c_c, slot, sign = casing
     counter, wide = state.counter, len(state.gaps) // 6
     t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
@@ -288,7 +288,7 @@ def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state,
 @rare
 def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
                 judge, tracks):  # fmt: skip
-    """End the step in copies and write a sample of them."""
+    """Complete the pending step in copies and write a sample of them."""
     c_c, slot, sign = casing
     counter, wide = state.counter, len(state.gaps) // 6
     t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
@@ -307,9 +307,9 @@ def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample
 @inlined
 def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, flight,
          state, outs, space, tracks, sizes):  # fmt: skip
-    """Jump if it is time to try and no blade can touch for a while; return whether.
+    """Jump if it is due and no blade can touch for a while; return whether it jumped.
 
-    between : whether to write the samples of the traces that are jumped over
+    between : whether to write the samples of the traces within the jump
     """
     counter = state.counter
     begun = counter[STEP]

@@ -1,4 +1,4 @@
-"""The passes of central differences: what they book of a step, and its energy.
+"""The passes of central differences: works, losses and energy of their steps.
 
 A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
 """
@@ -45,7 +45,7 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
 
 @inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
-    """End a step of four modes; return (q, d), loss and works with theirs."""
+    """Complete a step of four modes; return (q, d), and its loss and works."""
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -58,7 +58,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
 @inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
-    """End a step of four modes, as `end_rotor`; y, d, old : re and im."""
+    """Complete a step of four modes, as `end_rotor`; y, d, old : re and im."""
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -75,7 +75,7 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Do `pass_modes`, with or without contact."""
+    """Implement `pass_modes`, for a pending step with or without contact."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -103,7 +103,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
-    """Do `pass_ring`, with or without contact."""
+    """Implement `pass_ring`, for a pending step with or without contact."""
     size = rows * k
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -132,23 +132,23 @@ def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """End a step of a rotor and predict the next; see `pass_modes`."""
+    """Complete the pending step of a rotor and predict the next; see `pass_modes`."""
 
 
 @inlined
 def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
-    """End a step of modes and predict the next.
+    """Complete the pending step of modes and predict the next.
 
     Parameters
     ----------
     s : (3 size,), state: q, and d in two places
     c : items of the modes
-    lam : (2 width,), spectrum of the multipliers, then (im, -re) of it
-    counter : whose step waits to be ended
+    lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
+    counter : counters of the pending step
     out : (width,), out: sum over rows of gamma q
     sums : (3 width,): works of normal forces and of drag (twice, over mu), and the
         damping loss, by column
-    slip : (2 width,), out after a step with contact: what drag works on, see `slip_of`
+    slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
     """
     now, then = places(counter, rows * width)
     if counter[LAST] == counter[STEP]:
@@ -160,13 +160,13 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """End a step of cyclic modes and predict the next."""
+    """Complete the pending step of cyclic modes and predict the next."""
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
 @inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
-    """End a step of the ring and predict the next; as `pass_modes`.
+    """Complete the pending step of the ring and predict the next; as `pass_modes`.
 
     s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
     2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,); slip : (2 k,)
@@ -180,7 +180,7 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def settle_rotor(s, t, c, lam, width, counter, sums):
-    """Write the rotor to t with its last step ended and booked in sums."""
+    """Copy the rotor to t with its pending step completed; add its works to sums."""
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // ROTOR_STATE
     now, then = places(counter, size)
@@ -201,7 +201,7 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, k, counter, sums):
-    """Write the ring to t, as `settle_rotor`."""
+    """Copy the ring to t with its pending step completed, as `settle_rotor`."""
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // RING_STATE
     now, then = places(counter, 2 * size)
@@ -222,13 +222,13 @@ def settle_ring(s, t, c, lam, k, counter, sums):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+    """Copy both bodies to t_b, t_c with the pending step completed; add its works."""
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Do `end_step` for cyclic modes and the ring."""
+    """Apply `end_step` to cyclic modes and the ring."""
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
@@ -251,7 +251,7 @@ def energy_of(s, c, place, increment, size, step):
 
 @rare
 def energy_of_ring(t, c, now, step):
-    """Return the energy of the ring from its ended state, J."""
+    """Return the energy of the ring from its completed state, J."""
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
     ring = energy_of(t, c, n - n, at, n, step)
@@ -260,7 +260,7 @@ def energy_of_ring(t, c, now, step):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of rotor and ring from ended states, J.
+    """Return the energies of rotor and ring from completed states, J.
 
     now : 0 or 1, the place of d
     """
@@ -270,7 +270,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
-    """Do `energies_of` for a rotor's modes."""
+    """Apply `energies_of` to a rotor's modes."""
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now, step)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
 
@@ -279,7 +279,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
 def column_sums(sums_b, sums_c, _):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    What `book_contacts` has not entered: no impact.
+    They are those that `book_contacts` has not entered, so that the impact is 0.
     """
     normal, drag, loss = sums_of(sums_b, sums_c)
     return normal, 0.0, drag, loss

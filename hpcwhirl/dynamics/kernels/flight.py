@@ -1,15 +1,16 @@
-"""Flights: jumps over steps in which no blade can touch, for the exact flow.
+"""Flights: jumps of the exact flow over steps in which no blade can touch.
 
-A free mode q of the envelope v (|q'| <= v, v falling) has |q''| <= omega v. A harmonic
-of the ring moves past the blades with h Omega, y = C e^{i h Omega t}, so that
-|y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. Their sum over all modes, weighed
-with what they do to a blade, bounds the second derivative A of every gap, and
+Let v be a falling envelope of a free mode's velocity, |q'| <= v; then |q''| <= omega v.
+A harmonic of the ring moves past the blades at h Omega, y = C e^{i h Omega t}, so that
+|y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. The sum of these bounds over all
+modes, each times its displacement of a tip, is a bound A of the second derivative of
+every gap, and
 
 g_j(t) >= g_j + g_j' t - A t^2 / 2
 
-is open up to a time that holds for each blade alone. Likewise the sum of all amplitudes
-bounds every gap for all time: below the clearance it is the certificate that contact
-cannot recur.
+is positive up to a time that is found for each blade. Likewise the sum of all
+amplitudes bounds every gap for all time: if it is below the clearance, contact cannot
+recur, which is the certificate.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Do `bound_rotor` for cyclic modes."""
+    """Apply `bound_rotor` to cyclic modes."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -159,13 +160,13 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Jump; set out (2 k,); add damping loss. now, then : counts of steps are odd."""
+    """Jump; set out (2 k,); add the damping loss. now, then : whether steps are odd."""
 
 
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Do `jump_rotor` for cyclic modes: q, d to q, d in another place."""
+    """Apply `jump_rotor` to cyclic modes; q and d are written to another place."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
@@ -189,7 +190,7 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Jump as `jump_rotor`, and turn into the frame of that instant; out (2 k,)."""
+    """Jump as `jump_rotor`, and turn to the rotating frame at its end; out (2 k,)."""
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -225,7 +226,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ring_rows,
                k, wide):  # fmt: skip
-    """End the step; return the steps free of contact from here; certify if possible."""
+    """Complete the step; return the steps free of contact; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
@@ -242,7 +243,7 @@ def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ri
 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
-    """Jump over `count` steps, or the most of them that a few jumps make; return it."""
+    """Jump over `count` steps, or as many as a few jumps cover; return how many."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
     for _ in range(PASSES):
@@ -271,7 +272,7 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
-    might touch: contact wants the gaps of the two steps before it.
+    might touch, since contact needs the gaps of the two steps before it.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""The passes of the exact flow: what they book of a step, and its energy.
+"""The passes of the exact flow: works, losses and energy of their steps.
 
 Works and losses are quadratic in (d', q') and the d before (`timestep.exact_flow`).
-After a jump no step is left to be ended. Sums of the ring have a fourth part: the
-normal forces times the rate at which the ring's shape passes below the blades.
+After a jump no step is pending. Sums of the ring have a fourth part: the normal forces
+times the rate at which the ring's shape passes below the blades.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, 
 
 @inlined
 def lose_rotor(c, at, q, d, loss):
-    """Return `loss` with that of a step of four modes."""
+    """Return `loss` plus that of a step of four modes."""
     part = load(c, at + LOSS_DQ * FOUR) * q
     part = fma(load(c, at + LOSS_DD * FOUR), d, part)
     loss = fma(part, d, loss)
@@ -65,7 +65,7 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Return `loss` with that of a step of four modes; y, d : re and im."""
+    """Return `loss` plus that of a step of four modes; y, d : re and im."""
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
     part = fma(d[0], y[0], d[1] * y[1])
@@ -76,7 +76,7 @@ def lose_ring(c, at, y, d, loss):
 
 @inlined
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
-    """End a step of four modes; s, old : state and place of the d before."""
+    """Complete a step of four modes; s, old : state and place of the previous d."""
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -102,7 +102,7 @@ def mean_ring(c, at, y, d, old):
 
 @inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """End a step of four modes, as `end_rotor`; y, d, passing : re and im."""
+    """Complete a step of four modes, as `end_rotor`; y, d, passing : re and im."""
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -117,7 +117,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Enter the fourth part of the ring's sums."""
+    """Add the fourth part to the ring's sums."""
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
@@ -125,7 +125,7 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Do `pass_rotor`, with or without a step that waits, or contact."""
+    """Implement `pass_rotor`, with or without a pending step and contact."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -154,7 +154,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Do `pass_ring`, with or without a step that waits, or contact."""
+    """Implement `pass_ring`, with or without a pending step and contact."""
     size = rows * k
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -185,13 +185,13 @@ def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """End a step of a rotor, if one waits, and predict; as in `differences`."""
+    """Complete the rotor's pending step, if any, and predict; see `differences`."""
 
 
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Do `pass_rotor` for cyclic modes."""
+    """Apply `pass_rotor` to cyclic modes."""
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
@@ -204,7 +204,7 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
-    """End a step of the ring, if one waits, and predict; as in `differences`."""
+    """Complete the ring's pending step, if any, and predict; see `differences`."""
     now, then = places(counter, 2 * rows * k)
     if counter[ENDED] == counter[STEP]:
         ring_columns(s, c, lam, rows, k, now, then, False, False, out, sums, slip)
@@ -216,27 +216,27 @@ def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Write both bodies to t_b, t_c with their last step ended and booked in sums."""
+    """Copy both bodies to t_b, t_c with a pending step completed; add its works."""
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Do `end_step` for cyclic modes and the ring."""
+    """Apply `end_step` to cyclic modes and the ring."""
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @inlined
 def waiting(counter):
-    """Return whether a step waits to be ended, and whether it has contact."""
+    """Return whether a step is pending, and whether it has contact."""
     ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
     return ended, touched and ended
 
 
 @inlined
 def settle_rotor(s, t, c, lam, counter, sums):
-    """Do `end_step` for the rotor."""
+    """Apply `end_step` to the rotor."""
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
     now, then = places(counter, size)
@@ -258,7 +258,7 @@ def settle_rotor(s, t, c, lam, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, counter, sums):
-    """Do `end_step` for the ring."""
+    """Apply `end_step` to the ring."""
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
     now, then = places(counter, 2 * size)
@@ -294,7 +294,7 @@ def energy_of(s, c, place, increment, size):
 
 @rare
 def energy_of_ring(t, c, now):
-    """Return the energy of the ring from its ended state, J."""
+    """Return the energy of the ring from its completed state, J."""
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
     return energy_of(t, c, n - n, at, n) + energy_of(t, c, n, at + n, n)
@@ -302,7 +302,7 @@ def energy_of_ring(t, c, now):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of rotor and ring from ended states at n, J.
+    """Return the energies of rotor and ring from completed states at n, J.
 
     now : 0 or 1, the place of d
     """
@@ -311,7 +311,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
-    """Do `energies_of` for a rotor's modes."""
+    """Apply `energies_of` to a rotor's modes."""
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m), ring
 
@@ -320,8 +320,8 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
 def column_sums(sums_b, sums_c, step):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    The rotation's work is that of the contacts carried over the deformed ring, and the
-    impact what the normal forces take beside it.
+    The rotation's work is that of the contact forces moved along the deformed ring; the
+    impact loss is the remaining work of the normal forces.
     """
     n = len(sums_c) // 4
     normal, drag, loss = sums_of(sums_b, sums_c)

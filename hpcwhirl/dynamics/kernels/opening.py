@@ -1,10 +1,11 @@
 """Whether the contact problem that was solved is that of the bodies.
 
 The multipliers are found from predicted gaps and the Delassus matrix, and applied to
-the bodies' amplitudes. Where a sample falls on a step with contact, the gaps are read
-from the amplitudes again: what they miss of g + W lambda, over the lengths that they
-are made of, is round-off unless a row of W, or the way a multiplier acts, is not the
-bodies' own. The energy ledger cannot see that: it books the work that was really done.
+the bodies' amplitudes. Where a sample falls on a step with contact, the gaps are
+computed from the amplitudes again. Their difference from g + W lambda, relative to the
+lengths of which they are sums, is round-off unless a row of W, or the effect of a
+multiplier, is not the bodies' own. The energy ledger cannot see that, since it has the
+work that was really done.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from hpcwhirl.dynamics.kernels.passes import (
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Keep the largest |actual - solved| over gap + |u| + |actual|, -.
+    """Note the largest |actual - solved| over gap + |u| + |actual|, -.
 
-    actual, solved, u : (N,) or more, m: gaps of the state, gaps as corrected, tips
+    actual, solved, u : (N,) or more, m: gaps of the state, corrected gaps, tips
     """
     worst, reach, apart = 0.0, 0.0, 0.0
     for j in range(len(actual)):
@@ -40,9 +41,9 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Keep the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
+    """Note the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
 
-    Only the blades' own places: pivoting leaves those that repeat them alone.
+    Places that repeat a blade are not compared, as pivoting does not correct them.
     reach : bound of the tips' displacement, m; gaps : folded rows, `row` one's start
     """
     worst, apart = 0.0, 0.0
@@ -56,7 +57,7 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 
 @rare
 def add_ring(t, c, k, spectrum):
-    """Add what the ring opens to the spectrum (2 k,) of the gaps, of an ended state."""
+    """Add a completed state of the ring to the spectrum (2 k,) of the gaps."""
     size = len(t) // RING_STATE
     for m in range(size):
         psi = item(c, RADIAL, m)
@@ -67,7 +68,7 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Keep the largest miss, as `note_miss`, of ended states of the cyclic kernel.
+    """Note the largest miss, as `note_miss`, of completed states of the cyclic kernel.
 
     reach : bound of the tips' displacement, m; gaps : folded rows, `row` the start of
     this step's; spectrum : (2 k,), of a rigid casing, then of the gaps; again :

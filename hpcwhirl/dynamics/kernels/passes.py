@@ -1,21 +1,24 @@
-"""One pass over the amplitudes of a body: end the last step, predict the next.
+"""One pass over the amplitudes of a body: complete the last step, predict the next.
 
 Amplitudes are complex, one for the two phases of a double mode, and sorted in rows:
 row f holds the f-th mode of every slot (nodal diameter). A step of any mode is
 
 d' = keep d - pull q + give f,   q' = q + d',
 
-with the coefficients of central differences or of the exact flow (`timestep`); the
-ring's are marched in the rotating frame, y = C e^{i h Omega t}, where d and q are first
-turned by E = e^{i h Omega dt}. What contact adds to a step is known once all blades
-have been predicted: it waits as the spectrum of the multipliers until the next pass,
-which adds it, books the step's works and losses, and goes on. So every amplitude is
-read and written once a step, and the two increments that a step needs take turns in
-two places of the state (even and odd steps).
+with the coefficients of central differences or of the exact flow (`timestep`). The
+modes of the ring are marched in the rotating frame, y = C e^{i h Omega t}, where d and
+q are first turned by E = e^{i h Omega dt}.
 
-What is booked differs: see `differences` and `flow`. Here is what they share. The
-items of four neighbouring modes m .. m + 3 stand together, item i at (m ITEMS + 4 i):
-one pointer reads them all, whatever the sizes are.
+The contact forces of a step follow from the gaps, which need the predictions of all
+modes. They are stored as the spectrum of the multipliers and the step is *pending*
+until the next pass *completes* it: the pass applies the forces, adds the step's works
+and damping losses to the sums of the ledger, and predicts the next step. Thus every
+amplitude is read and written once a step. A step needs two increments d; even and odd
+steps use one place of the state each.
+
+This module has what central differences and the exact flow share; their works differ,
+see `differences` and `flow`. The items of four neighbouring modes m .. m + 3 stand
+together, item i at (m ITEMS + 4 i), so that one pointer reads them all.
 """
 
 from __future__ import annotations
@@ -53,7 +56,7 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, size) as kernels read them, (ITEMS size,)."""
+    """Return items (ITEMS, size) in the order that kernels read, (ITEMS size,)."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -71,16 +74,16 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return the places of an array of bodies for d now and for the d before it."""
+    """Return the places, in an array of amplitudes, of d and of the previous d."""
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 
 
 @inlined
 def push_rotor(c, at, push):
-    """Return what the multipliers add to q and to d of four modes.
+    """Return the increments of q and of d of four modes by the contact forces.
 
-    push : (straight, quarter), Lambda of the column and (im, -re) of it
+    push : (straight, quarter), Lambda of the column as (re, im) and as (im, -re)
     """
     change = load(c, at + ALONG * FOUR) * push[1]
     return fma(load(c, at + NORMAL * FOUR), push[0], change)
@@ -88,7 +91,7 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return what the multipliers add to y and to d: re, im; push : re, im."""
+    """Return the increments of y and of d by the contact forces; push : re, im."""
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
 
@@ -119,7 +122,10 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Add to (normal, drag's re, drag's im) what `both`, dt (v- + v+), makes work."""
+    """Add to (normal, drag's re, drag's im) the factors of Lambda in a step's work.
+
+    both : dt (v- + v+), twice the step times the mean velocity
+    """
     normal, re, im = works
     normal = fma(load(c, at + RADIAL * FOUR), both, normal)
     re = fma(load(c, at + SR * FOUR), both, re)
@@ -139,7 +145,7 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Enter the works of a column; sums : normal, drag (twice, over mu), loss."""
+    """Add the works of a column to sums: normal, drag (twice, over mu), loss."""
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
     drag = fma(push[1], im, load(sums, width + col))
@@ -148,7 +154,7 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store the last two works of a column, those of drag, in slip (2 size,)."""
+    """Store the last two factors of a column, those of drag, in slip (2 size,)."""
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
 
@@ -157,8 +163,8 @@ def keep_slip(slip, size, col, works):
 def slip_of(slip_b, slip_c, k, spectrum):
     """Set spectrum (2 k,): casing less tips along the rotation, dt (v- + v+), m.
 
-    slip_b : (4 k,), what Lambda and (im, -re) of it make work in the rotor; slip_c :
-    (2 k,), what re and im of it do in the ring
+    slip_b : (4 k,), factors of Lambda, as (re, im) and as (im, -re), in the drag's work
+    on the rotor; slip_c : (2 k,), those of re and im in the work on the ring
     """
     for c in range(0, k, FOUR):
         real = load(slip_b, c) - load(slip_b, 3 * k + c)
@@ -169,7 +175,7 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Enter the works of a column; as `book_rotor`."""
+    """Add the works of a column to the sums, as `book_rotor`."""
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
     store(sums, col, fma(push[0], normal_re, work))
@@ -179,20 +185,20 @@ def book_ring(sums, k, col, push, works):
 
 @inlined
 def load_both(a, size, m):
-    """Return a[m : m + 4] and the same `size` on: re and im."""
+    """Return four complex values: re at a[m : m + 4], im `size` further on."""
     return load(a, m), load(a, size + m)
 
 
 @inlined
 def store_both(a, size, m, value):
-    """Set a[m : m + 4] and the same `size` on."""
+    """Store four complex values: re at a[m : m + 4], im `size` further on."""
     store(a, m, value[0])
     store(a, size + m, value[1])
 
 
 @part
 def copy_to(out, values):
-    """Set out to the first of values."""
+    """Copy the first values to fill `out`."""
     for i in range(len(out)):
         out[i] = values[i]
 
@@ -227,7 +233,7 @@ def write_wall(wall, time, speed, slot, sign, spectrum):
 
 @rare
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
-    """Add the loading's increments to the ring, its place turned by `angle`.
+    """Add the pulse's increments to the ring, turned by `angle` to the rotating frame.
 
     lobe : (size,) modal load of the static frame; sign : -1 on conjugated slots;
     counter : at the step that has been predicted
@@ -247,7 +253,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
 @rare
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
-    """Return the loading's work in the step that waits to be ended, J."""
+    """Return the work of the pulse in the pending step, J."""
     total, touched = 0.0, counter[LAST] == counter[STEP]
     now, then = places(counter, 2 * size)
     for m in range(size):
@@ -277,7 +283,7 @@ def total_of(four):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return a bound of what a spectrum is at any blade."""
+    """Return the sum of magnitudes of a spectrum, which bounds it at every blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -287,7 +293,9 @@ def one_norm(spectrum, width):
 
 @inlined
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform; set gaps[row :][: 2 wide]: of blades j, then of N - j; return least.
+    """Transform a spectrum into a row of gaps; return the lowest gap, m.
+
+    Sets gaps[row :][: 2 wide]: of blades j, then of N - j.
 
     wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
     """

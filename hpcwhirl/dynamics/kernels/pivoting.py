@@ -9,7 +9,7 @@ SINGULAR = 1e-12  # of the first pivot: what is less is round-off
 
 @part
 def solve_dense(matrix, right, size):
-    """Solve in place by Gauss with partial pivoting; return whether it could."""
+    """Solve in place by Gaussian elimination with partial pivoting; return success."""
     least = 0.0
     for c in range(size):
         p = c
@@ -41,7 +41,7 @@ def solve_dense(matrix, right, size):
 
 @part
 def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on the blades where[:size]; return whether it could.
+    """Solve g + W lam = 0 on the blades where[:size]; return success.
 
     right : (N,), out: their multipliers; opened : (N,), out: corrected gaps of all
     """
@@ -64,9 +64,9 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Exchange what violates complementarity; return how much did.
+    """Exchange the blades that violate complementarity; return how many there were.
 
-    All of it (block pivoting), or the last index alone (Murty's rule).
+    All of them (block pivoting), or the last one alone (Murty's rule).
     """
     wrong, last = 0, -1
     for s in range(size):
@@ -88,7 +88,7 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @inlined
 def begin(gaps, lam, active):
-    """Take the penetrating blades for the active ones; return the largest |gap|."""
+    """Make the penetrating blades the active ones; return the largest |gap|."""
     largest = 0.0
     for i in range(len(gaps)):
         active[i] = 1 if gaps[i] < 0.0 else 0
@@ -110,9 +110,10 @@ def gather(active, where):
 
 @inlined
 def improve(gaps, size, lam, opened, attempt, largest, space):
-    """Try a set of active blades; return whether it is wrong: 0 no, > 0 yes, -1 stuck.
+    """Try a set of active blades; return 0 if right, > 0 if wrong, -1 if singular.
 
-    What violates complementarity is exchanged, and where nothing does, `lam` set.
+    If it is right, set `lam`; if wrong, exchange the blades that violate
+    complementarity.
     """
     _, w, _, small, right, active, where, _, _, _ = space
     if not solve_active(gaps, w, where, size, opened, small, right):

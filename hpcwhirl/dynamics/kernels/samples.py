@@ -1,6 +1,7 @@
 """Reading a state of the cyclic kernel: energies, works, tips, samples.
 
-Nothing here moves the motion: samples are made of copies with their step ended.
+Samples do not change the motion: they are taken of copies in which the pending step is
+completed.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def along_of(rotor, q, rows, k, out):
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Do `along_of` for cyclic modes."""
+    """Apply `along_of` to cyclic modes."""
     c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -131,11 +132,11 @@ def read_centre(q, hub, tips):
 @verb
 def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of the state as it is with its step ended, as `sample` has it.
+    """Write a sample of a state from a copy with its step completed; see `sample`.
 
-    Tips are read where they are kept. Where there is contact and the motion is judged,
-    the gaps are compared with `row` of those that were solved. energies, works : of
-    the ended state and sums, by the scheme's `energies_of` and `column_sums`
+    Tips are computed only if they are stored. If there is contact and the motion is
+    judged, the gaps are compared with `row` of those that were solved. energies,
+    works : of the completed state and sums, by `energies_of` and `column_sums`
     """
 
 
@@ -143,7 +144,7 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Do `sample_rotor` for cyclic modes."""
+    """Apply `sample_rotor` to cyclic modes."""
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
@@ -159,7 +160,7 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample with all that the columns have booked entered in the ledger."""
+    """Write a sample, with the columns' sums added to the ledger."""
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
     whole[ROTATION] += rotation
@@ -201,10 +202,10 @@ def put_aside(state, aside):
 @rare
 def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, state,
                  space, tracks, sizes):  # fmt: skip
-    """Write the samples of the traces that a jump has passed over, from copies of it.
+    """Write the samples of the traces within a jump, from copies of the state.
 
-    A jump ends at the evidence, never at a sample of the traces, so that the motion is
-    the same whatever is kept of it.
+    A jump ends at a row of evidence, never at a sample of the traces, so that the
+    motion is the same whichever traces are kept.
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0

@@ -1,9 +1,10 @@
-"""The cyclic kernel of a rotor whose waves run forward and backward apart.
+"""The cyclic kernel of a rotor as waves, forward and backward ones separate.
 
-Rotation couples the modes of a nodal diameter; its waves it leaves apart (see
-`dynamics.turning_waves`). Each has a complex amplitude that a step turns, a' = z a, and
-the multipliers' spectrum pushes, beta Lambda. What contact adds waits until the next
-pass, as in `passes`; ring, transform and contact are those of `cyclic`.
+Rotation couples the modes of a nodal diameter but not its waves (see
+`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces turns
+it, a' = z a, and contact forces add beta Lambda, Lambda the spectrum of the
+multipliers. A step is pending until the next pass applies its contact forces, as in
+`passes`; ring, transform and contact are those of `cyclic`.
 
 Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. Behind
 them the state of central differences has the gaps' spectra of the last three steps. The
@@ -12,8 +13,8 @@ items of four neighbouring waves p .. p + 3 stand together, item i at (p ITEMS +
 In flight a wave jumps over n steps by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|, s
 its root, bound the gaps, see `flight`.
 
-Free motion loses Jacobi's energy as D and S take it: the rotor's loss is what contact
-has added to energy and loss, less the energy that is left.
+Free motion loses Jacobi's energy by D and S alone. The rotor's loss is therefore the
+energy and loss that contact forces have added, less the present energy.
 """
 
 from __future__ import annotations
@@ -86,10 +87,10 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Do `pass_waves`, with or without contact.
+    """Implement `pass_waves`, with or without contact.
 
-    seen : places in s of the spectra of the steps that end, of two before, and of the
-        one predicted, which may be the same
+    seen : places in s of the spectra of the completed step, of two steps before, and of
+        the one predicted; two of them may coincide
     """
     own, older, next_one = seen
     items, zero = FLOW_ITEMS if exact else ITEMS, broadcast(0.0)
@@ -124,9 +125,9 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Enter the works of a column; return what drag works on, see `passes.slip_of`.
+    """Add the works of a column to the sums; return the drag's factors, see `slip_of`.
 
-    By central differences, complete the spectrum of the step that ends.
+    By central differences, complete the spectrum of the pending step, too.
     """
     pr, pi = push
     if exact:
@@ -154,7 +155,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where a state has the spectra of a step, of two before, of the next."""
+    """Return the places of the spectra: pending step, two before, the next."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -162,7 +163,7 @@ def seen_at(step, rows, k):
 
 @inlined
 def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
-    """End a step of the rotor and predict the next.
+    """Complete the rotor's pending step and predict the next.
 
     Parameters
     ----------
@@ -170,11 +171,11 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
     s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps; of the exact
         flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k
-    counter : whose step waits to be ended
+    counter : counters of the pending step
     exact : whether by the exact flow
     out : (2 k,), out: spectrum of the gaps
-    sums : (3 k,): works of normal forces and of drag (twice, over mu), and what contact
-        has added to energy and loss
+    sums : (3 k,): works of normal forces and of drag (twice, over mu), and the energy
+        and loss that contact forces have added
     slip : (4 k,), out after a step with contact, see `passes.slip_of`
     """
     c, fixed, seen = rotor.items, rotor.fixed, seen_at(counter[STEP], rows, k)
@@ -187,20 +188,20 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
 @does(differences.pass_rotor, WaveRotor)
 @inlined
 def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """End a step of central differences and predict the next."""
+    """Complete the pending step of central differences and predict the next."""
     pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
 
 
 @does(flow.pass_rotor, WaveRotor)
 @inlined
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """End a step of the exact flow, if one with contact waits, and predict the next."""
+    """Complete the pending step of the exact flow, if it has contact, and predict."""
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
 @rare
 def settle_waves(rotor, s, t, lam, counter, exact, sums):
-    """Write the rotor to t with its last step ended and booked in sums."""
+    """Copy the rotor to t with its pending step completed; add its works to sums."""
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
         return
@@ -227,7 +228,7 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(differences.end_step, WaveRotor)
 @rare_kernel
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Do `differences.end_step` for waves and the ring."""
+    """Apply `differences.end_step` to waves and the ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
@@ -235,14 +236,14 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 @does(flow.end_step, WaveRotor)
 @rare_kernel
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Do `flow.end_step` for waves and the ring."""
+    """Apply `flow.end_step` to waves and the ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy from an ended state, J."""
+    """Return Jacobi's energy of a completed state, J."""
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -264,7 +265,7 @@ def energy_of_waves(rotor, t):
 @does(differences.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
-    """Do `differences.energies_of` for waves."""
+    """Apply `differences.energies_of` to waves."""
     ring = differences.energy_of_ring(t_c, c_c, now, step)
     return energy_of_waves(rotor, t_b), ring
 
@@ -272,14 +273,14 @@ def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
 @does(flow.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
-    """Do `flow.energies_of` for waves."""
+    """Apply `flow.energies_of` to waves."""
     return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
 
 
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Do `flight.bound_rotor` for waves a e^{s t}, see `flights`."""
+    """Apply `flight.bound_rotor` to waves a e^{s t}, see `flights`."""
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -298,7 +299,7 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Do `flight.jump_rotor` for waves: a' = z^n a, and nothing waits to be booked."""
+    """Apply `flight.jump_rotor` to waves: a' = z^n a, without a loss to enter."""
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -315,7 +316,7 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 @inlined
 def radial_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to the spectrum of the gaps, of amplitudes q."""
+    """Set out (2 k,) to the spectrum of the gaps of amplitudes q."""
     c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -329,7 +330,7 @@ def radial_of(rotor, q, rows, k, out):
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
-    """Do `samples.along_of` for waves."""
+    """Apply `samples.along_of` to waves."""
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
@@ -342,7 +343,7 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set a column of tips (N + 1, 2) from its spectrum, which counts it negative."""
+    """Set a column of tips (N + 1, 2) from its spectrum, where tips count negative."""
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 
@@ -351,7 +352,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Do `samples.sample_rotor` for waves: they lose what contact has added."""
+    """Apply `samples.sample_rotor` to waves, whose loss is formed as told above."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)
