@@ -266,42 +266,35 @@ def prepare(step, speed, wall, slot, sign, state, sample):
         write_wall(wall, time, speed, slot, sign, sample.wall)
 
 
-@rare
-def sample_differences(step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
-                       keep, judge, tracks):  # fmt: skip
-    """Complete the pending step in copies and write a sample of them."""
-    c_c, slot, sign = casing
-    counter, wide = state.counter, len(state.gaps) // 6
-    t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
-    prepare(step, speed, wall, slot, sign, state, sample)
-    differences.end_step(
-        rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
-        sums_c,
-    )  # fmt: skip
-    sample_rotor(
-        rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
-        differences.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
-        differences.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
-    )  # fmt: skip
+def sampling(passes):
+    """Return the function that samples by `differences` or `flow`, to be compiled."""
+
+    def sample_step(
+        step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
+        tracks,
+    ):  # fmt: skip
+        """Complete the pending step in copies and write a sample of them."""
+        c_c, slot, sign = casing
+        counter, wide = state.counter, len(state.gaps) // 6
+        t_b, t_c, sums_b, sums_c = (
+            sample.rotor, sample.ring, sample.sums_b, sample.sums_c,
+        )  # fmt: skip
+        prepare(step, speed, wall, slot, sign, state, sample)
+        passes.end_step(
+            rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
+            sums_c,
+        )  # fmt: skip
+        sample_rotor(
+            rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
+            passes.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
+            passes.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
+        )  # fmt: skip
+
+    return sample_step
 
 
-@rare
-def sample_flow(step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep,
-                judge, tracks):  # fmt: skip
-    """Complete the pending step in copies and write a sample of them."""
-    c_c, slot, sign = casing
-    counter, wide = state.counter, len(state.gaps) // 6
-    t_b, t_c, sums_b, sums_c = sample.rotor, sample.ring, sample.sums_b, sample.sums_c
-    prepare(step, speed, wall, slot, sign, state, sample)
-    flow.end_step(
-        rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
-        sums_c,
-    )  # fmt: skip
-    sample_rotor(
-        rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
-        flow.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
-        flow.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
-    )  # fmt: skip
+sample_differences = rare(sampling(differences))
+sample_flow = rare(sampling(flow))
 
 
 @inlined
@@ -329,8 +322,9 @@ def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, fli
     return jumped
 
 
-def marching(exact):
-    """Return the loop by central differences or by the exact flow, to be compiled."""
+def marching(passes):
+    """Return the loop by `differences` or by `flow`, to be compiled."""
+    exact = passes is flow
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
@@ -360,20 +354,12 @@ def marching(exact):
                     flight, state, outs, space, tracks, sizes,
                 )  # fmt: skip
             if not jumped:
-                if exact:
-                    flow.pass_rotor(
-                        rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
-                    )
-                    flow.pass_ring(
-                        s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
-                    )
-                else:
-                    differences.pass_rotor(
-                        rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
-                    )
-                    differences.pass_ring(
-                        s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
-                    )
+                passes.pass_rotor(
+                    rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
+                )
+                passes.pass_ring(
+                    s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+                )
                 if slips_now(counter):
                     note_slips(
                         slips, turns, known, last, step, k, spectrum, counter, ledger
@@ -440,5 +426,5 @@ def marching(exact):
     return march
 
 
-march_differences = kernel(marching(False))
-march_flow = kernel(marching(True))
+march_differences = kernel(marching(differences))
+march_flow = kernel(marching(flow))
