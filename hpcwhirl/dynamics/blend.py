@@ -1,0 +1,129 @@
+"""States between two motions of one scene, and how far those are apart.
+
+The state of a march is linear in the motion, but for its bookkeeping: with a and b two
+states at the same step of marches of the same scene, a + s (b - a) is the state of the
+motion in between. Only the multipliers need care: those of the last step wait in the
+state (`kernel_types.CyclicState.lam`) while its counters tell that it had contact, and
+count as zero in a state that had none. The forces of an unbalance and the gap are alike
+in a and b, and so they are in what lies between, since the weights add up to one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.march import March
+
+Floats = NDArray[np.float64]
+MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
+WAITING = "lam"  # of the step that waits to be ended
+
+
+def copy_of(march: March) -> Any:
+    """Return a copy of a march's state, `kernel_types.CyclicState` or `BodiesState`."""
+    state = march.state
+    return type(state)._make(array.copy() for array in state)
+
+
+def put_between(march: March, a: Any, b: Any, share: float) -> None:
+    """Set a march to a + share (b - a); steps, contacts and works are those of a.
+
+    The change of energy is entered in the ledger as work of the loading, so that the
+    ledger closes as that of a does.
+
+    Parameters
+    ----------
+    march : of the scene of a and b, with as many sectors; of its tracks nothing changes
+    a, b : states at one step, see `copy_of`
+    share : 0 gives a, 1 gives b; any number
+
+    Raises
+    ------
+    ValueError
+        where the states are those of different steps or shapes, or a run has ended
+    """
+    _check(march, a, b)
+    for target, array in zip(march.state, a, strict=True):
+        target[:] = array
+    left = _residual(march)
+    for target, array in zip(
+        march.state, _mixed(a, b, 1.0 - share, share), strict=True
+    ):
+        target[:] = array
+    march.state.ledger[contact.PULSE] += _residual(march) - left
+
+
+def distance(march: March, a: Any, b: Any) -> float:
+    """Return sqrt(E), E in J, of the difference of two motions of a march's scene.
+
+    E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
+    of rotation the energy that the ledger has is Jacobi's, T - Omega^2 x^T M x / 2 + U,
+    which may be negative: 1/2 Omega^2 x^T M x of the rotor is added, so that only the
+    kinetic energy of the motion in the rotating frame and the strain are left, both
+    positive.
+
+    Raises
+    ------
+    ValueError
+        as `put_between`
+    """
+    _check(march, a, b)
+    apart = march.scheme.balance(_mixed(a, b, -1.0, 1.0)).energy
+    energy = march.lean.model.folds * float(apart)
+    rotor = march.model.rotor
+    if rotor.spin is not None:
+        step = int(a.counter[contact.STEP])
+        places = [march.scheme.displacements(each, step)[0] for each in (a, b)]
+        x = places[1] - places[0]
+        energy += 0.5 * march.scene.speed**2 * float(x @ (rotor.mass @ x))
+    return math.sqrt(max(energy, 0.0))
+
+
+def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
+    """Return the state of_a a + of_b b, with the bookkeeping of a, uncertified."""
+    parts = {name: array.copy() for name, array in a._asdict().items()}
+    for name in MOTION:
+        if name in parts:
+            parts[name] = of_a * getattr(a, name) + of_b * getattr(b, name)
+    waits = [_waits(state) for state in (a, b)]
+    if WAITING in parts:
+        parts[WAITING] = of_a * waits[0] * a.lam + of_b * waits[1] * b.lam
+    counter = parts["counter"]
+    counter[contact.CERTIFIED] = -1
+    counter[contact.NEXT_LOOK] = counter[contact.STEP]
+    if any(waits):
+        counter[contact.LAST] = counter[contact.STEP]
+        counter[contact.ENDED] = -1
+    return type(a)._make(parts.values())
+
+
+def _waits(state: Any) -> bool:
+    """Return whether multipliers of the last step may wait in a state."""
+    return bool(state.counter[contact.LAST] == state.counter[contact.STEP])
+
+
+def _residual(march: March) -> float:
+    """Return what the ledger of a march leaves open, of the sectors it marches, J."""
+    now, entries = march.scheme.balance(march.state), march.state.ledger
+    given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
+    lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact
+    return float(lost - given - now.friction - now.rotation)
+
+
+def _check(march: March, a: Any, b: Any) -> None:
+    shapes = [[array.shape for array in state] for state in (march.state, a, b)]
+    if not shapes[0] == shapes[1] == shapes[2]:
+        msg = "states must be those of one scene and of as many sectors"
+        raise ValueError(msg)
+    one, other = (int(state.counter[contact.STEP]) for state in (a, b))
+    if one != other:
+        msg = f"states must be at the same step, got {one} and {other}"
+        raise ValueError(msg)
+    if any(state.counter[contact.STOP] != contact.RUNNING for state in (a, b)):
+        msg = "states must be those of runs that go on"
+        raise ValueError(msg)

@@ -1,0 +1,110 @@
+"""States between two motions of one scene are the states of the motion between."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.blend import copy_of, distance, put_between
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+
+KINDS = {
+    "modal": {},
+    "exact": {"scheme": "exact"},
+    "general": {"scheme": "general"},
+    "elements": {"discretization": "elements"},
+    "rigid": {"kind": "rigid", "amplitude": 2e-4},
+    "paper": {"scheme": "paper", "rotor.elements": 1, "modes": 2},
+    "turning": {"rotation": "full"},
+    "turning, exact": {"rotation": "full", "scheme": "exact"},
+    "whole": {
+        "rotation": "full",
+        "mistuning": [0.01 * (-1) ** j * j for j in range(22)],
+    },
+    "unbalanced": {"rotation": "full", "unbalance": 1e-3},
+    "bodies": {"rotation": "full", "scheme": "general", "unbalance": 1e-3},
+}
+
+
+def case(**settings):
+    fast = {
+        "duration": 4e-3,
+        "traces": "summary",
+        "time_step": 2e-6,
+        "plan": "everything",
+    }
+    return resolve(apply_settings(named_scene("mostly_damped"), fast | settings))
+
+
+def marched(steps, **settings):
+    march = March(case(**settings))
+    march.reach(steps)
+    return march
+
+
+def in_contact(march):
+    """March on to a step that has contact."""
+    while march.counter[contact.LAST] != march.steps:
+        march.advance(1)
+        assert not march.done
+    return march
+
+
+def places(march):
+    return np.concatenate(march.displacements())
+
+
+def sides(settings):
+    """Return two marches of one scene at the same step, one in contact, and a third."""
+    one = in_contact(marched(400, **settings))
+    more = {"force": 1.02 * one.scene.force}
+    if one.model.casing is None:
+        more = {"amplitude": 1.02 * settings["amplitude"]}
+    stronger = March(case(**(settings | more)))
+    stronger.advance(one.steps)
+    assert stronger.steps == one.steps
+    return one, stronger, March(case(**settings))
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_state_between_two_motions_reads_as_their_mean(name):
+    one, other, between = sides(KINDS[name])
+    a, b, share = copy_of(one), copy_of(other), 0.3
+    put_between(between, a, b, share)
+    mean = (1 - share) * places(one) + share * places(other)
+    np.testing.assert_allclose(places(between), mean, atol=1e-12 * abs(mean).max())
+    put_between(between, a, b, 0.0)
+    assert distance(between, a, copy_of(between)) == pytest.approx(
+        0.0, abs=1e-12 * distance(between, a, b)
+    )
+    between.reach(between.steps + 50)
+    one.reach(between.steps)
+    np.testing.assert_allclose(
+        places(between), places(one), atol=1e-9 * abs(places(one)).max()
+    )
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_distances_are_a_norm_and_the_ledger_closes(name):
+    one, other, between = sides(KINDS[name])
+    a, b = copy_of(one), copy_of(other)
+    far = distance(one, a, b)
+    assert far > 0.0
+    put_between(between, a, b, 0.25)
+    middle = copy_of(between)
+    assert distance(one, a, middle) == pytest.approx(0.25 * far, rel=1e-6)
+    assert distance(one, middle, b) == pytest.approx(0.75 * far, rel=1e-6)
+    between.reach(between.steps + 50)
+    ledger = between.history().ledger
+    residual = ledger.pop("residual")
+    assert abs(residual) < 1e-9 * sum(map(abs, ledger.values()))
+
+
+def test_states_of_other_steps_or_sectors_are_refused():
+    one, other = marched(40), marched(41)
+    with pytest.raises(ValueError, match="same step"):
+        put_between(one, copy_of(one), copy_of(other), 0.5)
+    few = marched(40, blades=21)
+    with pytest.raises(ValueError, match="one scene"):
+        distance(one, copy_of(one), copy_of(few))
