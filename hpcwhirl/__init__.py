@@ -7,7 +7,7 @@ their results. `open_results` reads the results of any campaign as an `xarray.Da
 dimension `case` into one axis per swept input; `shares` estimates the probability of
 each regime where inputs were drawn; `credibility` counts the cases that keep their word
 in all their twins; `safe_ranges` returns the ranges of an input in which all cases are
-damped. Each is imported on first use.
+damped, `first_changes` how strong a pulse may be. Each is imported on first use.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ TYPE_CHECKING = False  # importing `typing` would delay the handlers of early si
 if TYPE_CHECKING:
     from typing import Any
 
+    from hpcwhirl.analysis.first_changes import first_changes
     from hpcwhirl.analysis.margins import safe_ranges
     from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign.plan.design import Design
@@ -35,6 +36,7 @@ __all__ = [
     "__version__",
     "campaign",
     "credibility",
+    "first_changes",
     "grid",
     "open_results",
     "safe_ranges",
@@ -47,6 +49,7 @@ _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
+    "first_changes": "hpcwhirl.analysis.first_changes",
     "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",

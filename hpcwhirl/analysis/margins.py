@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,23 @@ if TYPE_CHECKING:
 SAFE = "damped"
 SHARE = f"share_{SAFE}"
 Texts = NDArray[np.str_]
+
+
+class Line(NamedTuple):
+    """Cases that differ in one swept input only, in its ascending order.
+
+    Attributes
+    ----------
+    fixed : {other swept input: value}
+    values : (n,), the input's values
+    words : (n,), words that the cases count as
+    share : (n,), share of damped twins; NaN without twins
+    """
+
+    fixed: dict[str, Any]
+    values: NDArray[np.float64]
+    words: Texts
+    share: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -91,6 +108,11 @@ def safe_ranges(
     InputError
         where `over` was not swept, is not numeric, or was drawn: there are no lines
     """
+    return [found for line in lines_of(data, over, sure) for found in _ranges(*line)]
+
+
+def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
+    """Return the lines of a campaign along an input; arguments as of `safe_ranges`."""
     swept = swept_of(data)
     name = variable_of(over, swept)
     values = data[name].to_numpy()
@@ -98,8 +120,7 @@ def safe_ranges(
         msg = f"safe ranges need an input of numbers, got {name}, which is text"
         raise InputError(msg)
     words, share = _words(data, sure)
-    fixed = _fixed(data, name, swept)
-    lines = _lines(data, fixed, values)
+    lines = _lines(data, _fixed(data, name, swept), values)
     if not lines:
         msg = (
             f"no two cases differ in {name} alone: safe ranges need a sweep; where "
@@ -107,11 +128,10 @@ def safe_ranges(
         )
         raise InputError(msg)
     out = []
-    for fixed_values, line in lines:
+    for fixed, line in lines:
         order = line[np.argsort(values[line], kind="stable")]
-        out += _ranges(
-            fixed_values, values[order].astype(float), words[order], share[order]
-        )
+        at = values[order].astype(float)
+        out.append(Line(fixed, at, words[order], share[order]))
     return out
 
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.cli.margin_views import each_input, first_change, setting_text
 from hpcwhirl.cli.options import OR_FILE, asked_units
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import showing, shown_in
-from hpcwhirl.store.reading.select import UNITS
+from hpcwhirl.scene.units import showing
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +27,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--over", default="speed", metavar="NAME",
-        help="swept input whose safe ranges are listed (default speed)",
+        help="swept input whose safe ranges are listed (default speed); each: that "
+        "around the point of --at along every input of it",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V",
@@ -40,28 +40,65 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="in a campaign with [twins]: a case counts as damped if at least this "
         "share of its twins is damped (default: if most are)",
     )  # fmt: skip
+    parser.add_argument(
+        "--first", action="store_true",
+        help="list only how far the input may grow from its least value with all "
+        "cases damped, with --at also in multiples of it: how strong a pulse may be",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE.png",
+        help="with --first: draw that limit over the other swept inputs",
+    )  # fmt: skip
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each safe range."""
-    from hpcwhirl.analysis.margins import safe_ranges
-    from hpcwhirl.errors import InputError
+    """Print a row for each safe range, first change, or input of a point."""
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import swept_of, variable_of
 
+    _check(args)
+    place = results_of(args.folder)
+    with reading(place), open_results(place) as results:
+        if args.over == "each":
+            return each_input(args, results)
+        over = variable_of(args.over, swept_of(results))
+        point, data = _chosen(results, over, args.at)
+        if args.first:
+            return first_change(args, data, over, point)
+        return _print_ranges(args, data, over, point)
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Raise InputError for options that do not go together or are out of range."""
+    from hpcwhirl.cli.options import check_writable
+    from hpcwhirl.errors import InputError
+
     if not 0.0 <= args.sure <= 1.0:
         msg = f"--sure must be >= 0 and <= 1, got {args.sure:g}"
         raise InputError(msg)
-    place = results_of(args.folder)
-    with reading(place), open_results(place) as results:
-        over = variable_of(args.over, swept_of(results))
-        point, data = _chosen(results, over, args.at)
-        found = safe_ranges(data, over, args.sure)
-        columns = _columns(found, point)
-        units = {n: unit_of(data, over if n in OVER else n) for n in columns}
+    if args.plot and not args.first:
+        msg = "--plot draws what --first lists: give --first, too"
+        raise InputError(msg)
+    if args.first and args.over == "each":
+        msg = "--first needs one input: --over must be a swept input, got each"
+        raise InputError(msg)
+    if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
+        msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
+        raise InputError(msg)
+    check_writable(args.plot, folder=False)
+
+
+def _print_ranges(
+    args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
+) -> int:
+    from hpcwhirl.analysis.margins import safe_ranges
+
+    found = safe_ranges(data, over, args.sure)
+    columns = _columns(found, point)
+    units = {n: unit_of(data, over if n in OVER else n) for n in columns}
     columns, units = in_units(args, columns, units)
     if not print_data(args, columns, units, "ranges", over=over):
         print(f"damped over {over}; the boundary lies between low and below, and "
@@ -123,12 +160,14 @@ def _nearest(
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
     with showing(asked):
-        told = _setting(over, point)
+        told = setting_text(over, point)
         if not inside:
             return f"{told}: in no safe range of {lines} lines"
         least = min(inside, key=lambda r: r.distance(point))
-        where = ", ".join(_setting(name, value) for name, value in least.fixed.items())
-        far = _setting(over, least.distance(point)).partition(" = ")[2]
+        where = ", ".join(
+            setting_text(name, value) for name, value in least.fixed.items()
+        )
+        far = setting_text(over, least.distance(point)).partition(" = ")[2]
     count = len({tuple(r.fixed.values()) for r in inside})
     if not np.isfinite(least.distance(point)):
         return f"{told}: in a safe range on {count} of {lines} lines, no boundary met"
@@ -137,11 +176,3 @@ def _nearest(
         f"{told}: in a safe range on {count} of {lines} lines; the nearest boundary "
         f"is {far} or more away{at}"
     )
-
-
-def _setting(variable: str, value: Any) -> str:
-    """Return ``variable = value unit`` of an input, in the unit shown."""
-    if not isinstance(value, float):
-        return f"{variable} = {value}"
-    unit, factor = shown_in(UNITS.get(variable, "1"))
-    return with_unit(f"{variable} = {factor * value:g}", unit, " ")

@@ -2,6 +2,7 @@
 
 import json
 import math
+from itertools import pairwise, product
 
 import h5py
 import numpy as np
@@ -168,3 +169,99 @@ def test_wrong_words_are_one_line(place, capsys):
 def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts):
     found = facts("margin", str(campaign(tmp_path / "x", {1e-4: "SX"})), "--json")
     assert json.dumps(found["ranges"][0]["low"]) == "null"
+
+
+# How strong the pulse may be
+
+
+def pulses(folder, lines):
+    """Write results of pulses 50, 100, 150 kN ..., a line of words for each speed."""
+    cases = [{"speed": speed, "force": 5e4 * (i + 1)} for speed, line in lines.items()
+             for i in range(len(line))]  # fmt: skip
+    synthetic(folder, cases)
+    told = [LETTERS[letter] for line in lines.values() for letter in line]
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["outcome"][:] = ENUMS["outcome"].index("completed")
+        file["regime"][:] = [ENUMS["regime"].index(word) for word in told]
+    return folder
+
+
+@given(line=st.text("dSX?", min_size=2, max_size=12))
+def test_a_pulse_is_safe_while_every_weaker_one_is_damped(twelve, line):
+    words = np.array([LETTERS[letter] for letter in line])
+    data = twelve.isel(case=slice(len(line))).assign(regime=("case", words))
+    (found,) = hpcwhirl.first_changes(data, "speed")
+    run = len(line) - len(line.lstrip("d"))
+    ends = [100.0 + 10 * (run - 1) if run else NAN,
+            100.0 + 10 * run if run < len(line) else NAN]  # fmt: skip
+    np.testing.assert_equal([found.safe, found.unsafe], ends)
+    assert found.word == (LETTERS[line[run]] if run < len(line) else "")
+    safe = [letter == "d" for letter in line]
+    assert found.changes == sum(a != b for a, b in pairwise(safe))
+
+
+LINES = {300.0: "dddd", 410.0: "ddXd", 500.0: "Sddd"}
+
+
+def test_the_safe_pulse_is_told_in_multiples_of_the_present_one(
+    tmp_path, facts, capsys
+):
+    place = pulses(tmp_path / "c", LINES)
+    words = ["margin", str(place), "--over", "force", "--first", "--at", "force=75 kN"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert "speed = 300 rad/s: safe >= 2.667 times force = 75 kN, the strongest" in out
+    assert "speed = 410 rad/s: safe 1.333 to 2 times force = 75 kN, then diverg" in out
+    assert "then divergent; 1 more changes" in out
+    assert "speed = 500 rad/s: safe < 0.6667 times force = 75 kN, then sustained" in out
+    rows = facts(*words, "--json")["first"]
+    assert [r["times_safe"] for r in rows] == [2e5 / 75e3, 1e5 / 75e3, None]
+    assert main([*words, "--csv"]) == 0
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert (
+        head == "speed [rad/s],safe [N],unsafe [N],word,changes,times_safe,times_unsafe"
+    )
+    assert lines[1] == "410.0,100000.0,150000.0,divergent,2,1.3333333333333333,2.0"
+
+
+def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
+    place = pulses(tmp_path / "c", LINES)
+    words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]
+    for kind in ("svg", "png"):
+        picture = tmp_path / f"limit.{kind}"
+        assert main(["margin", str(place), *words, str(picture)]) == 0
+        assert picture.stat().st_size > 5000
+    text = (tmp_path / "limit.svg").read_text()
+    assert all(f'id="{mark}"' in text for mark in ("bracket", "open", "none", "again"))
+    grid = product((1.0, 2.0), (1e-4, 2e-4), (1e4, 2e4))
+    cases = [{"speed": s, "gap": g, "force": f} for s, g, f in grid]
+    synthetic(tmp_path / "two", cases)
+    picture = tmp_path / "two.png"
+    assert main(["margin", str(tmp_path / "two"), "--over", "force", "--first",
+                 "--plot", str(picture)]) == 0  # fmt: skip
+    assert picture.stat().st_size > 5000
+    capsys.readouterr()
+    assert main(["margin", str(place), "--first", "--plot", str(picture),
+                 "--at", "force=200 kN"]) == 2  # fmt: skip
+    assert (
+        "one or two other swept inputs of numbers, got none" in capsys.readouterr().err
+    )
+
+
+def test_a_point_has_a_margin_in_every_input(tmp_path, facts, capsys):
+    place = pulses(tmp_path / "c", {300.0: "dddd", 410.0: "ddXd", 500.0: "dddd"})
+    words = ["margin", str(place), "--over", "each", "--at", "speed=400",
+             "--at", "force=120 kN"]  # fmt: skip
+    speed, force = facts(*words, "--json")["inputs"]
+    assert (speed["low"], speed["high"], speed["word_above"]) == (300.0, 500.0, "")
+    assert speed["line"] == "force = 100 kN"  # the nearest one that was computed
+    assert (force["high"], force["above"], force["word_above"]) == (
+        1e5,
+        1.5e5,
+        "divergent",
+    )
+    assert force["distance"] == -2e4  # in the bracket
+    assert main(words) == 0
+    assert "120 kN" in capsys.readouterr().out
+    assert main(["margin", str(place), "--over", "each"]) == 2
+    assert "needs values of swept inputs" in capsys.readouterr().err

@@ -1,0 +1,141 @@
+"""The limit up to which cases are damped, drawn over the other swept inputs.
+
+Over one input a bar joins the last damped case and the next one, of another word; over
+two, a map of colours shows the last damped case. An arrow or a hatch stands where no
+change was met, or where the first case is not damped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.labels import FIXED, SEQUENTIAL, name_of
+from hpcwhirl.report.map.captions import engine_of, shared
+from hpcwhirl.report.map.data import label_of
+from hpcwhirl.report.saving import save
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hpcwhirl.analysis.first_changes import FirstChange
+
+Floats = NDArray[np.float64]
+INK, UNMET = "#1F4E79", "#8A8A8A"
+MOST_AXES = 2
+
+
+def draw_limits(
+    data: xarray.Dataset,
+    found: Sequence[FirstChange],
+    over: str,
+    point: float | None,
+    path: Path,
+) -> Path:
+    """Draw the limits of an input over one or two others; return the path.
+
+    Parameters
+    ----------
+    data : results
+    found : the limit of each line
+    over : the input
+    point : its present value, of which the limits are multiples; None: in its unit
+    path : file to write
+
+    Raises
+    ------
+    InputError
+        where there are no, or more than two, other inputs of numbers that vary
+    """
+    from matplotlib.figure import Figure
+
+    varied = [n for n in found[0].fixed if len({f.fixed[n] for f in found}) > 1]
+    texts = [n for n in varied if data[n].dtype.kind not in "iuf"]
+    if texts or not 1 <= len(varied) <= MOST_AXES:
+        told = ", ".join(varied) or "none"
+        msg = f"--plot needs one or two other swept inputs of numbers, got {told}"
+        raise InputError(f"{msg}: choose others with --at")
+    label, factor = label_of(data, over)
+    if point is not None:
+        label, factor = f"{name_of(over)} over the present one", 1.0 / point
+    ends = factor * np.array([[f.safe, f.unsafe] for f in found])
+    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
+    axes = figure.subplots()
+    if len(varied) == 1:
+        _bars(axes, data, varied[0], found, ends)
+        axes.set_ylabel(f"limit of {label}", parse_math=False)
+        if point is not None:
+            axes.axhline(1.0, color="black", lw=0.8, ls=":")
+    else:
+        _map(axes, data, varied, found, ends, label)
+    names = [n for n in (*FIXED, "duration") if n not in {*varied, over}]
+    text = f"{engine_of(data)}: {', '.join(shared(data, names))}"
+    figure.suptitle(text, fontsize=10, parse_math=False)
+    return save(figure, path)
+
+
+def _bars(
+    axes: Any,
+    data: xarray.Dataset,
+    name: str,
+    found: Sequence[FirstChange],
+    ends: Floats,
+) -> None:
+    """Draw the bracket of each limit over one input.
+
+    ends : (lines, 2), last damped and next value; NaN for none
+    """
+    label, factor = label_of(data, name)
+    x = factor * np.array([f.fixed[name] for f in found], dtype=float)
+    low, high = ends.T
+    met, open_, none = np.isfinite(ends).all(axis=1), np.isnan(high), np.isnan(low)
+    axes.vlines(x[met], low[met], high[met], color=INK, lw=3, gid="bracket")
+    axes.plot(x[~none], low[~none], "_", c=INK, ms=6, label="last damped", gid="safe")
+    axes.plot(x[open_], low[open_], "^", c=UNMET, label="no change met", gid="open")
+    axes.plot(x[none], high[none], "v", c=UNMET, label="first case not damped",
+              gid="none")  # fmt: skip
+    again = met & np.array([f.changes > 1 for f in found])
+    axes.plot(x[again], high[again], "x", c="black", ms=5, label="changes again above",
+              gid="again")  # fmt: skip
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(label, parse_math=False)
+    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+
+
+def _map(
+    axes: Any,
+    data: xarray.Dataset,
+    names: Sequence[str],
+    found: Sequence[FirstChange],
+    ends: Floats,
+    label: str,
+) -> None:
+    """Draw the last damped value over two inputs; `ends` as of `_bars`."""
+    told = [label_of(data, name) for name in names]
+    grids = [np.unique([f.fixed[name] for f in found]) for name in names]
+    values = np.full((len(grids[1]), len(grids[0])), np.nan)
+    marks: dict[str, list[tuple[int, int]]] = {"^": [], "v": []}
+    for one, (low, high) in zip(found, ends.tolist(), strict=True):
+        i, j = (int(np.searchsorted(g, one.fixed[n]))
+                for g, n in zip(grids, names, strict=True))  # fmt: skip
+        values[j, i] = 0.0 if np.isnan(low) else low
+        if np.isnan(low) or np.isnan(high):
+            marks["v" if np.isnan(low) else "^"].append((i, j))
+    drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=SEQUENTIAL)
+    for mark, places in marks.items():
+        if places:
+            legend = {"^": "no change met: at least", "v": "first case not damped"}
+            axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
+                      label=legend[mark], gid=legend[mark])  # fmt: skip
+            axes.figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    for axis, grid, (text, factor) in zip("xy", grids, told, strict=True):
+        step = max(1, len(grid) // 10)
+        texts = [f"{factor * v:.4g}" for v in grid[::step].tolist()]
+        getattr(axes, f"set_{axis}ticks")(range(0, len(grid), step), texts)
+        getattr(axes, f"set_{axis}label")(text, parse_math=False)
+    axes.figure.colorbar(drawn, label=f"limit of {label}")
