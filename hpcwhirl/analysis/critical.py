@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from hpcwhirl.reduction.families import (
     Line,
@@ -16,6 +16,7 @@ from hpcwhirl.reduction.families import (
     moving_ranks,
 )
 from hpcwhirl.reduction.modes import ModalModel, SpinBlock
+from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.waves import wave_roots
 
 Floats = NDArray[np.float64]
@@ -106,8 +107,12 @@ def _crossings(
         rising = np.flatnonzero(above[1:] & ~above[:-1])
         if len(rising):
             low, high = speeds[rising[0]], speeds[rising[0] + 1]
-            out[n] = float(brentq(lambda x, at=level: line(x) - at, low, high))
+            out[n] = zero_between(partial(_above, line, level), low, high)
     return out
+
+
+def _above(line: Callable[[float], float], level: float, speed: float) -> float:
+    return line(speed) - level
 
 
 def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, Any]]:

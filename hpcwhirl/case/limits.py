@@ -16,7 +16,7 @@ from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.numbers import one_thread, representable
+from hpcwhirl.reduction.numbers import one_thread, representable, zero_between
 from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
@@ -268,11 +268,9 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
     top = 2.0 * math.sqrt(1.0 - ratio**2)  # the error grows up to there
     if frequency_error(top, ratio) <= accuracy:
         return top
-    from scipy.optimize import brentq  # slow to import, needless where steps are given
-
     asked = max(accuracy, RESOLVED)
-    phase = brentq(lambda x: frequency_error(x, ratio) - asked, 1e-6, top)
-    return float(phase) * math.sqrt(accuracy / asked)
+    phase = zero_between(lambda x: frequency_error(x, ratio) - asked, 1e-6, top)
+    return phase * math.sqrt(accuracy / asked)
 
 
 @one_thread()

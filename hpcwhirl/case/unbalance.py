@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
+from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.squeeze_film import CLOSED, film_shares
 from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
@@ -126,8 +127,6 @@ def _circle_in_film(
     model: Model, spin: Spin, force: complex, speed: float
 ) -> tuple[Floats, Complexes]:
     """Return the circle whose radius e has the film's damper F_t at e."""
-    from scipy.optimize import brentq  # slow to import
-
     own = spin.support.at(speed)
 
     def at(radius: float) -> tuple[Floats, Complexes]:
@@ -146,7 +145,7 @@ def _circle_in_film(
             f"would close the squeeze film, beyond {CLOSED:g} of it"
         )
         raise InputError(msg)
-    return at(float(brentq(miss, 0.0, most, xtol=1e-15, rtol=1e-14)))
+    return at(zero_between(miss, 0.0, most, xtol=1e-15, rtol=1e-14))
 
 
 def centre_of(model: Model, places: Any) -> complex:

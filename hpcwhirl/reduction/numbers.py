@@ -5,7 +5,7 @@ Products and factorizations round otherwise where BLAS splits them on more threa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 
@@ -26,6 +26,18 @@ def one_thread() -> Iterator[None]:
     """Let BLAS compute on one thread inside the block, or the decorated function."""
     with _controller().limit(limits=1, user_api="blas"):
         yield
+
+
+def zero_between(
+    function: Callable[[float], float], low: float, high: float, **tolerances: float
+) -> float:
+    """Return where a function that changes its sign between two numbers is zero.
+
+    tolerances : of `scipy.optimize.brentq`
+    """
+    from scipy.optimize import brentq  # a third of the start of a process
+
+    return float(brentq(function, low, high, **tolerances))
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
+from hpcwhirl.reduction.numbers import zero_between
 
 CLOSED = 0.99  # eps beyond which the film resists no more than there
 OFF = 0.1  # relative change of a coefficient beyond which c_0 no longer stands for it
@@ -43,5 +43,5 @@ def film_shares(eccentricity: float) -> tuple[float, float]:
 
 def valid_up_to() -> tuple[float, float]:
     """Return eps at which damping along and across e is 1 + `OFF` of c_0."""
-    along = brentq(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
-    return float(along), math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
+    along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
+    return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))

@@ -15,12 +15,12 @@ mode at rest that it contains most.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.optimize import brentq
 
 from hpcwhirl.reduction.cyclic import Complexes, is_simple
 from hpcwhirl.reduction.families import family_ranks
@@ -31,6 +31,7 @@ from hpcwhirl.reduction.modes import (
     has_centre,
     stiffening_at,
 )
+from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
 
 Floats = NDArray[np.float64]
@@ -317,7 +318,7 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
                 if not np.isfinite(sizes[i : i + 2]).all():
                     continue
                 ends = grid[i], grid[i + 1]
-                found.append(float(brentq(ahead, *ends, args=(place,))))
+                found.append(zero_between(partial(ahead, place=place), *ends))
         if not np.isfinite(sizes).any():
             break
     return sorted(found)
@@ -455,7 +456,7 @@ def unstable_from(model: ModalModel, blades: int) -> float | None:
     low = 0.0
     for speed in speeds.tolist():
         if growth(speed) > 0.0:
-            return speed if speed == 0.0 else float(brentq(growth, low, speed))
+            return speed if speed == 0.0 else zero_between(growth, low, speed)
         low = speed
     return None
 
