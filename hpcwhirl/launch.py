@@ -34,6 +34,8 @@ FAMILIES = {  # MPI family: words in the version text of its libraries and launc
     "Open MPI": ("open mpi", "openrte", "prte"),
     "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
 }
+READY = 13  # rank 0 to another, as a tag
+REST = 0.01  # s between looks for it
 HEARD_WITHIN = 2.0  # s in which a launcher has read what a rank printed last
 MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
@@ -118,6 +120,20 @@ def communicator() -> Communicator:
         msg = f"the launcher started {ranks} ranks but MPI sees {comm.size}: {why}"
         raise InputError(msg)
     return comm
+
+
+def rest_until_root(comm: Any) -> None:
+    """Return once rank 0 has called; every rank must call.
+
+    The others sleep meanwhile. In a collective call they would spin, each on a core.
+    """
+    if comm.rank == 0:
+        for rank in range(1, comm.size):
+            comm.send(None, dest=rank, tag=READY)
+        return
+    while not comm.Iprobe(source=0, tag=READY):
+        time.sleep(REST)
+    comm.recv(source=0, tag=READY)
 
 
 def end_all(comm: Communicator, code: int) -> None:

@@ -22,7 +22,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.launch import Communicator, end_all
+from hpcwhirl.launch import Communicator, end_all, rest_until_root
 from hpcwhirl.store.directory.owner import Claim
 
 T = TypeVar("T")
@@ -74,6 +74,7 @@ class Session:
                 done = action()
             except WhirlError as failed:
                 done = failed
+        rest_until_root(self.comm)
         told: T | WhirlError = self.comm.bcast(done, root=0)
         return told
 

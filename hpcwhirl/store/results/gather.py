@@ -23,7 +23,7 @@ import h5py
 import numpy as np
 
 from hpcwhirl.errors import NoRoomError, WhirlError
-from hpcwhirl.launch import ALONE, Communicator, end_all
+from hpcwhirl.launch import ALONE, Communicator, end_all, rest_until_root
 from hpcwhirl.store.atomic import part_of, publish, sweep
 from hpcwhirl.store.directory.manifest import read_manifest
 from hpcwhirl.store.directory.owner import RESULTS as OWNER_OF_RESULTS
@@ -80,17 +80,17 @@ def gather(
         told = {**facts, "gather": _how(parallel, comm.size)}
         fit = partial(_fitting, folder, told if parallel else None, asking.say)
         begin = partial(_begin, folder, stack, asking, fit) if rank == 0 else None
-        begun = _agreed(begin, final, comm)
+        begun = _agreed(begin, final, comm, of_root=True)
         write = end = None
         if parallel or rank == 0:
             part, content = comm.bcast(begun and begun[1:]) if parallel else begun[1:]
             among = comm if parallel else ALONE
             write = partial(_write_file, part, content, told, compress, among)
             write = partial(_or_all_end, write, part, final, among)
-        _agreed(write, final, comm)
+        _agreed(write, final, comm, of_root=not parallel)
         if rank == 0:
             end = partial(_end, begun[0], begun[1], final)
-        _agreed(end, final, comm)
+        _agreed(end, final, comm, of_root=True)
     return final
 
 
@@ -127,8 +127,17 @@ def _end(own: Claim, part: Path, final: Path) -> None:
     stamp(final)
 
 
-def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -> Any:
-    """Return the value of `action`; an error of one rank is raised on all."""
+def _agreed(
+    action: Callable[[], Any] | None,
+    final: Path,
+    comm: Communicator,
+    *,
+    of_root: bool = False,
+) -> Any:
+    """Return the value of `action`; an error of one rank is raised on all.
+
+    of_root : whether only rank 0 has an action; the others sleep meanwhile
+    """
     value: Any = None
     error: Exception | None = None
     try:
@@ -140,6 +149,8 @@ def _agreed(action: Callable[[], Any] | None, final: Path, comm: Communicator) -
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
         error.__cause__ = failed
+    if of_root:
+        rest_until_root(comm)
     for found in (error, *comm.allgather(error)):
         if found is not None:
             raise found
