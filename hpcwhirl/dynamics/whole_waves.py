@@ -37,7 +37,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Load,
     WholeRotor,
 )
-from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
@@ -257,7 +257,7 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
         contact(along @ waves.passing, along @ more),
         _ring(model, scene), _upper(waves),
     )  # fmt: skip
-    return WholeRotor._make(aligned(np.ravel(array)) for array in arrays)
+    return WholeRotor._make(all_aligned([np.ravel(array) for array in arrays]))
 
 
 def _ring(model: Model, scene: Scene) -> Floats:

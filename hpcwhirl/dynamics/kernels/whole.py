@@ -193,6 +193,25 @@ def works_of(rotor, s, at, first, last):
 
 
 @inlined
+def add_one(rows, at, force, s, modes):
+    """Add a row, begun at `at`, times a force to the first of s; modes : of 8."""
+    force = broadcast(force)
+    for m in range(0, modes, EIGHT):
+        store(s, m, fma(load(rows, at + m), force, load(s, m)))
+        there = m + FOUR
+        store(s, there, fma(load(rows, at + there), force, load(s, there)))
+
+
+@inlined
+def add_two(rows, at, force, other, beside, s, modes):
+    """Add two rows, each times a force, to the first of s; as `add_one` twice."""
+    force, beside = broadcast(force), broadcast(beside)
+    for m in range(0, modes, FOUR):
+        one = fma(load(rows, at + m), force, load(s, m))
+        store(s, m, fma(load(rows, other + m), beside, one))
+
+
+@inlined
 def push_waves(push, where, active, rotor, s, mu, tips, before, sums, slip):
     """Add what the multipliers do to the amplitudes, and book their works.
 
@@ -223,14 +242,11 @@ def push_waves(push, where, active, rotor, s, mu, tips, before, sums, slip):
         sums[0] += push[i] * opened
         sums[1] += push[i] * slip[j]
         sums[2] += 0.5 * push[i] * (opened + mu * slip[j])
-    for m in range(0, modes, EIGHT):
-        x, y = load(s, m), load(s, m + FOUR)
-        for i in range(active):
-            at, force = where[i] * modes + m, broadcast(push[i])
-            x = fma(load(rotor.push, at), force, x)
-            y = fma(load(rotor.push, at + FOUR), force, y)
-        store(s, m, x)
-        store(s, m + FOUR, y)
+    for i in range(0, active - 1, 2):
+        add_two(rotor.push, where[i] * modes, push[i], where[i + 1] * modes,
+                push[i + 1], s, modes)
+    if active % 2 == 1:
+        add_one(rotor.push, where[active - 1] * modes, push[active - 1], s, modes)
 
 
 @rare
