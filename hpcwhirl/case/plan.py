@@ -113,7 +113,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
-    lean = lean and (spin is None or (bool(spin.waves) and spin.support.is_plain))
+    lean = lean and (spin is None or spin.support.is_plain)
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted and settling < math.inf, settling)
 

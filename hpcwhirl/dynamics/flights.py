@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,10 +58,18 @@ def flying_waves(items: Floats, step: float) -> Flyer:
 
 def all_die_out(items: Floats) -> bool:
     """Return whether all waves that contact can excite decay; items (ITEMS, size)."""
-    ahead, away = items[[waves.AHEAD_RE, waves.AHEAD_IM]]
-    less = 2 * ahead + ahead**2 + away**2  # |z|^2 - 1, without cancelling
-    moved = items[[waves.PUSH_RE, waves.PUSH_IM]].any(axis=0)
-    return bool((less < 0.0).all(where=moved | (ahead != 0.0) | (away != 0.0)))
+    ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
+    return die_out(ahead, items[[waves.PUSH_RE, waves.PUSH_IM]])
+
+
+def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
+    """Return whether all waves that move or that contact excites decay.
+
+    ahead, push : (w,), z - 1 of each wave; (r, w), what contact adds to it
+    """
+    pushed = np.asarray(push.any(axis=0))
+    less = 2 * ahead.real + ahead.real**2 + ahead.imag**2  # |z|^2 - 1, not cancelling
+    return bool((less < 0.0).all(where=pushed | (ahead != 0.0)))
 
 
 def flight_arrays(

@@ -8,10 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.free_modes import FreeModes
-from hpcwhirl.dynamics.free_waves import FreeWaves
+from hpcwhirl.dynamics.free_waves import FreeWaves, FreeWhole, complex_rows
 from hpcwhirl.dynamics.kernels import passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, GeneralRotor, WaveRotor
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    GeneralRotor,
+    WaveRotor,
+    WholeRotor,
+)
 from hpcwhirl.dynamics.turning_waves import unpacked
 
 Floats = NDArray[np.float64]
@@ -36,7 +41,7 @@ class Shapes(NamedTuple):
 
 def free_rotor(
     arrays: Arrays, blades: int, step: float
-) -> tuple[FreeModes | FreeWaves, Shapes]:
+) -> tuple[FreeModes | FreeWaves | FreeWhole, Shapes]:
     """Return the free motion of a rotor and the shapes of its tips and centre.
 
     Parameters
@@ -45,7 +50,10 @@ def free_rotor(
     blades : number of blades that are marched
     step : s
     """
-    body: FreeModes | FreeWaves
+    body: FreeModes | FreeWaves | FreeWhole
+    if isinstance(arrays.rotor, WholeRotor):
+        body = FreeWhole(arrays.rotor)
+        return body, _chosen(_whole(arrays.rotor, body.half), body.own)
     if isinstance(arrays.rotor, GeneralRotor):
         items = passes.unpacked(arrays.rotor.items)
         body = FreeModes(items, 1, items.shape[1], step)
@@ -78,6 +86,12 @@ def _general(rotor: GeneralRotor, blades: int) -> Shapes:
     hub = rotor.hub.reshape(2, -1)
     whole = [rows.astype(np.complex128) for rows in (radial, along, hub)]
     return Shapes(whole[0], whole[1], whole[2], np.abs(radial))
+
+
+def _whole(rotor: WholeRotor, half: int) -> Shapes:
+    read = rotor.radial, rotor.tangential, rotor.hub
+    radial, along, hub = (complex_rows(rows, half) for rows in read)
+    return Shapes(-radial.conj(), -along.conj(), hub, np.abs(radial))
 
 
 def _chosen(shapes: Shapes, own: NDArray[np.intp]) -> Shapes:

@@ -2,8 +2,8 @@
 
 |a| is multiplied by |z| at each step. The circular orbit of an unbalanced rotor is
 a wave that is at rest in the rotating frame, z = 1, and that contact does not excite.
-Jacobi's energy is a quadratic form of the amplitudes of each nodal diameter; the loss
-is its decrease, so that no loss is left pending.
+Jacobi's energy is a quadratic form of the amplitudes, of each nodal diameter by itself
+in a rotor of equal sectors; the loss is its decrease, so that no loss is left pending.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.flights import all_die_out
+from hpcwhirl.dynamics.flights import all_die_out, die_out
 from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.kernels import waves
-from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
+from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
+from hpcwhirl.dynamics.whole_waves import unpacked_form
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -31,12 +32,12 @@ class WavesMotion:
     ----------
     most : (waves,), bounds of |a| at all later steps
     amplitudes : (waves,), a at the start
-    body : the waves
+    body : the waves, of all nodal diameters or of the whole
     """
 
     most: Floats
     amplitudes: Complexes
-    body: FreeWaves
+    body: FreeWaves | FreeWhole
 
     def places(self, z: Complexes) -> Complexes:
         """Return the amplitudes a = z^n a_0 at some samples, (samples, waves).
@@ -54,19 +55,12 @@ class WavesMotion:
 
     def energies(self, z: Complexes) -> Floats:
         """Return the energy of all waves, (samples,), J; z as in `places`."""
-        body = self.body
-        slots, rows, _ = body.form.shape
-        every = np.zeros((len(z), rows * slots), dtype=np.complex128)
-        every[:, body.own] = self.places(z)
-        a = every.reshape(-1, rows, slots).transpose(2, 0, 1)
-        pair = a @ body.form.transpose(0, 2, 1)
-        return np.asarray((a.conj() * pair).real.sum(axis=(0, 2)))
+        return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
         """Set a state to that after `steps` steps, as the kernel would leave it.
 
-        The state includes the spectra of the gaps of the last `waves.SEEN` steps. No
-        loss is pending, so that the rates and squares returned, see
+        No loss is pending, so that the rates and squares returned, see
         `free_modes.ModesMotion.leave`, are empty.
 
         Parameters
@@ -74,23 +68,16 @@ class WavesMotion:
         state : of the rotor in the kernel, set here
         steps, step : number of steps since the start of this motion and of the march
         """
-        body, rows = self.body, state.reshape(-1, 2, self.body.slots)
-        rows[:] = 0.0
-        for back in range(waves.SEEN):
-            a = np.zeros(body.size, dtype=np.complex128)
-            a[body.own] = self.places(np.exp((steps - back) * body.log))
-            if back == 0:
-                amplitudes = a.reshape(-1, body.slots)
-                rows[: len(amplitudes), 0] = flushed(amplitudes.real)
-                rows[: len(amplitudes), 1] = flushed(amplitudes.imag)
-            a[body.own] *= body.radial
-            seen = a.reshape(-1, body.slots).sum(axis=0)
-            rows[(step - back) % waves.SEEN - waves.SEEN] = seen.real, seen.imag
+        back = np.arange(self.body.seen)
+        past = self.places(np.exp(np.outer(steps - back, self.body.log)))
+        self.body.write(past, state, step)
         return np.zeros(0), np.zeros(0)
 
 
 class FreeWaves:
     """Waves of a rotor in the state of the kernel `waves`.
+
+    The state includes the spectra of the gaps of the last `waves.SEEN` steps.
 
     Attributes
     ----------
@@ -99,7 +86,10 @@ class FreeWaves:
     decays : whether all motion that contact can cause dies out
     radial : (w,), gap that a unit amplitude opens
     form : (slots, rows, rows), J, upper triangles: energy Re(a* form a) of a slot
+    seen : steps whose amplitudes determine a state
     """
+
+    seen = waves.SEEN
 
     def __init__(self, rotor: WaveRotor, slots: int) -> None:
         items = unpacked(rotor.items, waves.ITEMS)
@@ -117,8 +107,76 @@ class FreeWaves:
         upper = np.triu_indices(rows)
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
+    def energies(self, a: Complexes) -> Floats:
+        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        slots, rows, _ = self.form.shape
+        every = np.zeros((len(a), rows * slots), dtype=np.complex128)
+        every[:, self.own] = a
+        apart = every.reshape(-1, rows, slots).transpose(2, 0, 1)
+        pair = apart @ self.form.transpose(0, 2, 1)
+        return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
+
+    def write(self, past: Complexes, state: Floats, step: int) -> None:
+        """Set a state at a step; past : (seen, w), amplitudes, the last ones first."""
+        rows = state.reshape(-1, 2, self.slots)
+        rows[:] = 0.0
+        for back, values in enumerate(past):
+            a = np.zeros(self.size, dtype=np.complex128)
+            a[self.own] = values
+            if back == 0:
+                amplitudes = a.reshape(-1, self.slots)
+                rows[: len(amplitudes), 0] = flushed(amplitudes.real)
+                rows[: len(amplitudes), 1] = flushed(amplitudes.imag)
+            a[self.own] *= self.radial
+            seen = a.reshape(-1, self.slots).sum(axis=0)
+            rows[(step - back) % waves.SEEN - waves.SEEN] = seen.real, seen.imag
+
     def motion(self, state: Floats, _: int) -> WavesMotion:
         """Return the free motion from a state without a pending step."""
         parts = state[: 2 * self.size].reshape(-1, 2, self.slots)
         a = (parts[:, 0] + 1j * parts[:, 1]).ravel()[self.own]
         return WavesMotion(np.abs(a), a, self)
+
+
+class FreeWhole:
+    """Waves of a rotor of unequal sectors in the state of the kernel `whole`.
+
+    Attributes
+    ----------
+    own, log, radius, decays, seen : as of `FreeWaves`; own among amplitudes
+    form : (2 w, 2 w), J: energy q^T form q of all re, then all im of the amplitudes
+    """
+
+    seen = 1
+
+    def __init__(self, rotor: WholeRotor) -> None:
+        self.half = len(rotor.drift)
+        ahead = complex_rows(rotor.ahead, self.half)[0]
+        push, read = (complex_rows(r, self.half) for r in (rotor.push, rotor.radial))
+        self.own = np.flatnonzero(np.vstack([ahead, push, read]).any(axis=0))
+        self.decays = die_out(ahead, push)
+        self.log = np.log1p(ahead[self.own])
+        self.radius = np.exp(self.log.real)
+        places = np.concatenate([self.own, self.half + self.own])
+        self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
+
+    def energies(self, a: Complexes) -> Floats:
+        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        q = np.hstack([a.real, a.imag])
+        return np.asarray(((q @ self.form) * q).sum(axis=1))
+
+    def write(self, past: Complexes, state: Floats, _: int) -> None:
+        """Set a state; past : (1, w), amplitudes."""
+        state[self.own] = flushed(past[0].real)
+        state[self.half + self.own] = flushed(past[0].imag)
+
+    def motion(self, state: Floats, _: int) -> WavesMotion:
+        """Return the free motion from a state."""
+        a = state[self.own] + 1j * state[self.half + self.own]
+        return WavesMotion(np.abs(a), a, self)
+
+
+def complex_rows(parts: Floats, half: int) -> Complexes:
+    """Return rows (r, half), re + i im, of flat ones with all re before all im."""
+    rows = parts.reshape(-1, 2, half)
+    return np.asarray(rows[:, 0] + 1j * rows[:, 1])

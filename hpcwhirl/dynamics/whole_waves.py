@@ -277,3 +277,13 @@ def _upper(waves: WholeWaves) -> Floats:
     form[np.ix_(waves.places, waves.places)] = waves.form
     upper = np.triu(form) + np.triu(form, 1)
     return np.concatenate([row[i - i % FOUR :] for i, row in enumerate(upper)])
+
+
+def unpacked_form(upper: Floats, size: int) -> Floats:
+    """Return the form (size, size) of what a kernel reads of it, see `_upper`."""
+    form, at = np.zeros((size, size)), 0
+    for i in range(size):
+        first = i - i % FOUR
+        form[i, first:] = upper[at : at + size - first]
+        at += size - first
+    return form

@@ -243,8 +243,15 @@ def push_waves(push, where, active, rotor, s, mu, tips, before, sums, slip):
         sums[1] += push[i] * slip[j]
         sums[2] += 0.5 * push[i] * (opened + mu * slip[j])
     for i in range(0, active - 1, 2):
-        add_two(rotor.push, where[i] * modes, push[i], where[i + 1] * modes,
-                push[i + 1], s, modes)
+        add_two(
+            rotor.push,
+            where[i] * modes,
+            push[i],
+            where[i + 1] * modes,
+            push[i + 1],
+            s,
+            modes,
+        )
     if active % 2 == 1:
         add_one(rotor.push, where[active - 1] * modes, push[active - 1], s, modes)
 

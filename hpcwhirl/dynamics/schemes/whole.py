@@ -111,5 +111,6 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
         displacements=displacements,
         casing_width=2 * len(c_c) // ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
+        ended=ended,
     )
     return _circling(whole, model, scene, waves)
