@@ -78,7 +78,7 @@ def distance(march: March, a: Any, b: Any) -> float:
     rotor = march.model.rotor
     if rotor.spin is not None:
         step = int(a.counter[contact.STEP])
-        places = [march.scheme.displacements(each, step)[0] for each in (a, b)]
+        places = [march.scheme.motion(each, step).rotor for each in (a, b)]
         x = places[1] - places[0]
         energy += 0.5 * march.scene.speed**2 * float(x @ (rotor.mass @ x))
     return math.sqrt(max(energy, 0.0))

@@ -20,6 +20,7 @@ from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
+from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.waves import folds_well
@@ -56,16 +57,24 @@ class March:
     case
         the case; its `scene` and `model` are attributes here, too, as is `lean`, the
         scene and model that are integrated
+    start
+        the motion that it begins with, which another march has left; None: at rest, or
+        on the circle of an unbalanced rotor
 
     Raises
     ------
     InputError
         where the step is at or above a body's stability limit or too long for the
-        pulse or the speed, or where the samples would not fit in memory
+        pulse or the speed, or where the samples would not fit in memory; or where
+        `start` cannot be continued
     """
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Case, start: Motion | None = None) -> None:
         case.check()
+        if start is not None:
+            check_continuable(case.model, case.scene)
+            start = turned(case.model, start)
+        self.start = start
         self.case, self.scene, self.model = case, case.scene, case.model
         scene = self.scene
         self.total, self.stride = step_counts(scene)
@@ -77,10 +86,13 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Start from rest with a scene and model."""
+        """Start from rest, or from `start`, with a scene and model."""
         self.lean = lean
         with representable("the step"):
             self.scheme = scheme_of(lean.model, lean.scene, self.beat)
+        if self.start is not None and not self.scheme.begin(self.start):
+            self._begin(self.case.whole)
+            return
         self.state = self.scheme.state
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
@@ -218,7 +230,14 @@ class March:
 
         They are in the coordinates of the model.
         """
-        return self.scheme.displacements(self.state, self.steps)
+        now = self.scheme.motion(self.state, self.steps)
+        return now.rotor, now.casing
+
+    def motion(self) -> Motion:
+        """Return displacements and velocities, and the angle of the rotor."""
+        now = self.scheme.motion(self.state, self.steps)
+        angle = self.scene.speed * (self.steps * self.scene.solver.time_step)
+        return now._replace(angle=angle % (2.0 * math.pi))
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any division into slices gives the same bits."""

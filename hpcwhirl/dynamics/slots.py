@@ -306,10 +306,10 @@ def _ring_modes(model: Model) -> list[_RingMode]:
     return out
 
 
-def rotor_amplitudes(model: Model, state: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from a state without a pending step."""
+def rotor_amplitudes(model: Model, values: Floats) -> Floats:
+    """Return the rotor's modal amplitudes (m,) from those in slots, (2 rows slots,)."""
     slots, _ = widths(model.blades)
-    rotor = state.reshape(passes.ROTOR_STATE, -1, 2, slots)[0]
+    rotor = values.reshape(-1, 2, slots)
     q_b = np.zeros(len(model.rotor.omega))
     for mode in _rotor_modes(model):
         value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
@@ -317,16 +317,26 @@ def rotor_amplitudes(model: Model, state: Floats) -> Floats:
     return q_b
 
 
-def ring_displacements(model: Model, scene: Scene, state: Floats, steps: int) -> Floats:
-    """Return the ring's modal amplitudes (n,), static frame.
+def rotor_slots(model: Model, q_b: Floats) -> Floats:
+    """Return the rotor's amplitudes in slots, (2 rows slots,), from modal ones (m,)."""
+    modes, (slots, _) = _rotor_modes(model), widths(model.blades)
+    out = np.zeros((1 + max(mode.row for mode in modes), 2, slots))
+    for mode in modes:
+        value = complex(*q_b[list(mode.members)]) / mode.turn
+        out[mode.row, :, mode.slot] = value.real, value.imag
+    return out.ravel()
 
-    state, steps : of the ring, without a pending step, and its number of steps
+
+def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
+    """Return the ring's amplitudes in slots, (2 rows slots,), from modal ones (n,).
+
+    The rotor is at the angle 0, where both frames are the same.
     """
-    if model.casing is None:
-        return np.zeros(0)
-    ring = state[: 2 * len(state) // passes.RING_STATE]
-    angle = scene.speed * steps * scene.solver.time_step
-    return np.asarray(ring_amplitudes(model, ring[None], np.array([angle]))[0])
+    out = np.zeros((2, rows, widths(model.blades)[0]))
+    for place in _ring_modes(model):
+        value = complex(*q_c[list(place.members)])
+        out[:, place.row, place.slot] = value.real, -place.sign * value.imag
+    return out.ravel()
 
 
 def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:

@@ -35,6 +35,8 @@ def fingerprint(march: March) -> str:
     looks = march.coast is not None  # for a certificate, which ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())
     _feed(digest, march.scheme.arrays)
+    if march.start is not None:
+        _feed(digest, march.start)
     return digest.hexdigest()
 
 

@@ -103,6 +103,18 @@ class Diameter:
         """Return the factors (w,) that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
+    @property
+    def rates(self) -> Complexes:
+        """Velocities, (m, w), of unit amplitudes; of differences (d + d') / 2 dt."""
+        raise NotImplementedError
+
+    def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
+        """Return a (w,) of a motion x, x', (m,) each."""
+        scale = float(np.abs(self.rates).max())
+        basis = np.vstack([self.shapes, self.rates / scale])
+        found = np.linalg.solve(basis, np.concatenate([x, rate / scale]))
+        return np.asarray(found)
+
     def force(self, mu: float) -> Complexes:
         """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
         return np.asarray((self.radial + mu * self.along).conj())
@@ -140,6 +152,11 @@ class Differences(Diameter):
 
     give: Complexes
 
+    @property
+    def rates(self) -> Complexes:
+        """Return (d + d') / 2 dt, d' of the next step."""
+        return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
+
     def pushed(self, mu: float) -> Complexes:
         """Return beta: the change of x equals that of d."""
         more = self.passed(mu)
@@ -175,6 +192,11 @@ class Flow(Diameter):
     """Waves of the exact flow; roots : (w,), s, 1/s."""
 
     roots: Complexes
+
+    @property
+    def rates(self) -> Complexes:
+        """Return x'."""
+        return self.rises
 
     def _struck(self, mu: float) -> Complexes:
         """Return the amplitudes of the impulse of a unit Lambda at a step's start."""
@@ -290,10 +312,7 @@ def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle |
     places, body = circle(model, scene), model.rotor
     if places is None:
         return None
-    q = body.shapes.T @ (body.mass @ places)
-    parts = [np.flatnonzero((body.diameter == 1) & (body.phase == p)) for p in (0, 1)]
-    real, imag = (q[part[np.argsort(body.rank[part])]] for part in parts)
-    shape = real + 1j * imag
+    shape = modes_of(model, 1, body.shapes.T @ (body.mass @ places))
     opened = complex(diameters[1].radial @ shape)
     amplitude = opened / abs(opened) if opened else 1.0 + 0.0j
     return Circle(amplitude, shape / amplitude)
@@ -406,15 +425,27 @@ def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
 
-def modal_places(model: Model, state: Floats, diameters: list[Diameter]) -> Floats:
-    """Return the amplitudes (m,) of the modes at rest from a completed state."""
-    body, slots = model.rotor, widths(model.blades)[0]
-    q = np.zeros(len(body.omega))
-    for own in diameters:
-        x = own.shapes @ amplitudes_of(state, own, slots)
-        same = body.diameter == own.k
+def modal_places(
+    model: Model, diameters: list[Diameter], places: list[Complexes]
+) -> Floats:
+    """Return the amplitudes (m,) of the modes at rest; places : x of each diameter."""
+    q = np.zeros(len(model.rotor.omega))
+    for own, x in zip(diameters, places, strict=True):
         for phase, part in enumerate(_parts(x)):
-            members = np.flatnonzero(same & (body.phase == phase))
+            members = _members(model, own.k, phase)
             if len(members):
-                q[members[np.argsort(body.rank[members])]] = part
+                q[members] = part
     return q
+
+
+def modes_of(model: Model, k: int, q: Floats) -> Complexes:
+    """Return x of a nodal diameter from the amplitudes q (m,) of the modes at rest."""
+    real, imag = (q[_members(model, k, phase)] for phase in (0, 1))
+    return np.asarray(real + 1j * imag if len(imag) else real + 0j)
+
+
+def _members(model: Model, k: int, phase: int) -> NDArray[np.intp]:
+    """Return the modes of a nodal diameter and phase, by rank."""
+    body = model.rotor
+    members = np.flatnonzero((body.diameter == k) & (body.phase == phase))
+    return members[np.argsort(body.rank[members])]

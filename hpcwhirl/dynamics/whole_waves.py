@@ -100,6 +100,11 @@ class WholeWaves:
         """
         return -(-(len(self.ahead) + 1) // EIGHT) * EIGHT
 
+    @property
+    def rates(self) -> Complexes:
+        """Velocities, (m, w), of unit amplitudes: (d + d') / 2 dt, d' of the next."""
+        return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
+
     @cached_property
     def basis(self) -> Floats:
         """Return the matrix, (2 m, 2 m), that gives (x, d / scale) from q."""

@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState, CoupledBody
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    BodiesState,
+    CoupledBody,
+    DenseBody,
+)
+from hpcwhirl.dynamics.motion import (
+    FreeSteps,
+    Motion,
+    Steps,
+    check_sizes,
+    gaps_of,
+    lowering,
+    modal_steps,
+)
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Floats,
     Integrator,
     nothing_yet,
     reader,
-    unfold,
 )
 from hpcwhirl.dynamics.unbalance import amplitudes_at_start
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+
+NONE = np.zeros((0, 0))
 
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
@@ -61,12 +81,90 @@ def started(
     return whole
 
 
-def two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the integrator of two bodies as modes by `kernels.bodies.march_bodies`.
+@dataclass(frozen=True)
+class Coordinates:
+    """The coordinates y of a body in the kernel's state, x = lift y + still.
 
-    Schemes replace its fields where they differ.
+    Attributes
+    ----------
+    steps : free steps of y
+    lift, lower : (n, m), () -> (m, n): x = lift y, y = lower x
+    still : (n,), m, of an unbalanced rotor x_s, else 0
+    whole : whether the state has x itself, not y
     """
-    step = scene.solver.time_step
+
+    steps: Steps
+    lift: Floats
+    lower: Callable[[], Floats]
+    still: Floats
+    whole: bool = False
+
+    def read(self, q: Floats, d: Floats) -> tuple[Floats, Floats]:
+        """Return x and x' (n,) from amplitudes and increments of a state."""
+        size = self.lift.shape[1]
+        y = q[:size] - self.still if self.whole else q[:size]
+        return self.lift @ y + self.still, self.lift @ self.steps.velocities(
+            y, d[:size]
+        )
+
+    def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
+        """Set amplitudes and increments of a state; return x a step earlier, (n,)."""
+        lower = self.lower()
+        y = lower @ (x - self.still)
+        rise, size = self.steps.increments(y, lower @ v), len(y)
+        q[:size], d[:size] = y + self.still if self.whole else y, rise
+        return np.asarray(x - self.lift @ rise)
+
+
+def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
+    """Return the coordinates of a body as modes without terms of rotation."""
+    steps = modal_steps(body, step, exact=False)
+    if body is None:
+        return Coordinates(steps, NONE, lambda: NONE, np.zeros(0))
+    shapes = body.shapes
+    lower = partial(lowering, body, shapes)
+    return Coordinates(steps, shapes, lower, np.zeros(len(shapes)))
+
+
+def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
+    """Return the coordinates of a body as matrices; still : (n,), x_s, m."""
+    size = len(still)
+    keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))
+    same = np.eye(size)
+    steps = FreeSteps(keep, pull, step)
+    return Coordinates(steps, same, lambda: same, still, whole=True)
+
+
+def two_bodies(
+    model: Model,
+    scene: Scene,
+    arrays: Arrays,
+    held: tuple[Coordinates, Coordinates] | None = None,
+) -> Integrator:
+    """Return the integrator of two bodies by `kernels.bodies.march_bodies`.
+
+    held : coordinates of rotor and casing in the state; None: their modes
+    """
+    step, state_at_rest = scene.solver.time_step, _bodies(model, scene, arrays)
+    if held is None:
+        each = (modal_coordinates(body, step) for body in (model.rotor, model.casing))
+        held = next(each), next(each)
+    b, c = held
+
+    def motion(state: BodiesState, _: int) -> Motion:
+        rotor, casing = b.read(state.q_b, state.d_b), c.read(state.q_c, state.d_c)
+        return Motion(rotor[0], rotor[1], casing[0], casing[1])
+
+    def begin(motion: Motion) -> bool:
+        check_sizes(model, motion)
+        x, v, y, w, _ = motion
+        state, back = state_at_rest, -scene.speed * step
+        was = b.write(x, v, state.q_b, state.d_b), c.write(y, w, state.q_c, state.d_c)
+        state.gaps[:] = gaps_of(model, scene.gap, x, y, 0.0)
+        state.older[:] = gaps_of(model, scene.gap, *was, back)
+        state.ledger[:] = 0.0
+        state.ledger[PULSE] = balance(state).energy
+        return True
 
     def balance(state: BodiesState) -> Balance:
         energy = sum(energies_of(arrays.rotor, arrays.casing, state, step))
@@ -75,9 +173,10 @@ def two_bodies(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     return Integrator(
         kernel=march_bodies,
         arrays=arrays,
-        state=_bodies(model, scene, arrays),
+        state=state_at_rest,
         balance=balance,
-        displacements=lambda s, _: unfold(model, s.q_b, s.q_c),
+        motion=motion,
+        begin=begin,
         casing_width=len(arrays.casing.keep),
         casing_waves=reader(model, scene, lambda q, _: waves_of_modes(model, q)),
     )

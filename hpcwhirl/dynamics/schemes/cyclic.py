@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.motion import modal_steps
 from hpcwhirl.dynamics.schemes.integrator import (
     Ended,
-    Floats,
     Integrator,
     at_rest,
     balance_of,
+    motions_in_slots,
     reader,
     ring_reader,
-    unfold,
     with_space,
 )
-from hpcwhirl.dynamics.slots import cyclic_arrays, ring_displacements, rotor_amplitudes
+from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces, Slots
+from hpcwhirl.dynamics.slots import cyclic_arrays
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -36,10 +37,9 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     arrays, rows, ring_rows = cyclic_arrays(model, scene, beat)
     k, _ = cyclic.widths(model.blades)
     sizes = passes.ROTOR_STATE * rows * 2 * k, 3 * 2 * k
-    return cyclic_march(
-        model, scene, arrays, (ring_rows, *sizes),
-        lambda s_b: rotor_amplitudes(model, s_b),
-    )  # fmt: skip
+    exact = SCHEMES[scene.solver.scheme].flies
+    steps = modal_steps(model.rotor, scene.solver.time_step, exact=exact)
+    return cyclic_march(model, scene, arrays, (ring_rows, *sizes), Slots(model, steps))
 
 
 def cyclic_march(
@@ -47,7 +47,7 @@ def cyclic_march(
     scene: Scene,
     arrays: Arrays,
     sizes: tuple[int, int, int],
-    amplitudes: Callable[[Floats], Floats],
+    rotor_places: RotorPlaces,
 ) -> Integrator:
     """Return the integrator of a rotor of equal sectors, as modes or as waves.
 
@@ -56,8 +56,7 @@ def cyclic_march(
     model, scene : what is integrated
     arrays : constant arrays of the kernels `cyclic`
     sizes : rows of the ring, lengths of the rotor's state and of its sums
-    amplitudes : rotor's state without a pending step -> amplitudes (m,) of its modes at
-        rest
+    rotor_places : where the rotor's state has its motion
     """
     ring_rows, rotor, sums = sizes
     k, _ = cyclic.widths(model.blades)
@@ -78,17 +77,18 @@ def cyclic_march(
         )  # fmt: skip
         return s_b, s_c, sums_b, sums_c
 
-    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        s_b, s_c, _, _ = ended(state)
-        q_c = ring_displacements(model, scene, s_c, steps)
-        return unfold(model, amplitudes(s_b), q_c)
+    balance = balance_of(own, arrays, scene, ended)
+    ring_places = RingPlaces(model, scene, arrays.casing.items)
+    held = Held(rotor_places, ring_places, circle(model, scene))
+    motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
 
     return Integrator(
         kernel=with_space(march, lambda: cyclic.space_of(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
-        balance=balance_of(own, arrays, scene, ended),
-        displacements=displacements,
+        balance=balance,
+        motion=motion,
+        begin=begin,
         casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,

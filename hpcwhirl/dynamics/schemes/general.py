@@ -10,7 +10,7 @@ import numpy as np
 import hpcwhirl.dynamics.kernels.coupled
 import hpcwhirl.dynamics.kernels.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what modes and supports do
-from hpcwhirl.case.unbalance import is_unbalanced, share_at_start, steady_at
+from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import differences, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import (
@@ -23,22 +23,27 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     BodiesState,
     CyclicState,
 )
+from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import modal_arrays
-from hpcwhirl.dynamics.schemes.bodies import started, two_bodies
+from hpcwhirl.dynamics.schemes.bodies import (
+    Coordinates,
+    modal_coordinates,
+    started,
+    two_bodies,
+)
 from hpcwhirl.dynamics.schemes.integrator import (
-    Floats,
     Integrator,
     at_rest,
     balance_of,
     ended_by,
+    motions_in_slots,
     reader,
     ring_reader,
-    unfold,
     with_space,
 )
-from hpcwhirl.dynamics.slots import ring_displacements
+from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, Rows
 from hpcwhirl.dynamics.tips import general_arrays
-from hpcwhirl.dynamics.turning import by_diameter
+from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
@@ -63,23 +68,28 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
     With an unbalance, the amplitudes are those of x - x_s, see `case.unbalance`.
     """
     body, order = model.rotor, by_diameter(model.rotor)[0]
-    place, step = np.argsort(order), scene.solver.time_step
-    whole = two_bodies(model, scene, modal_arrays(model, scene))
-    if not is_unbalanced(scene):
-        return replace(
-            whole, displacements=lambda s, _: unfold(model, s.q_b[place], s.q_c)
-        )
+    step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
+    own, still = turning(model, scene, shapes), circle(model, scene)
+    held = Coordinates(
+        FreeSteps(own.keep, own.pull, step), shapes, lambda: shapes.T @ body.mass,
+        np.zeros(len(shapes)) if still is None else still,
+    )  # fmt: skip
+    whole = two_bodies(
+        model, scene, modal_arrays(model, scene),
+        (held, modal_coordinates(model.casing, step)),
+    )  # fmt: skip
+    if still is None:
+        return whole
 
-    def displacements(state: BodiesState, steps: int) -> tuple[Floats, Floats]:
-        rotor, casing = unfold(model, state.q_b[place], state.q_c)
-        return rotor + steady_at(model, scene, steps * step), casing
+    def motion(state: BodiesState, steps: int) -> Motion:
+        swung = steady_at(model, scene, steps * step) - still
+        now = whole.motion(state, steps)
+        return now._replace(rotor=now.rotor + swung)
 
     less = share_at_start(model, scene) - 1.0
-    lift = less * body.shapes[:, order].T @ body.mass
+    lift = less * held.lower()
     now, before = (lift @ steady_at(model, scene, time) for time in (0.0, -step))
-    return replace(
-        started(whole, model, scene, now, now - before), displacements=displacements
-    )
+    return replace(started(whole, model, scene, now, now - before), motion=motion)
 
 
 def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
@@ -98,16 +108,18 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
 
     ended = ended_by(lambda state, copies: settle_general(c_b, c_c, state, copies))
 
-    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        s_b, s_c, _, _ = ended(state)
-        return unfold(model, s_b[:modes], ring_displacements(model, scene, s_c, steps))
+    balance = balance_of(differences, arrays, scene, ended)
+    steps = modal_steps(model.rotor, scene.solver.time_step, exact=False)
+    held = Held(Rows(steps, modes), RingPlaces(model, scene, c_c))
+    motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
 
     return Integrator(
         kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
-        balance=balance_of(differences, arrays, scene, ended),
-        displacements=displacements,
+        balance=balance,
+        motion=motion,
+        begin=begin,
         casing_width=2 * len(c_c) // passes.ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,

@@ -15,10 +15,17 @@ from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, WaveRotor
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
 from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes.places import (
+    Held,
+    nothing_booked,
+    write_gaps,
+)
 from hpcwhirl.dynamics.slots import ring_amplitudes
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -53,8 +60,11 @@ class Integrator:
     arrays : constant arrays, an argument of the kernel
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     balance : state -> terms that complete the entries of the state's ledger
-    displacements : (state, steps) -> rotor (n,) and casing (m,) in the coordinates of
-        the model's matrices, m
+    motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
+        step; of a rotor with an unbalance that of x, not of y
+    begin : `motion.Motion` at the angle 0 -> None; sets the state to it, at time 0. Its
+        energy is entered as work of the loading. False, changing nothing, where a model
+        of one sector cannot repeat it
     casing_width : number of coordinates of the casing that the kernel stores a sample
     casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
     ended : state -> copies of the arrays of rotor, ring and their sums, with the step
@@ -65,7 +75,8 @@ class Integrator:
     arrays: Arrays
     state: Any
     balance: Callable[[Any], Balance]
-    displacements: Callable[[Any, int], tuple[Floats, Floats]]
+    motion: Callable[[Any, int], Motion]
+    begin: Callable[[Motion], bool]
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
     ended: Callable[[CyclicState], Ended] | None = None
@@ -157,17 +168,67 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
     return never, counter, np.zeros(contact.ENTRIES), np.zeros(blades)
 
 
-def unfold(model: Model, q_b: Floats, q_c: Floats) -> tuple[Floats, Floats]:
-    """Return the displacements of rotor and casing, all sectors, from amplitudes.
+def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Motion:
+    """Return a motion of all sectors from its amplitudes.
 
-    q_b, q_c : modal amplitudes of rotor and ring, of one sector if the model is folded
+    found : of rotor and ring, of one sector if the model is folded
+    places : (n,), m, of the rotor where its amplitudes are 0; None: 0
     """
     lift = model.lifts[0] if model.lifts else model.rotor.shapes
-    rotor = lift @ q_b[: len(model.rotor.omega)]
+    rotor, velocity = lift @ found.rotor, lift @ found.rotor_rate
+    if places is not None:
+        rotor = rotor + places
     if model.casing is None:
-        return rotor, np.zeros(0)
+        return Motion(rotor, velocity, np.zeros(0), np.zeros(0))
     lift = model.lifts[1] if model.lifts else model.casing.shapes
-    return rotor, lift @ q_c[: len(model.casing.omega)]
+    return Motion(rotor, velocity, lift @ found.casing, lift @ found.casing_rate)
+
+
+def motions_in_slots(
+    model: Model,
+    scene: Scene,
+    state: CyclicState,
+    held: Held,
+    ended: Callable[[CyclicState], Ended],
+    balance: Callable[[CyclicState], Balance],
+) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
+    """Return `motion` and `begin` of an integrator in the rotating frame.
+
+    Parameters
+    ----------
+    model, scene : what is integrated
+    state : of the kernel, at rest
+    held : where it has rotor and ring
+    ended, balance : of the integrator
+    """
+    exact = SCHEMES[scene.solver.scheme].flies
+
+    def motion(state: CyclicState, steps: int) -> Motion:
+        s_b, s_c, _, _ = ended(state)
+        now = *held.rotor.read(s_b, steps & 1), *held.ring.read(s_c, steps)
+        return unfold(model, Amplitudes(*now), held.places)
+
+    def begin(motion: Motion) -> bool:
+        now = amplitudes(model, motion)
+        if now is None:
+            return False
+        still = np.zeros(len(now.rotor))
+        if held.places is not None:
+            still = model.rotor.shapes.T @ (model.rotor.mass @ held.places)
+        nothing_booked(state, exact=exact)
+        rotor = held.rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
+        ring = held.ring.write(state.ring, now.casing, now.casing_rate)
+        seen = [now, now._replace(rotor=rotor + still, casing=ring)]
+        if held.beside:
+            seen = [each._replace(rotor=0.0 * each.rotor) for each in seen]
+        write_gaps(state, model, scene, *seen)
+        begun = balance(state)
+        state.ledger[contact.PULSE] = begun.energy
+        # of waves, whose loss is what they were given less what they have
+        state.sums_b[2 * len(state.sums_b) // 3] -= begun.damping
+        return True
+
+    return motion, begin
 
 
 def reader(

@@ -2,29 +2,72 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.dynamics.free_waves import FreeWaves
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_march
 from hpcwhirl.dynamics.schemes.integrator import Floats, Integrator
 from hpcwhirl.dynamics.turning_waves import (
+    Complexes,
     Diameter,
+    amplitudes_of,
     circle_of,
     diameters_of,
     is_basis,
     is_exact,
     modal_places,
+    modes_of,
     wave_arrays,
 )
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
+
+
+@dataclass(frozen=True)
+class _WavePlaces:
+    """Where a state has a rotor's waves; rotor : the kernel's arrays.
+
+    seen : whether it has the spectra of the last steps, too
+    """
+
+    model: Model
+    diameters: list[Diameter]
+    rotor: WaveRotor
+    seen: bool
+
+    def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates of the modes at rest from an ended state."""
+        waves_of = [amplitudes_of(state, own, self._slots) for own in self.diameters]
+        pairs = list(zip(self.diameters, waves_of, strict=True))
+        places = [own.shapes @ a for own, a in pairs]
+        rates = [own.rates @ a for own, a in pairs]
+        return self._modal(places), self._modal(rates)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0; return the amplitudes a step earlier."""
+        before, rows = [], state.reshape(-1, 2, self._slots)
+        for own in self.diameters:
+            a = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))
+            rows[: len(a), 0, own.k], rows[: len(a), 1, own.k] = a.real, a.imag
+            before.append(own.shapes @ (a * own.before))
+        if self.seen:
+            FreeWaves(self.rotor, self._slots).motion(state, 0).leave(state, 0, 0)
+        return self._modal(before)
+
+    @property
+    def _slots(self) -> int:
+        return widths(self.model.blades)[0]
+
+    def _modal(self, places: list[Complexes]) -> Floats:
+        return modal_places(self.model, self.diameters, places)
 
 
 def _circling(
@@ -50,12 +93,7 @@ def _circling(
     if share < 1.0:
         energy = whole.balance(state).energy
         state.sums_b[2 * k + own.k] = state.ledger[PULSE] = energy
-
-    def displacements(now: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        rotor, casing = whole.displacements(now, steps)
-        return rotor + places, casing
-
-    return replace(whole, displacements=displacements)
+    return whole
 
 
 def has_waves(model: Model) -> bool:
@@ -95,8 +133,6 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     k, _ = widths(model.blades)
     seen = 0 if is_exact(scene) else waves.SEEN
     rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
-    whole = cyclic_march(
-        model, scene, arrays, (ring_rows, rotor, 3 * k),
-        lambda s_b: modal_places(model, s_b, diameters),
-    )  # fmt: skip
+    places = _WavePlaces(model, diameters, arrays.rotor, seen=seen > 0)
+    whole = cyclic_march(model, scene, arrays, (ring_rows, rotor, 3 * k), places)
     return _circling(whole, model, scene, diameters)

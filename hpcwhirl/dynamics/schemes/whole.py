@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any, cast
+
+import numpy as np
 
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
@@ -20,12 +22,12 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Integrator,
     at_rest,
     ended_by,
+    motions_in_slots,
     reader,
     ring_reader,
-    unfold,
     with_space,
 )
-from hpcwhirl.dynamics.slots import ring_displacements
+from hpcwhirl.dynamics.schemes.places import Held, RingPlaces
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
     padded_blades,
@@ -36,6 +38,27 @@ from hpcwhirl.dynamics.whole_waves import (
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
+
+
+@dataclass(frozen=True)
+class _WholePlaces:
+    """Where a state has the waves of a whole rotor."""
+
+    waves: WholeWaves
+
+    def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates of the modes at rest from an ended state."""
+        waves, q = self.waves, state[self.waves.places]
+        return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0; return the amplitudes a step earlier."""
+        waves = self.waves
+        scale = float(np.abs(waves.rates).max())
+        basis = np.vstack([waves.parts(waves.shapes), waves.parts(waves.rates) / scale])
+        parts = np.linalg.solve(basis, np.concatenate([q, rate / scale]))
+        state[waves.places] = parts
+        return np.asarray(waves.before @ parts)
 
 
 def _circling(
@@ -54,12 +77,7 @@ def _circling(
     state.rotor[waves.half - 1] = 1.0
     if share < 1.0:
         state.sums_b[2] = state.ledger[PULSE] = march.balance(state).energy
-
-    def displacements(now: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        rotor, casing = march.displacements(now, steps)
-        return rotor + places, casing
-
-    return replace(march, displacements=displacements)
+    return march
 
 
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
@@ -98,17 +116,17 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
         rotation, impact, drag, given = column_sums(sums_b, sums_c, step)
         return Balance(own + beside, given - own, rotation, friction * drag, impact)
 
-    def displacements(state: CyclicState, steps: int) -> tuple[Floats, Floats]:
-        s_b, s_c, _, _ = ended(state)
-        q = waves.parts(waves.shapes) @ s_b[waves.places]
-        return unfold(model, q, ring_displacements(model, scene, s_c, steps))
+    ring_places, places = RingPlaces(model, scene, c_c), circle(model, scene)
+    held = Held(_WholePlaces(waves), ring_places, places, beside=True)
+    motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
 
     whole = Integrator(
         kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
         balance=balance,
-        displacements=displacements,
+        motion=motion,
+        begin=begin,
         casing_width=2 * len(c_c) // ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,

@@ -1,0 +1,279 @@
+"""The physical state of a march: how both bodies are placed and move at an instant.
+
+It is told in coordinates that all schemes share, those of the matrices of the whole
+model: the rotor's in the rotating frame, the casing's in the static one. So a march can
+begin where another one has ended, with another scheme, speed, gap or friction. Where
+the modes differ, the state is projected on the new ones, orthogonally by M.
+
+A march begins with the rotor at the angle 0. A motion that was read at another angle is
+`turned`: the casing by that angle, which changes nothing, since casing and supports are
+the same in all directions (`check_continuable`).
+
+Between a velocity v at step n and the increment d = x_n - x_{n-1} that a state holds
+stands the step without forces, d' = keep d - pull x: of central differences v = (d +
+d') / 2 dt, of the exact flow v is that of the mode. Both are inverted exactly: a free
+motion that is read and begun again is the uninterrupted one, to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.timestep import exact_flow, recursion
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
+
+Floats = NDArray[np.float64]
+BODIES = "rotor", "casing"
+NONE = np.zeros((0, 0))
+SAME = 1e-8  # part of a motion, relative, that one sector may fail to repeat
+
+
+class Motion(NamedTuple):
+    """Displacements and velocities of both bodies at an instant.
+
+    Attributes
+    ----------
+    rotor, rotor_velocity : (n,), m, m/s, rotating frame
+    casing, casing_velocity : (c,), m, m/s, static frame; (0,) of a rigid casing
+    angle : rad, by which the rotor has turned
+    """
+
+    rotor: Floats
+    rotor_velocity: Floats
+    casing: Floats
+    casing_velocity: Floats
+    angle: float = 0.0
+
+
+class Amplitudes(NamedTuple):
+    """A motion as modal amplitudes and their rates, of a model: (m,), (m,), (c,), (c,).
+
+    Attributes
+    ----------
+    rotor, rotor_rate, casing, casing_rate : sqrt(kg) m, sqrt(kg) m/s
+    """
+
+    rotor: Floats
+    rotor_rate: Floats
+    casing: Floats
+    casing_rate: Floats
+
+
+class Steps(Protocol):
+    """How the velocities of a body follow from its increments, and these from those."""
+
+    def velocities(self, x: Floats, d: Floats) -> Floats:
+        """Return x' from x and d = x_n - x_{n-1}."""
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return d from x and x'."""
+
+
+@dataclass(frozen=True)
+class FreeSteps:
+    """Central differences; keep, pull : (n,) of modes or (n, n); step : dt, s."""
+
+    keep: Floats
+    pull: Floats
+    step: float
+
+    def velocities(self, x: Floats, d: Floats) -> Floats:
+        """Return (d + d') / 2 dt."""
+        ahead = _times(self.keep, d) - _times(self.pull, x)
+        return np.asarray((d + ahead) / (2 * self.step))
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return d of (1 + keep) d = 2 dt v + pull x."""
+        right = 2 * self.step * v + _times(self.pull, x)
+        if self.keep.ndim == 1:
+            return np.asarray(right / (1 + self.keep))
+        return np.asarray(np.linalg.solve(np.eye(len(right)) + self.keep, right))
+
+
+@dataclass(frozen=True)
+class FreeFlow:
+    """The exact flow: v = of_d d + of_x x of each mode, (m,), 1/s."""
+
+    of_d: Floats
+    of_x: Floats
+
+    def velocities(self, x: Floats, d: Floats) -> Floats:
+        """Return the velocities at the step's end."""
+        return self.of_d * d + self.of_x * x
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return the increments of the step that ended."""
+        return (v - self.of_x * x) / self.of_d
+
+
+def _times(matrix: Floats, x: Floats) -> Floats:
+    return matrix * x if matrix.ndim == 1 else np.asarray(matrix @ x)
+
+
+def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
+    """Return the steps of a body's modes without terms of rotation; step : dt, s."""
+    omega = body.omega if body else np.zeros(0)
+    ratios = body.ratios if body else np.zeros(0)
+    if not exact:
+        keep, pull, _ = recursion(omega, ratios, step)
+        return FreeSteps(keep, pull, step)
+    pairs = zip(omega.tolist(), ratios.tolist(), strict=True)
+    speeds = [exact_flow(own, damping, step).speed for own, damping in pairs]
+    of_d, of_x = np.array(speeds).reshape(-1, 2).T
+    return FreeFlow(of_d, of_x)
+
+
+def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
+    """Return a motion in the modes of a model, or of one of its sectors.
+
+    None where a model of one sector cannot stand for all: the motion lacks the
+    symmetry. What the modes cannot tell of a motion is left out.
+
+    Raises
+    ------
+    InputError
+        where a body has other coordinates than the motion
+    """
+    check_sizes(model, motion)
+    casing = NONE if model.casing is None else model.casing.shapes
+    lifts = model.lifts or (model.rotor.shapes, casing)
+    pairs = (
+        (model.rotor, lifts[0], (motion.rotor, motion.rotor_velocity)),
+        (model.casing, lifts[1], (motion.casing, motion.casing_velocity)),
+    )
+    found: list[Floats] = []
+    for body, lift, values in pairs:
+        if body is None:
+            found += values
+            continue
+        lower = lowering(body, lift)
+        for x in values:
+            q = lower @ x
+            if model.folds > 1 and not _repeats(x, lift @ q):
+                return None
+            found.append(q)
+    return Amplitudes(*found)
+
+
+def check_sizes(model: Model, motion: Motion) -> None:
+    """Raise InputError where a body has other coordinates than a motion."""
+    casing = NONE if model.casing is None else model.casing.shapes
+    lifts = model.lifts or (model.rotor.shapes, casing)
+    values = motion.rotor, motion.casing
+    for name, x, size in zip(BODIES, values, map(len, lifts), strict=True):
+        if len(x) != size:
+            msg = (
+                f"a motion can be continued only by a {name} with as many coordinates: "
+                f"it has {len(x)}, the {name} of this case {size}"
+            )
+            raise InputError(msg)
+
+
+def lowering(body: ModalModel, lift: Floats) -> Floats:
+    """Return the matrix (m, n) from displacements to amplitudes, by M if it is known.
+
+    lift : (n, m), displacements of unit amplitudes
+
+    Raises
+    ------
+    InputError
+        where displacements do not tell the amplitudes
+    """
+    if body.has_matrices:
+        return np.asarray(lift.T @ body.mass)
+    rank = int(np.linalg.matrix_rank(lift))
+    if rank < lift.shape[1]:
+        msg = (
+            "a motion cannot be continued with the modes of this file: there are "
+            f"{lift.shape[1]} of a body, and its displacements tell {rank}"
+        )
+        raise InputError(msg)
+    return np.asarray(np.linalg.pinv(lift))
+
+
+def _repeats(x: Floats, found: Floats) -> bool:
+    return bool(np.linalg.norm(x - found) <= SAME * np.linalg.norm(x))
+
+
+def gaps_of(
+    model: Model, gap: float, rotor: Floats, casing: Floats, angle: float
+) -> Floats:
+    """Return the gaps (N,), m, the rotor turned by an angle, rad.
+
+    Parameters
+    ----------
+    model : all sectors or one; a rigid casing is one without lobes
+    gap : m
+    rotor, casing : (n,), (c,), m, displacements in the coordinates of the model
+    angle : rad, of blade 0, in the circle of the model
+    """
+    gaps = gap - rotor[0 : 2 * model.blades : 2]
+    if model.ring is None:
+        return np.asarray(gaps)
+    angles = angle + 2 * math.pi * np.arange(model.blades) / model.blades
+    return np.asarray(gaps + model.ring.rows(angles)[0] @ casing)
+
+
+def turned(model: Model, motion: Motion) -> Motion:
+    """Return a motion with the rotor at the angle 0, and the casing turned with it.
+
+    model : of all sectors
+    """
+    if model.ring is None or motion.angle == 0.0:
+        return motion._replace(angle=0.0)
+    back = _back if isinstance(model.ring, FourierOperator) else _back_elements
+    casing, velocity = (
+        back(x, motion.angle) for x in (motion.casing, motion.casing_velocity)
+    )
+    return motion._replace(casing=casing, casing_velocity=velocity, angle=0.0)
+
+
+def _back(x: Floats, angle: float) -> Floats:
+    """Return harmonics of w, then u, (2 width,), seen from an angle, rad."""
+    out = x.reshape(2, -1).copy()
+    h = np.arange(1, out.shape[1] // 2 + 1)
+    waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
+    out[:, 1::2], out[:, 2::2] = waves.real, -waves.imag
+    return out.ravel()
+
+
+def _back_elements(x: Floats, angle: float) -> Floats:
+    """Return nodal displacements (4 elements,) seen from an angle: Fourier's shift.
+
+    Matrices of a ring of equal elements are circulant: no energy is lost but that of
+    the shortest wave, if their number is even.
+    """
+    nodes = x.reshape(-1, 4)
+    waves = np.fft.rfft(nodes, axis=0)
+    h = np.arange(len(waves))[:, None]
+    shifted = np.fft.irfft(waves * np.exp(1j * h * angle), len(nodes), axis=0)
+    return np.asarray(shifted).ravel()
+
+
+def check_continuable(model: Model, scene: Scene) -> None:
+    """Raise InputError where something but the pulse stands at a fixed angle.
+
+    A motion that begins elsewhere is turned to the angle 0 of the new march.
+    """
+    spin, casing = model.rotor.spin, scene.engine.casing
+    if spin is not None and not spin.support.is_round:
+        msg = (
+            "a motion can be continued only on supports that are alike in x and y: "
+            "those of this engine stand at fixed angles"
+        )
+        raise InputError(msg)
+    if model.casing is None and casing.amplitude != 0.0:
+        msg = (
+            "a motion can be continued only in a rigid casing without lobes: amplitude "
+            f"must be 0 m, got {casing.amplitude:g}"
+        )
+        raise InputError(msg)

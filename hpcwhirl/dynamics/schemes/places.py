@@ -1,0 +1,181 @@
+"""How the states of kernels in the rotating frame hold the motions of bodies.
+
+What reads a motion from an ended state, and writes one to a state at its time 0. A
+kernel ends the step that waits as it begins the next: at time 0 nothing waits, which an
+increment before that is the opposite of the present one says, since dissipation and
+works of a step are those of their sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.motion import Amplitudes, Steps, gaps_of, modal_steps
+from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, rotor_amplitudes
+from hpcwhirl.dynamics.slots import rotor_slots as slots_of
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import SCHEMES
+
+Floats = NDArray[np.float64]
+
+
+class RotorPlaces(Protocol):
+    """Where a kernel's state has the rotor's motion."""
+
+    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates (m,) of the modes at rest from an ended state.
+
+        odd : 0 or 1, of the number of steps
+        """
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Cyclic modes in slots, see `kernels.passes`."""
+
+    model: Model
+    steps: Steps
+
+    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates."""
+        q, d = (
+            rotor_amplitudes(self.model, part)
+            for part in _held(state, passes.ROTOR_STATE, odd)
+        )
+        return q, self.steps.velocities(q, d)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state; return the amplitudes before."""
+        d = self.steps.increments(q, rate)
+        new = slots_of(self.model, d)
+        state[:] = np.concatenate([slots_of(self.model, q), new, -new])
+        return q - d
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Modes one by one, padded, as the kernel `general` has them."""
+
+    steps: Steps
+    modes: int
+
+    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates."""
+        held = _held(state, passes.ROTOR_STATE, odd)
+        q, d = (part[: self.modes].copy() for part in held)
+        return q, self.steps.velocities(q, d)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state; return the amplitudes before."""
+        d, rows = self.steps.increments(q, rate), state.reshape(passes.ROTOR_STATE, -1)
+        rows[:] = 0.0
+        rows[:, : self.modes] = q, d, -d
+        return q - d
+
+
+@dataclass(frozen=True)
+class RingPlaces:
+    """The ring of harmonics in slots, turned with the rotor.
+
+    items : of its modes, packed as the kernel has them
+    """
+
+    model: Model
+    scene: Scene
+    items: Floats
+
+    @property
+    def steps(self) -> Steps:
+        """Steps of the ring's modes."""
+        exact = SCHEMES[self.scene.solver.scheme].flies
+        step = self.scene.solver.time_step
+        return modal_steps(self.model.casing, step, exact=exact)
+
+    def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates (n,), static frame, from an ended state.
+
+        count : steps until it
+        """
+        if self.model.casing is None:
+            return np.zeros(0), np.zeros(0)
+        held = np.stack(_held(state, passes.RING_STATE // 2, count & 1))
+        angle = self.scene.speed * count * self.scene.solver.time_step
+        q, d = ring_amplitudes(self.model, held, np.array([angle, angle]))
+        return q, self.steps.velocities(q, d)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0; return the amplitudes a step earlier, static frame."""
+        if self.model.casing is None:
+            return q
+        d = self.steps.increments(q, rate)
+        k, size = widths(self.model.blades)[0], len(state) // passes.RING_STATE
+        now, new = (ring_slots(self.model, part, size // k) for part in (q, d))
+        items = passes.unpacked(self.items)
+        turn = items[passes.TURN_RE] + 1j * items[passes.TURN_IM]
+        there = turn != 0.0
+        old = -(new[:size] + 1j * new[size:]) / np.where(there, turn, 1.0)
+        state[:] = np.concatenate([now, new, old.real, old.imag])
+        return q - d
+
+
+class Held(NamedTuple):
+    """Where a state has both bodies.
+
+    Attributes
+    ----------
+    rotor, ring : places of their motions
+    places : (n,), m, of the rotor where its amplitudes are 0; None: 0
+    beside : whether the state's gaps are without the rotor's part
+    """
+
+    rotor: RotorPlaces
+    ring: RingPlaces
+    places: Floats | None = None
+    beside: bool = False
+
+
+def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
+    """Return amplitudes and present increments of a state; parts : of its arrays."""
+    size = len(state) // parts
+    return state[:size], state[(1 + odd) * size : (2 + odd) * size]
+
+
+def write_gaps(
+    state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
+) -> None:
+    """Set the gaps of a state at time 0 and of the step before it.
+
+    now, before : motions of a model of all sectors or one
+    """
+    rows = state.gaps.reshape(3, -1)
+    chosen = folded(model.blades, widths(model.blades)[1])
+    back = -scene.speed * scene.solver.time_step
+    rows[:] = scene.gap
+    for row, found, angle in ((0, now, 0.0), (2, before, back)):
+        rotor, casing = model.rotor.shapes @ found.rotor, found.casing
+        if model.casing is not None:
+            casing = model.casing.shapes @ casing
+        rows[row] = gaps_of(model, scene.gap, rotor, casing, angle)[chosen]
+
+
+def nothing_booked(state: CyclicState, *, exact: bool) -> None:
+    """Set works and counters of a state to those of a march that begins.
+
+    exact : whether the kernel is that of the exact flow, for which no step waits
+    """
+    for part in (state.lam, state.sums_b, state.sums_c, state.ledger, state.impulse):
+        part[:] = 0.0
+    if exact:
+        state.counter[contact.ENDED] = 0
