@@ -7,7 +7,8 @@ their results. `open_results` reads the results of any campaign as an `xarray.Da
 dimension `case` into one axis per swept input; `shares` estimates the probability of
 each regime where inputs were drawn; `credibility` counts the cases that keep their word
 in all their twins; `safe_ranges` returns the ranges of an input in which all cases are
-damped, `first_changes` how strong a pulse may be. Each is imported on first use.
+damped, `first_changes` how strong a pulse may be; `edge` follows the motion on the edge
+between two words. Each is imported on first use.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from hpcwhirl.analysis.first_changes import first_changes
     from hpcwhirl.analysis.margins import safe_ranges
     from hpcwhirl.analysis.shares import shares
+    from hpcwhirl.campaign.edge import edge
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.python import campaign
     from hpcwhirl.campaign.simulate import simulate
@@ -36,6 +38,7 @@ __all__ = [
     "__version__",
     "campaign",
     "credibility",
+    "edge",
     "first_changes",
     "grid",
     "open_results",
@@ -49,6 +52,7 @@ _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
+    "edge": "hpcwhirl.campaign.edge",
     "first_changes": "hpcwhirl.analysis.first_changes",
     "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",

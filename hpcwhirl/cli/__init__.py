@@ -25,6 +25,7 @@ COMMANDS = {
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
     "margin": "list the ranges of an input in which all cases are damped",
+    "edge": "follow the motion on the boundary between two words",
     "figures": "draw spectra, orbits, contributions, contacts and energy ledgers",
     "report": "write one HTML page to explore a campaign offline",
     "job": "print a job script for slurm, pbs, lsf, sge or flux",

@@ -33,9 +33,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from hpcwhirl.campaign.edge import Continued, Tracking, edge_between, moment_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.scene import apply_settings, named_scene
 
@@ -283,6 +285,43 @@ def test_dry_whip_begins_at_black_s_friction(rigid_disk):
     omega, normal, _ = told(ends[1.1], 100.0, 0.4, 0.5)
     assert omega == pytest.approx(root[0], rel=0.03)
     assert normal == pytest.approx(root[1], rel=0.15)
+
+
+def continued(file, **settings):
+    """Return motions of a whip, and two states far from its orbit, left and right."""
+    given = {"friction": 0.1, "duration": 0.45, "traces": "summary"} | settings
+    given |= {"scheme": "modal", "speed": 100.0, "time_step": 1e-6, "until": "certain"}
+    states, march = [], None
+    for place, rate in ((0.5 * GAP, -OWN), (3.0 * GAP, -3.0 * OWN)):
+        march = marched(file, 60, **given)
+        march.unfold()
+        put(march, (place, rate - 100.0), (0j, 0.0))
+        march.state.ledger[contact.PULSE] += march.history().ledger["residual"]
+        march.advance(2)
+        states.append(moment_of(march))
+    return Continued(march, 0.05), tuple(states)
+
+
+@pytest.mark.slow
+def test_the_unstable_orbit_of_dry_whip_is_the_motion_on_the_edge(whip):
+    # begun at 0.5 and 3 r_0, turning at -1 and -3 sqrt(k / m): far from its orbit
+    motions, ends = continued(whip)
+    found = edge_between(motions, ends, Tracking(span=0.12, near=1e-3, far=3e-2))
+    assert (found.low.word, found.high.word) == ("damped", "divergent")
+    assert found.numbers["orbit_radius"] == pytest.approx(UNSTABLE * GAP, rel=0.01)
+    turning = found.numbers["turning_rate"] - 100.0
+    assert turning == pytest.approx(-OUTER * OWN, rel=0.01)
+    assert abs(found.numbers["orbit_change"]) < 2e-3
+    assert found.numbers["contact_share"] > 0.99
+    assert found.numbers["leaving_rate"] > 50.0
+    assert found.low.radius[-1] < 0.3 * GAP
+    assert found.high.radius[-1] > 2.0 * UNSTABLE * GAP
+
+
+def test_below_the_published_friction_there_is_no_edge(whip):
+    motions, ends = continued(whip, friction=0.9 * 0.1 * 26**0.5 / 25.0)
+    with pytest.raises(InputError, match=r"^no edge: two states .* same word, damped$"):
+        edge_between(motions, ends)
 
 
 @pytest.mark.slow

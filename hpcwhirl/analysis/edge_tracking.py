@@ -1,0 +1,198 @@
+"""Edge tracking: the motion on the boundary between two basins, of any system.
+
+Two states on either side of the boundary are bisected along the straight line between
+them until they are near each other. Both are then marched on; while they stay close,
+the boundary lies between them. When they have parted they are bisected again. What is
+followed is a motion that neither side attracts: the edge state, a saddle of the flow
+(J. D. Skufca, J. A. Yorke, B. Eckhardt 2006, Phys. Rev. Lett. 96, 174101; T. M.
+Schneider, B. Eckhardt, J. A. Yorke 2007, Phys. Rev. Lett. 99, 034502).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from hpcwhirl.errors import WhirlError
+
+State = TypeVar("State")
+LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: not told
+WIDENED = 10  # doublings after which a boundary that was lost is given up
+LOST, REMEDY = "the boundary was lost: ", "look for longer before a side is told"
+HALVED = 60  # bisections of a pair at most: round-off
+
+
+class LostEdgeError(WhirlError):
+    """The boundary was lost: states on both sides of it are on one."""
+
+
+class Motions(Protocol[State]):
+    """A system whose motions are followed."""
+
+    def between(self, low: State, high: State, share: float) -> State:
+        """Return low + share (high - low) at the same time."""
+
+    def distance(self, low: State, high: State) -> float:
+        """Return how far two states are apart, relative to their size."""
+
+    def ahead(self, state: State) -> State | None:
+        """Return the state one stride later; None where the motion has ended."""
+
+    def side(self, state: State) -> int:
+        """Return `LOW`, `HIGH` or `OPEN`: where the motion from a state ends."""
+
+
+@dataclass(frozen=True)
+class Pair(Generic[State]):
+    """States on either side of the boundary, and their distance."""
+
+    low: State
+    high: State
+    distance: float
+
+
+@dataclass(frozen=True)
+class Tracked(Generic[State]):
+    """A motion along the boundary.
+
+    Attributes
+    ----------
+    pieces : states of the lower side, a stride apart, from one bisection to the next;
+        a piece begins near the end of the one before it, not at it
+    last : the last pair
+    rate : mean rate at which the two sides part, per stride, in the later half of each
+        piece: in the earlier one they also lose what differs within the boundary
+    halvings : number of bisections
+    widened : number of times that the boundary had left the pair and was found again
+    """
+
+    pieces: list[list[State]]
+    last: Pair[State]
+    rate: float
+    halvings: int
+    widened: int
+
+
+@dataclass
+class _Count:
+    halvings: int = 0
+    widened: int = 0
+
+
+def bisect(
+    motions: Motions[State], low: State, high: State, near: float
+) -> tuple[Pair[State], int]:
+    """Return a pair on either side of the boundary, and the number of bisections.
+
+    It ends above `near` where the side of a middle state is not told, or where states
+    do not come nearer.
+
+    Parameters
+    ----------
+    motions : the system
+    low, high : states of the side LOW and HIGH, which is not checked
+    near : distance to reach
+    """
+    apart, made = motions.distance(low, high), 0
+    while apart > near and made < HALVED:
+        middle = motions.between(low, high, 0.5)
+        made += 1
+        side = motions.side(middle)
+        if side == OPEN:
+            break
+        low, high = (middle, high) if side == LOW else (low, middle)
+        apart = motions.distance(low, high)
+    return Pair(low, high, apart), made
+
+
+def track(
+    motions: Motions[State],
+    ends: tuple[State, State],
+    strides: int,
+    near: float = 1e-6,
+    far: float = 1e-3,
+    tell: Callable[[int], None] | None = None,
+) -> Tracked[State]:
+    """Return a motion along the boundary between two states.
+
+    Parameters
+    ----------
+    motions : the system
+    ends : a state of the side LOW and one of HIGH, at one time
+    strides : number of strides to follow it
+    near, far : distances to bisect down to, and from which a pair is bisected again
+    tell : called with the number of strides so far
+
+    Raises
+    ------
+    LostEdgeError
+        where states that were on either side are not any more, or part within a stride
+    """
+    count = _Count()
+    pair, count.halvings = bisect(motions, *ends, near)
+    pieces: list[list[State]] = []
+    grown, over, made = 0.0, 0, 0
+    while made < strides:
+        path, apart, pair = _shadow(motions, pair, far, strides - made)
+        if len(path) < 2:
+            msg = (
+                "a motion that was to be followed has ended within a stride, from a "
+                f"distance of {pair.distance:.3g}: bisect further (lower near)"
+            )
+            raise LostEdgeError(msg)
+        pieces.append(path)
+        made += len(path) - 1
+        half = len(apart) // 2
+        grown += math.log(apart[-1] / apart[half])
+        over += len(apart) - 1 - half
+        if tell:
+            tell(made)
+        if made < strides:
+            pair = _again(motions, pair, near, count)
+    if motions.side(pair.low) == HIGH or motions.side(pair.high) == LOW:
+        msg = f"{LOST}the last states, {pair.distance:.3g} apart, end alike: {REMEDY}"
+        raise LostEdgeError(msg)
+    return Tracked(pieces, pair, grown / max(over, 1), count.halvings, count.widened)
+
+
+def _shadow(
+    motions: Motions[State], pair: Pair[State], far: float, strides: int
+) -> tuple[list[State], list[float], Pair[State]]:
+    """March a pair until it has parted.
+
+    Returns
+    -------
+    states of the lower side, distances, and the last pair
+    """
+    path, apart = [pair.low], [pair.distance]
+    while len(path) == 1 or (len(path) <= strides and pair.distance <= far):
+        low, high = motions.ahead(pair.low), motions.ahead(pair.high)
+        if low is None or high is None:
+            break
+        pair = Pair(low, high, motions.distance(low, high))
+        path.append(low)
+        apart.append(pair.distance)
+    return path, apart, pair
+
+
+def _again(
+    motions: Motions[State], pair: Pair[State], near: float, count: _Count
+) -> Pair[State]:
+    """Return a pair that has parted, near again; widened if both are on one side."""
+    low, high = pair.low, pair.high
+    for _ in range(WIDENED):
+        sides = motions.side(low), motions.side(high)
+        if sides == (LOW, HIGH):
+            found, made = bisect(motions, low, high, near)
+            count.halvings += made
+            return found
+        count.widened += 1
+        wide = low, high
+        if sides[1] != HIGH:
+            high = motions.between(*wide, 2.0)
+        if sides[0] != LOW:
+            low = motions.between(*wide, -1.0)
+    msg = f"{LOST}{2**WIDENED} times as far apart as where it was, states end alike: "
+    raise LostEdgeError(msg + REMEDY)

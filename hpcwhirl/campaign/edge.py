@@ -1,0 +1,385 @@
+"""The motion on the edge between two words of one scene, see `analysis.edge_tracking`.
+
+Two pulses, weaker and stronger, leave the engine in two states whose motions have
+different words. Between these states the boundary of two basins is followed. A state's
+side is the word of its continuation by the rules of every other case, judged on
+the motion after that state alone: a threshold on energy would have to be chosen for
+each engine, and an edge motion's energy rises and falls. A proof that contact cannot
+recur or the amplitude limit end a continuation early.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.edge_tracking import HIGH, LOW, OPEN, Tracked, track
+from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
+from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.blend import copy_of, distance, put_between
+from hpcwhirl.dynamics.history import Evidence, History
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.numbers import one_thread
+from hpcwhirl.scene import Scene, apply_settings
+
+Floats = NDArray[np.float64]
+USUAL = Thresholds()
+AFTER = 2.0  # durations of the pulse after which its states are taken
+ROWS = 2  # of evidence in a stride: a sixth of a period of the centre's fastest line
+LOOKS = 3  # times `look` after which a side is not told
+LATER = 0.5  # share of the motion followed, its last part, that numbers are of
+Tell = Callable[[str], None] | None
+CAN_TELL = ("damped", "sustained", "divergent")
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Times and distances of edge tracking; checked.
+
+    Attributes
+    ----------
+    span : how long the edge is followed, s
+    look : time after which a state's side is judged, s, up to `LOOKS` times as long
+    begin : when the pulses' states are taken, s; 0: after two durations of the pulse
+    near, far : distances relative to the motion, as square roots of energy, down to
+        which states are bisected, and from which they are bisected again
+    """
+
+    span: float = 1.0
+    look: float = 1.0
+    begin: float = 0.0
+    near: float = 1e-6
+    far: float = 1e-3
+
+    def __post_init__(self) -> None:
+        for name in ("span", "look", "near", "far"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                msg = f"{name} must be > 0, got {value:g}"
+                raise InputError(msg)
+        if not self.near < self.far < 1.0:
+            msg = f"near < far < 1 is needed, got {self.near:g} and {self.far:g}"
+            raise InputError(msg)
+        if not (math.isfinite(self.begin) and self.begin >= 0.0):
+            msg = f"begin must be >= 0 s, got {self.begin:g}"
+            raise InputError(msg)
+
+
+TRACKING = Tracking()
+
+
+class Moment(NamedTuple):
+    """A state, and the rows of evidence of the stride before it, (rows, columns)."""
+
+    state: Any
+    rows: Floats
+
+
+@dataclass(frozen=True)
+class Leaving:
+    """A motion that leaves the edge: its word; (n,) time, s; orbit radius, m."""
+
+    word: str
+    time: Floats
+    radius: Floats
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A motion on the edge between two words.
+
+    Attributes
+    ----------
+    time : (n,), s, since the start of the pulses
+    centre : (n, 2), m, STATIC frame
+    energy : (n,), J, kinetic + strain of both bodies
+    pieces : (n,), number of the piece that a row is of: between pieces states are
+        bisected again
+    low, high : the motions of both sides, which leave it
+    numbers : {name: value}: `begin`, `end`, s; of the later half `orbit_radius`, m (rms
+        about the mean), `orbit_change` (change of radius from its first to its second
+        half, over it), `turning_rate`, rad/s (mean of the centre's polar angle),
+        `whirl_ratio`, `line_frequency`, rad/s, `contact_share` (of steps); of all
+        `leaving_rate`, 1/s, at which the sides part, `bisections`, `pieces`, `widened`
+    """
+
+    time: Floats
+    centre: Floats
+    energy: Floats
+    pieces: NDArray[np.int64]
+    low: Leaving
+    high: Leaving
+    numbers: dict[str, float]
+
+
+class Continued:
+    """Motions of one scene without further load, as `analysis.edge_tracking.Motions`.
+
+    Parameters
+    ----------
+    march : of the scene, with all sectors; it is used up
+    look : time after which a motion is judged, s, up to `LOOKS` times
+
+    Attributes
+    ----------
+    words : (low, high), words of the sides; set once they are known
+    stride : steps between two states of a motion that is followed
+    judged : number of continuations
+    """
+
+    def __init__(self, march: March, look: float) -> None:
+        self.march, self.step = march, march.scene.solver.time_step
+        self.look = max(round(look / self.step), 1)
+        self.words = ("", "")
+        self.stride, self.judged = ROWS * march.beat, 0
+        self.free = apply_settings(march.scene, {"force": 0.0})
+        still = March(march.case)
+        still.unfold()
+        self._rest = copy_of(still)
+
+    def between(self, low: Moment, high: Moment, share: float) -> Moment:
+        """Return the state between two states at the same time."""
+        put_between(self.march, low.state, high.state, share)
+        return Moment(copy_of(self.march), low.rows[:0])
+
+    def distance(self, low: Moment, high: Moment) -> float:
+        """Return sqrt(E) of the difference of two states over that of the first."""
+        self._rest.counter[contact.STEP] = low.state.counter[contact.STEP]
+        size = distance(self.march, self._rest, low.state)
+        apart = distance(self.march, low.state, high.state)
+        return apart / size if size > 0.0 else math.inf
+
+    def ahead(self, moment: Moment) -> Moment | None:
+        """Return the state a stride later; None where the run ends before."""
+        start = self._put(moment)
+        rows = int(self.march.counter[contact.JUDGED])
+        self.march.reach(start + self.stride)
+        if self.march.steps < start + self.stride or self._ended:
+            return None
+        fresh = self.march.tracks.evidence[rows : self.march.counter[contact.JUDGED]]
+        return Moment(copy_of(self.march), fresh.copy())
+
+    @property
+    def _ended(self) -> bool:
+        return int(self.march.counter[contact.STOP]) != contact.RUNNING
+
+    def side(self, moment: Moment) -> int:
+        """Return the side of the boundary that a state is on, by its word."""
+        word = self.word(moment)
+        if word not in CAN_TELL:
+            return OPEN
+        return LOW if word == self.words[0] else HIGH
+
+    def word(self, moment: Moment) -> str:
+        """Return the word of a state's continuation, the longest if none is a side's.
+
+        A run that reaches the amplitude limit is divergent.
+        """
+        start, word = self._put(moment), ""
+        self.judged += 1
+        for number in range(1, LOOKS + 1):
+            self.march.reach(start + number * self.look)
+            if self.march.counter[contact.STOP] == contact.AMPLITUDE:
+                return "divergent"
+            word = self._judge(start)
+            if word in (self.words if all(self.words) else CAN_TELL) or self._ended:
+                break
+        return word
+
+    def leaving(self, moment: Moment) -> Leaving:
+        """Return how the motion from a state goes on, and its word."""
+        start, word = self._put(moment), self.word(moment)
+        later = since(self.march.history(), start * self.step)
+        radius = np.hypot(*later.judged.centre.T)
+        return Leaving(word, start * self.step + later.judged.time, radius)
+
+    def _put(self, moment: Moment) -> int:
+        """Set the march to a state; return its step."""
+        put_between(self.march, moment.state, moment.state, 0.0)
+        return self.march.steps
+
+    def _judge(self, start: int) -> str:
+        later = since(self.march.history(), start * self.step)
+        found = evidence(self.free, later) | {"stop": later.stop}
+        outcome, regime, _ = name_regime(found, USUAL)
+        return outcome if regime == "none" else regime
+
+
+def since(history: History, start: float) -> History:
+    """Return a history without what was before `start`, s, which becomes its time 0.
+
+    Samples are left out; the ledger is that of the whole run.
+    """
+    judged = history.judged
+    rows = judged.time > start
+    later = {n: getattr(judged, n)[rows] for n in judged.__dataclass_fields__}
+    later["time"] = later["time"] - start
+    same = len(history.circle) == len(rows)
+    return replace(
+        history,
+        judged=Evidence(**later),
+        circle=history.circle[rows] if same else history.circle,
+        end=history.end - start,
+        last_contact=max(history.last_contact - start, -1.0),
+        certificate=history.certificate - start if history.certificate >= 0 else -1.0,
+    )
+
+
+@one_thread()
+def edge(
+    scene: Scene, low: float, high: float, how: Tracking = TRACKING, tell: Tell = None
+) -> Edge:
+    """Return the motion on the edge between the words that two pulses lead to.
+
+    Parameters
+    ----------
+    scene : the case; its force and duration are not used
+    low, high : forces of the two pulses, N
+    how : times and distances
+    tell : called with a line on each step of the work
+
+    Raises
+    ------
+    InputError
+        where both pulses lead to one word, or to none within the time given
+    analysis.edge_tracking.LostEdgeError
+        where the edge is lost
+    """
+    start = how.begin or AFTER * scene.pulse
+    longer = how.span + LOOKS * how.look
+    march, other = (_begun(scene, force, start, longer) for force in (low, high))
+    ends = moment_of(march), moment_of(other)
+    motions = Continued(march, how.look)
+    return edge_between(motions, ends, how, f"pulses of {low:g} and {high:g} N", tell)
+
+
+def moment_of(march: March) -> Moment:
+    """Return the present state of a march."""
+    return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
+
+
+def edge_between(
+    motions: Continued,
+    ends: tuple[Moment, Moment],
+    how: Tracking = TRACKING,
+    told: str = "two states",
+    tell: Tell = None,
+) -> Edge:
+    """Return the motion on the edge between two states of one scene.
+
+    Parameters
+    ----------
+    motions : of the scene
+    ends : two states at the same step
+    how : times and distances; `look` is that of the motions
+    told : name of the states in messages
+    tell, errors : as of `edge`
+    """
+    low, high = map(motions.word, ends)
+    _check_words((low, high), told)
+    motions.words = low, high
+    strides = max(round(how.span / (motions.stride * motions.step)), 1)
+
+    def progress(made: int) -> None:
+        if tell:
+            tell(f"{made} of {strides} strides, {motions.judged} motions")
+
+    if tell:
+        tell(f"{told}: {low} and {high}")
+    found = track(motions, ends, strides, how.near, how.far, progress)
+    return _told(motions, found)
+
+
+def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
+    """Return a march with all sectors, at rest until a pulse, up to after it."""
+    settings: dict[str, Any] = {"force": force, "duration": start + longer}
+    settings |= {"revolutions": 0.0, "until": "certain", "traces": "summary"}
+    march = March(resolve(apply_settings(scene, settings)))
+    march.unfold()
+    goal = math.ceil(start / march.scene.solver.time_step)
+    march.reach(goal)
+    if march.done:
+        msg = (
+            f"after {start:g} s the motion of a pulse of {force:g} N has ended already"
+        )
+        raise InputError(f"{msg}: begin earlier, or choose pulses nearer the edge")
+    return march
+
+
+def _check_words(words: tuple[str, ...], told: str) -> None:
+    """Raise InputError unless two words name two sides."""
+    if words[0] == words[1]:
+        msg = f"no edge: {told} lead to the same word, {words[0]}"
+        raise InputError(msg)
+    for word in words:
+        if word not in CAN_TELL:
+            msg = (
+                f"no edge: of {told} one is {word} after {LOOKS} looks, allowed "
+                f"{', '.join(CAN_TELL)}: raise look"
+            )
+            raise InputError(msg)
+
+
+def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
+    """Return the edge with its numbers and the two sides that leave it."""
+    scene, beat = motions.march.scene, motions.march.beat
+    states = [moment for piece in found.pieces for moment in piece[1:]]
+    number = [n for n, piece in enumerate(found.pieces) for m in piece[1:]
+              for _ in m.rows]  # fmt: skip
+    rows = np.concatenate([moment.rows for moment in states])
+    begin = int(found.pieces[0][0].state.counter[contact.STEP])
+    first = -(-(begin + 1) // beat)  # the first row of evidence beyond it
+    time: Floats = (first + np.arange(float(len(rows)))) * (beat * motions.step)
+    centre = static_frame(rows[:, : contact.OF_ROTOR], scene.speed * time)
+    energy = rows[:, contact.OF_ROTOR] + rows[:, contact.OF_CASING]
+    numbers = {"begin": begin * motions.step, "end": float(time[-1])}
+    late = slice(int((1.0 - LATER) * len(time)), None)
+    numbers |= _orbit(time[late], centre[late], scene.speed)
+    numbers["contact_share"] = _share(found.pieces)
+    span = motions.stride * motions.step
+    numbers |= {
+        "leaving_rate": found.rate / span,
+        "bisections": float(found.halvings),
+        "pieces": float(len(found.pieces)),
+        "widened": float(found.widened),
+    }
+    sides = motions.leaving(found.last.low), motions.leaving(found.last.high)
+    return Edge(time, centre, energy, np.array(number), *sides, numbers)
+
+
+def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
+    """Return the numbers of an orbit, static frame."""
+    whirl = whirl_numbers(time, centre, speed)
+    z = centre @ np.array([1.0, 1j])
+    halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]
+    turned = np.polyfit(time - time[0], np.unwrap(np.angle(z)), 1)[0]
+    return {
+        "orbit_radius": whirl.radius,
+        "orbit_change": float((halves[1] - halves[0]) / halves[1]),
+        "turning_rate": float(turned),
+        "whirl_ratio": whirl.ratio,
+        "line_frequency": whirl.line,
+    }
+
+
+def _share(pieces: list[list[Moment]]) -> float:
+    """Return the share of steps with contact in the last pieces, half of the steps."""
+    touched = steps = 0
+    whole = sum(len(piece) - 1 for piece in pieces)
+    strides = 0
+    for piece in reversed(pieces):
+        begun, ended = (moment.state.counter for moment in (piece[0], piece[-1]))
+        touched += int(ended[contact.TOUCHED] - begun[contact.TOUCHED])
+        steps += int(ended[contact.STEP] - begun[contact.STEP])
+        strides += len(piece) - 1
+        if strides >= LATER * whole:
+            break
+    return touched / steps

@@ -1,0 +1,152 @@
+"""Edge tracking of systems whose boundary between two basins is known."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hpcwhirl.analysis.edge_tracking import (
+    HIGH,
+    LOW,
+    OPEN,
+    LostEdgeError,
+    bisect,
+    track,
+)
+
+UNSTABLE, TURNING = 1.07, -1.6
+
+
+class Flow:
+    """An ODE y' = f(y), marched by Runge's and Kutta's fourth-order step."""
+
+    step, stride = 0.05, 4
+
+    def __init__(self, rate, ends, longest=1200):
+        self.rate, self.ends, self.longest = rate, ends, longest
+        self.asked = 0
+
+    def marched(self, y, steps):
+        for _ in range(steps):
+            a = self.rate(y)
+            b = self.rate(y + 0.5 * self.step * a)
+            c = self.rate(y + 0.5 * self.step * b)
+            d = self.rate(y + self.step * c)
+            y = y + self.step / 6 * (a + 2 * b + 2 * c + d)
+            if self.ends(y):
+                break
+        return y
+
+    def between(self, low, high, share):
+        return low + share * (high - low)
+
+    def distance(self, low, high):
+        return float(np.linalg.norm(high - low) / np.linalg.norm(low))
+
+    def ahead(self, y):
+        return self.marched(y, self.stride)
+
+    def side(self, y):
+        self.asked += 1
+        return self.ends(self.marched(y, self.longest))
+
+
+def cycle(y):
+    """Return the rates of an unstable cycle r = UNSTABLE beside a decaying direction.
+
+    Below it spirals to rest, above it grows: the dry whip in small.
+    """
+    x, v, w = y
+    r = np.hypot(x, v)
+    grow = 0.3 * (r / UNSTABLE - 1.0)
+    return np.array([grow * x - TURNING * v, TURNING * x + grow * v, x - w])
+
+
+def told(y):
+    r = np.hypot(y[0], y[1])
+    return LOW if r < 0.5 else HIGH if r > 2.0 else OPEN
+
+
+def wells(y):
+    """Duffing's oscillator with two wells: the saddle between them is at rest."""
+    x, v = y
+    return np.array([v, x - x**3 - 0.5 * v])
+
+
+def well(y):
+    x, v = y
+    calm = 0.5 * v**2 - 0.5 * x**2 + 0.25 * x**4 < -0.05
+    return OPEN if not calm else (LOW if x < 0 else HIGH)
+
+
+def test_a_bisection_ends_on_either_side_of_the_boundary():
+    flow = Flow(wells, well)
+    low, high = np.array([-1.5, 0.3]), np.array([0.9, 0.8])
+    assert (flow.side(low), flow.side(high)) == (LOW, HIGH)
+    pair, made = bisect(flow, low, high, 1e-8)
+    assert pair.distance <= 1e-8
+    assert 20 < made < 40
+    assert (flow.side(pair.low), flow.side(pair.high)) == (LOW, HIGH)
+
+
+def test_the_unstable_cycle_is_found_from_states_far_from_it():
+    flow = Flow(cycle, told)
+    ends = np.array([0.6, 0.0, 1.0]), np.array([1.6, 0.4, -1.0])
+    found = track(flow, ends, 150, 1e-6, 1e-4)
+    late = np.array([y for piece in found.pieces for y in piece][75:])
+    radius = np.hypot(late[:, 0], late[:, 1])
+    assert radius == pytest.approx(np.full(len(late), UNSTABLE), rel=2e-4)
+    turns = [np.diff(np.unwrap(np.arctan2(*np.array(piece)[:, 1::-1].T)))
+             for piece in found.pieces[-3:]]  # fmt: skip
+    span = flow.step * flow.stride
+    assert np.concatenate(turns) == pytest.approx(TURNING * span, rel=1e-3)
+    # r' = 0.3 r (r / r* - 1): the sides part as e^{0.3 t}
+    assert found.rate == pytest.approx(0.3 * span, rel=0.02)
+    assert found.widened == 0
+
+
+def test_the_edge_between_two_wells_is_the_saddle():
+    flow = Flow(wells, well)
+    found = track(flow, (np.array([-1.5, 0.3]), np.array([0.9, 0.8])), 100, 1e-6, 1e-3)
+    assert np.abs(found.pieces[-1][-1]).max() < 1e-3
+
+
+def test_pieces_join_within_the_distance_at_which_they_are_bisected_again():
+    flow = Flow(cycle, told)
+    far = 1e-4
+    ends = np.array([0.6, 0.0, 1.0]), np.array([1.6, 0.4, -1.0])
+    found = track(flow, ends, 160, 1e-5, far)
+    assert len(found.pieces) > 2
+    for piece, after in pairwise(found.pieces):
+        assert flow.distance(piece[-1], after[0]) <= 1.5 * far
+    assert sum(len(piece) - 1 for piece in found.pieces) == 160
+
+
+def test_a_side_that_was_told_wrongly_is_found_again():
+    class Mistaken(Flow):
+        def side(self, y):
+            told = super().side(y)
+            return HIGH if self.asked == 12 else told  # once, of a low state
+
+    flow = Mistaken(cycle, told)
+    ends = np.array([0.6, 0.0, 1.0]), np.array([1.6, 0.4, -1.0])
+    found = track(flow, ends, 150, 1e-6, 1e-4)
+    assert found.widened > 0
+    last = found.pieces[-1][-1]
+    assert np.hypot(last[0], last[1]) == pytest.approx(UNSTABLE, rel=1e-3)
+
+
+def test_a_side_that_is_not_told_ends_the_bisection():
+    flow = Flow(cycle, told, longest=300)
+    pair, _ = bisect(flow, np.array([0.6, 0.0, 0.0]), np.array([1.6, 0.0, 0.0]), 1e-9)
+    assert 1e-9 < pair.distance < 0.2
+    # far from the boundary nothing is lost: both sides end apart
+    flow = Flow(cycle, told)
+    assert flow.side(pair.low) == LOW
+    assert flow.side(pair.high) == HIGH
+
+
+def test_states_of_one_basin_lose_the_edge():
+    flow = Flow(cycle, told)
+    with pytest.raises(LostEdgeError, match="boundary was lost: the last states"):
+        track(flow, (np.array([0.2, 0.0, 0.0]), np.array([0.201, 0.0, 0.0])), 200)

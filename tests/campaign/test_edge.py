@@ -1,0 +1,112 @@
+"""The edge between the words of two pulses, from Python and as a command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hpcwhirl.analysis.regimes import evidence
+from hpcwhirl.campaign.edge import Continued, Tracking, edge, moment_of, since
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+QUICK = Tracking(span=0.01, look=0.3, near=0.03, far=0.1)
+
+
+def four(**settings):
+    return apply_settings(named_scene("four_motions"), {"speed": 420.0} | settings)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return edge(four(), 3e4, 1.2e5, QUICK)
+
+
+@pytest.mark.slow
+def test_an_edge_lies_between_the_motions_of_both_pulses(found):
+    assert (found.low.word, found.high.word) == ("damped", "divergent")
+    assert found.numbers["bisections"] >= 3
+    steps = np.diff(found.time)
+    assert steps == pytest.approx(np.full(len(steps), steps[0]), rel=1e-9)
+    assert len(found.time) == len(found.centre) == len(found.energy) > 10
+    # both sides go on from the last states of the edge
+    for side in (found.low, found.high):
+        assert side.time[0] - found.time[-1] < 2.5 * steps[0]
+    radius = np.hypot(*found.centre[-1])
+    assert found.low.radius[0] == pytest.approx(radius, rel=0.3)
+
+
+def test_pulses_of_one_word_have_no_edge():
+    with pytest.raises(InputError, match="no edge: pulses of 20000 and 25000 N lead to "
+                       "the same word, damped"):  # fmt: skip
+        edge(four(), 2e4, 2.5e4, QUICK)
+
+
+def test_a_later_part_is_judged_as_if_it_had_begun_there():
+    march = March(resolve(four(force=3e4, duration=0.2, traces="summary")))
+    march.reach(march.total)
+    whole = march.history()
+    later = since(whole, 0.05)
+    assert later.end == pytest.approx(whole.end - 0.05)
+    assert 0.0 < later.judged.time[0] < 1e-3
+    assert len(later.judged.time) < len(whole.judged.time)
+    np.testing.assert_array_equal(later.judged.centre, whole.judged.centre[-len(
+        later.judged.time):])  # fmt: skip
+    told = evidence(march.scene, later)
+    assert told["window"] == pytest.approx(0.4 * 0.15)
+
+
+def test_the_state_in_the_middle_is_as_far_from_both():
+    states = []
+    for force in (3e4, 1.2e5):
+        settings = {"force": force, "duration": 0.5, "traces": "summary"}
+        march = March(resolve(four(**settings)))
+        march.reach(2000)
+        states.append(moment_of(march))
+    motions = Continued(march, 1e-3)
+    low, high = states
+    middle = motions.between(low, high, 0.5)
+    whole = motions.distance(low, high)
+    assert motions.distance(low, middle) == pytest.approx(0.5 * whole, rel=1e-9)
+    ahead = motions.ahead(middle)
+    assert len(ahead.rows) == 2
+    assert int(ahead.state.counter[contact.STEP]) == 2000 + motions.stride
+
+
+@pytest.mark.slow
+def test_the_command_prints_and_draws_the_edge(found, tmp_path, capsys):
+    picture = tmp_path / "edge.svg"
+    words = ["edge", "four_motions", "--set", "speed=420", "--low", "30kN",
+             "--high", "120 kN", "--span", "0.01", "--look", "0.3", "--near", "0.03",
+             "--far", "0.1", "--json", "--quiet", "--plot", str(picture)]  # fmt: skip
+    assert main(words) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["word_high"] == "divergent"
+    assert {name: told[name] for name in found.numbers} == found.numbers  # same bits
+    text = picture.read_text()
+    assert all(f'id="{name}"' in text for name in ("edge", "low", "high"))
+
+
+PULSES = ["four_motions", "--low", "1", "--high", "2"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["four_motions"], "an edge needs two pulses of different words"),
+        (["four_motions", "--low", "x"], "--low force must be a number"),
+        ([*PULSES, "--look", "0"], "look must be > 0"),
+        ([*PULSES, "--near", "1"], "near < far < 1"),
+        (["four_motions", "--at", "speed=1"], "--at chooses among the cases"),
+        ([".", "--at", "speed=1"], "results.h5"),
+    ],
+)
+def test_wrong_words_are_one_line(words, told, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["edge", *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert told in line
