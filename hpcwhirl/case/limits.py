@@ -11,6 +11,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
@@ -23,8 +24,9 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
+Floats = NDArray[np.float64]
 MOST_KEPT = 32  # cached models, as in `reduction.model`
-OF_CORIOLIS = 0.5  # factor on the step with Coriolis forces: a quarter of the error
+SLOWER = 1.072  # see `turned`: of (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
 SAFE = 0.9  # largest share of the limits that a step chosen by accuracy takes
 MATTERS = 1e-2  # share of the largest compliance of a line that matters: 1e-4 of power
 PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
@@ -273,21 +275,47 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
     return phase * math.sqrt(accuracy / asked)
 
 
+def turned(omega: Floats, speed: float) -> Floats:
+    """Return the frequencies without rotation that err as much as waves at speed.
+
+    Marched by central differences, a wave e^{i w t} of stiffness K and with Coriolis
+    forces 2 Omega c, |c| <= 1, both per mass, fulfils
+
+    (2 / dt sin(w dt / 2))^2 + 2 Omega c sin(w dt) / dt = K,
+
+    so that w is wrong by (w dt)^2 / 24 (w + 4 Omega c) / (w + Omega c) of it, leading
+    term. With x = Omega / omega and K of omega^2 - Omega^2 (softening) to omega^2 this
+    is at most `SLOWER` (omega dt)^2 / 24, by the slower wave of two, as long as x <
+    0.43; beyond, by the faster one, (1 + x)^2 (3 x - 1) times as much.
+
+    Parameters
+    ----------
+    omega : (m,), rad/s, at rest
+    speed : Omega, rad/s
+    """
+    x = abs(speed) / np.maximum(omega, np.finfo(float).tiny)
+    with np.errstate(over="ignore"):
+        faster = (1.0 + x) ** 2 * (3.0 * x - 1.0)
+    return np.asarray(omega * np.sqrt(np.maximum(np.minimum(1.0 + x, SLOWER), faster)))
+
+
 @one_thread()
 def step_asked(model: Model, scene: Scene) -> float:
     """Return the longest step that a scene's accuracy allows, s.
 
-    The step keeps `frequency_error` below `accuracy` for every mode of the rotor, and
-    is at most `SAFE` of the limits by stability of both bodies, pulse, rotation and
-    wall. Coriolis forces have a relative error of (w dt)^2 / 6, four times that of a
-    frequency: hence `OF_CORIOLIS`.
+    The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
+    terms of rotation for every wave, see `turned`, and is at most `SAFE` of the limits
+    by stability of both bodies, pulse, rotation and wall. Modes that only a basis for
+    all speeds has need no accuracy: they are counted as the highest one at rest.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
-    step = 1.0 / float((rotor.omega / phases).max())
+    omega, stiffer = np.minimum(rotor.omega, rotor.reach), 1.0
     bodies = model.limits(scene.speed)
     if rotor.spin is not None:
-        step *= OF_CORIOLIS * min(1.0, bodies["rotor"] / model.limits(0.0)["rotor"])
+        omega = turned(omega, scene.speed)
+        stiffer = max(1.0, model.limits(0.0)["rotor"] / bodies["rotor"])
+    step = 1.0 / float((stiffer * omega / phases).max())
     limits = [*bodies.values(), longest_turn(model, scene)]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)

@@ -95,7 +95,11 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
     if not rotor.is_uneven:
-        return with_blocks(modal_model(disk, rotor.damping, eta, added), rotor.blades)
+        model = with_blocks(modal_model(disk, rotor.damping, eta, added), rotor.blades)
+        if added is None:
+            return model
+        rest = _undivided(rotor, eta, "none")
+        return replace(model, reach=float(rest.omega.max()))
     model = whole_model(disk, rotor.damping, eta, added)
     most = len(disk.mass) - len(boundary_of(disk))
     tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})

@@ -6,6 +6,7 @@ and the centre. Everything is checked before it is used.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from hpcwhirl.reduction.modes import (
     ModalModel,
     Spin,
     centre_rows,
+    highest_of,
     reduction_basis,
     speed_of_basis,
     stiffening_at,
@@ -110,12 +112,11 @@ def _from_matrices(
         if name in given or name != "damping"
     ]
     spin = transformed(spin_of(given), np.eye(len(order))[:, order]) if turns else None
+    reach = math.inf
     if eta is not None and eta < len(rest):
         basis = _basis(given, whole, spin, len(places), eta)
         if basis.shape[1] < len(order):
-            parts = [basis.T @ matrix @ basis for matrix in whole]
-            whole = [(part + part.T) / 2 for part in parts]
-            spin = spin and transformed(spin, basis)
+            whole, spin, reach = _reduced(whole, spin, basis, len(places) + eta)
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
     shapes, ratios = aligned(shapes, omega, blades), damping
@@ -132,7 +133,22 @@ def _from_matrices(
     kept = len(mass) - len(places)
     matrices = mass, stiffness
     model = named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
-    return replace(model, spin=spin)
+    return replace(model, spin=spin, reach=reach)
+
+
+def _reduced(
+    whole: list[Floats], spin: Spin | None, basis: Floats, count: int
+) -> tuple[list[Floats], Spin | None, float]:
+    """Return matrices and terms of rotation in a basis, and `reach`.
+
+    count : number of columns that are the basis at rest, at most
+    """
+    parts = [basis.T @ matrix @ basis for matrix in whole]
+    whole = [(part + part.T) / 2 for part in parts]
+    if spin is None:
+        return whole, None, math.inf
+    highest = highest_of(whole[0], whole[1], min(count, basis.shape[1]))
+    return whole, transformed(spin, basis), highest
 
 
 def _has_all_modes(given: Given) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from hpcwhirl.reduction.degenerate import diameter_shares, dominant
 from hpcwhirl.reduction.modes import (
     ModalModel,
     Spin,
+    highest_of,
     reduction_basis,
     reference_speed,
 )
@@ -167,7 +169,9 @@ def whole_model(
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
-    blades, tilt = structure.sectors, structure.tilt
+    blades, tilt, reach = structure.sectors, structure.tilt, math.inf
+    if rotation is not None:
+        reach = highest_of(mass, stiffness, len(boundary) + eta)
     centre = 2 * blades + np.arange(2)
     if tilt is not None:
         mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
@@ -194,4 +198,4 @@ def whole_model(
         released = basis.T @ rotation.released
         released = np.append(released, np.zeros(len(load) - len(released)))
         spin = Spin(*parts, tilt=places, released=released if released.any() else None)
-    return replace(model, centre_share=share, spin=spin)
+    return replace(model, centre_share=share, spin=spin, reach=reach)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -136,6 +137,8 @@ class ModalModel:
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
     symmetry : deviation of the sectors, of a rotor from file with three blades or more
     spin : terms of rotation, if included; omega and shapes are those at rest
+    reach : rad/s, highest omega of the basis at rest; modes beyond it only a basis for
+        all speeds has
     """
 
     mass: Floats
@@ -151,6 +154,7 @@ class ModalModel:
     cyclic: bool = True
     symmetry: Symmetry | None = None
     spin: Spin | None = None
+    reach: float = math.inf
 
     @property
     def ratios(self) -> Floats:
@@ -296,6 +300,17 @@ def reduction_basis(
         return basis
     other, _ = craig_bampton(mass, taut, *kept)
     return enriched(mass, basis, other, kept[0])
+
+
+def highest_of(mass: Any, stiffness: Any, count: int) -> float:
+    """Return the highest frequency, rad/s, of the first `count` coordinates alone.
+
+    mass, stiffness : (n, n), in a basis whose first `count` columns are that at rest
+    """
+    first, last = (slice(count), slice(count)), (count - 1, count - 1)
+    given = stiffness[first], mass[first]
+    squared = eigh(*given, eigvals_only=True, subset_by_index=last)
+    return float(np.sqrt(max(squared[0], 0.0)))
 
 
 def _blocks(
