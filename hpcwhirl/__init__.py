@@ -5,9 +5,10 @@ of a campaign; `campaign` integrates them, on all ranks of an MPI script, and re
 their results. `open_results` reads the results of any campaign as an `xarray.Dataset`;
 `words` returns the possible words of a variable such as `regime`; `grid` turns the
 dimension `case` into one axis per swept input; `shares` estimates the probability of
-each regime where inputs were drawn; `credibility` counts the cases that keep their word
-in all their twins; `safe_ranges` returns the ranges of an input in which all cases are
-damped, `first_changes` how strong a pulse may be; `edge` follows the motion on the edge
+each regime where inputs were drawn, `basins` the share of starts that end on each
+motion; `credibility` counts the cases that keep their word in all their twins;
+`safe_ranges` returns the ranges of an input in which all cases are damped,
+`first_changes` how strong a pulse may be; `edge` follows the motion on the edge
 between two words. Each is imported on first use.
 """
 
@@ -17,6 +18,7 @@ TYPE_CHECKING = False  # importing `typing` would delay the handlers of early si
 if TYPE_CHECKING:
     from typing import Any
 
+    from hpcwhirl.analysis.basins import basins
     from hpcwhirl.analysis.first_changes import first_changes
     from hpcwhirl.analysis.margins import safe_ranges
     from hpcwhirl.analysis.shares import shares
@@ -36,6 +38,7 @@ __all__ = [
     "Scene",
     "StoppedError",
     "__version__",
+    "basins",
     "campaign",
     "credibility",
     "edge",
@@ -54,6 +57,7 @@ _HOMES = {
     "StoppedError": "hpcwhirl.errors",
     "edge": "hpcwhirl.campaign.edge",
     "first_changes": "hpcwhirl.analysis.first_changes",
+    "basins": "hpcwhirl.analysis.basins",
     "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",

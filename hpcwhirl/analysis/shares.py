@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from hpcwhirl.store.results.sampled import drawn_of, points_of
 if TYPE_CHECKING:
     import xarray
 
-Floats = NDArray[np.float64]
+Words = NDArray[np.str_]
 
 
 def shares(data: xarray.Dataset) -> xarray.Dataset:
@@ -40,55 +41,70 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     InputError
         where no input of the campaign was drawn
     """
+    drawn = drawn_of(data)
+    swept = points_of(data, drawn)[1]
+    word = words(data["regime"])
+    found = shares_of(word, list(REGIMES), drawn.point, drawn.independent)
+    return found.assign_coords(swept)
+
+
+def shares_of(
+    word: Words,
+    kinds: Sequence[str],
+    point: NDArray[np.int64],
+    chosen: NDArray[np.bool_],
+    along: str = "regime",
+) -> xarray.Dataset:
+    """Return the share of each kind of motion at each point, as `shares` does.
+
+    Parameters
+    ----------
+    word : (cases,), the kind of each; one that is not in `kinds` is lost
+    kinds : names along the dimension `along`
+    point : (cases,), number of each case's point
+    chosen : (cases,), which cases count
+    """
     import xarray
 
-    drawn = drawn_of(data)
-    points, swept = points_of(data, drawn)
-    count = counts(data, drawn.independent, drawn.point)
-    asked = np.bincount(drawn.point[drawn.independent])[points]
+    points = np.unique(point)
+    count = counts(word, kinds, point, chosen)
+    asked = np.bincount(point[chosen], minlength=points.max(initial=-1) + 1)[points]
     cases = count.sum(axis=1)
     bounds = np.array([[interval(int(n), int(total)) for n in row]
                          for row, total in zip(count, cases, strict=True)])  # fmt: skip
-    both = ("point", "regime")
-    dataset = xarray.Dataset(
-        {
-            "share": (
-                both,
-                bounds[..., 0],
-                _attributes("share of cases that have a regime"),
-            ),
-            "share_low": (
-                both,
-                bounds[..., 1],
-                _attributes("lower end of its interval, 95 %"),
-            ),
-            "share_high": (
-                both,
-                bounds[..., 2],
-                _attributes("upper end of its interval, 95 %"),
-            ),
-            "count": (both, count, _attributes("cases of this regime")),
-            "cases": ("point", cases, _attributes("cases that have a regime")),
-            "lost": ("point", asked - cases, _attributes("cases without a regime")),
-        },
-        coords={"regime": list(REGIMES), "point": points},
-    )
-    return dataset.assign_coords(swept)
+    told = {
+        "share": f"share of cases that have a {along}",
+        "share_low": "lower end of its interval, 95 %",
+        "share_high": "upper end of its interval, 95 %",
+        "count": f"cases of this {along}",
+        "cases": f"cases that have a {along}",
+        "lost": f"cases without a {along}",
+    }
+    both, each = ("point", along), ("point",)
+    ends = {n: (both, bounds[..., i]) for i, n in enumerate([*told][:3])}
+    rest = {
+        "count": (both, count),
+        "cases": (each, cases),
+        "lost": (each, asked - cases),
+    }
+    dataset = xarray.Dataset(ends | rest, coords={along: list(kinds), "point": points})
+    for name, meaning in told.items():
+        dataset[name].attrs = {"units": "1", "long_name": meaning}
+    return dataset
 
 
 def counts(
-    data: xarray.Dataset, chosen: NDArray[np.bool_], group: NDArray[np.int64]
+    word: Words,
+    kinds: Sequence[str],
+    group: NDArray[np.int64],
+    chosen: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """Return the number of chosen cases by group and regime, (groups, regimes).
+    """Return the number of chosen cases by group and kind, (groups, kinds).
 
-    chosen, group : (cases,), which cases count, and their groups' numbers
+    Parameters as of `shares_of`.
     """
-    word, number = words(data["regime"]), np.unique(group, return_inverse=True)[1]
-    table = np.zeros((number.max(initial=-1) + 1, len(REGIMES)), dtype=np.int64)
-    for column, name in enumerate(REGIMES):
+    number = np.unique(group, return_inverse=True)[1]
+    table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)
+    for column, name in enumerate(kinds):
         np.add.at(table[:, column], number[chosen & (word == name)], 1)
     return table
-
-
-def _attributes(meaning: str) -> dict[str, Any]:
-    return {"units": "1", "long_name": meaning}

@@ -22,6 +22,7 @@ COMMANDS = {
     "gather": "write results.h5 from the journals and traces of a campaign",
     "classify": "classify the regimes again with other thresholds, without integrating",
     "map": "draw regimes, whirl or a number over the swept inputs",
+    "basins": "list how many starts end on each motion, at each point of a sweep",
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
     "margin": "list the ranges of an input in which all cases are damped",

@@ -13,10 +13,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
         "--kind", action="append", metavar="NAME",
-        help="kind of figure, may be repeated (default: all); over the speed: "
+        help="kind of figure, may be repeated (default: all but basins); over "
+        "the speed: "
         "frequency, cascade, bifurcation, interaction, growth; of the engine: shapes, "
-        "campbell, stability; of each case: orbit, section, contributions, contacts, "
-        "ledger",
+        "campbell, stability; of the starts: basins; of each case: orbit, section, "
+        "contributions, contacts, ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.report.figures import motions, shapes, sweeps, waves
+from hpcwhirl.report.figures import basins, motions, shapes, sweeps, waves
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
@@ -32,12 +32,14 @@ class Kind:
     of : subject: a case; speeds, a line of cases that differ in speed alone; or the
         engine, once
     transient : whether `draw` takes `transient`, to show the time before the window
+    asked : whether it is drawn only where it is asked for
     """
 
     draw: Callable[..., Any]
     needs: tuple[str, ...]
     of: Literal["case", "speeds", "engine"]
     transient: bool = False
+    asked: bool = False
 
 
 def _shapes(results: Results, line: list[int]) -> Any:
@@ -64,6 +66,7 @@ KINDS = {
     "section": Kind(motions.draw_section, ("centre",), "case", transient=True),
     "contributions": Kind(motions.draw_contributions, ("centre", "tips"), "case"),
     "contacts": Kind(motions.draw_contacts, ("blade_impulse",), "case", transient=True),
+    "basins": Kind(basins.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
     "stability": Kind(_stability, (), "engine"),
@@ -86,7 +89,7 @@ def draw_figures(
     ----------
     folder : directory of a finished campaign
     out : directory of the figures
-    kinds : names of `KINDS`; all if None
+    kinds : names of `KINDS`; if None all that need not be asked for
     only : cases of the figures that show one case
     transient : also show the time before the window
     units : of titles and axes, see `scene.units.showing`
@@ -96,7 +99,7 @@ def draw_figures(
             raise unknown("kind of figure", name, KINDS)
     results = Results(folder)
     _check(results, only)
-    for name in kinds or KINDS:
+    for name in kinds or [n for n, kind in KINDS.items() if not kind.asked]:
         found = _lacking(results, KINDS[name]) or _wanted(results, KINDS[name], only)
         if isinstance(found, str):
             yield f"{name}: {found}"

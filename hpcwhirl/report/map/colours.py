@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.analysis.basins import in_order, with_attractors
 from hpcwhirl.analysis.columns import numbers, source_of
 from hpcwhirl.analysis.grammar import parse
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
-from hpcwhirl.scene.words import BAD, SHOWN, WHIRLS, Look
+from hpcwhirl.scene.words import BAD, REGIMES, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.select import variable_of
 from hpcwhirl.store.reading.shares import MAJORITY
@@ -31,6 +32,10 @@ HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
 UNSURE = "\\\\\\\\", "#3A3A3A"  # of cases whose word too few of their twins share
 TINT = "#FFFFFF70"  # over these
+ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
+    "sustained": ("#F2DC3A", "#6B9E1F", "#C9A800", "#B6D97A", "#7A6A00", "#F7EFA0"),
+    "divergent": ("#C63D0F", "#8E1B4A", "#F08A5D", "#5E1208", "#E05A8A", "#A86A3D"),
+}
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,8 @@ def colours_of(
     Parameters
     ----------
     data : results
-    name : "regime", with twins the one of their majority, "whirl", or a number: an
+    name : "regime", with twins the one of their majority, "whirl", "attractor", see
+        `analysis.attractors`, or a number: an
         expression over the file's variables
     case, word, whirl : (n,), numbers and own words of the cases shown
     """
@@ -122,10 +128,32 @@ def colours_of(
         return Colours(name, "", by_majority(data, case, word), None, SHOWN)
     if name == "whirl":
         return Colours(name, "", np.where(bad, word, whirl), None, WHIRLS | BAD)
+    if name == "attractor":
+        if name not in data:
+            data = with_attractors(data)
+        kind = np.where(bad, word, data[name].to_numpy()[case])
+        looks = looks_of_attractors(in_order(kind[~bad]))
+        return Colours(name, "", kind, None, looks | BAD)
     number, label = _numbers(data, name)
     shown = number[case]
     kind = np.where(bad, word, np.where(np.isfinite(shown), "", "failed"))
     return Colours(name, label, kind, shown, BAD)
+
+
+def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
+    """Return the look of each attractor of `analysis.attractors`, and of other words.
+
+    Attractors of one regime share its marker; their colours repeat after six.
+    """
+    looks = {}
+    for name in names:
+        number, _, regime = name.rpartition(" ")
+        look = REGIMES[regime]
+        if number:
+            colour = ATTRACTORS[regime][(int(number[1:]) - 1) % len(ATTRACTORS[regime])]
+            look = replace(look, colour=colour, letter=number, told=name, line="")
+        looks[name] = look
+    return looks
 
 
 def by_majority(
@@ -162,8 +190,8 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
         try:
             return variable_of(name, known, "number")
         except InputError:
-            hint = nearest(name, ["regime", "whirl", *known])
-            msg = f"unknown '{name}'{hint or ': regime, whirl or a number'}"
+            hint = nearest(name, ["regime", "whirl", "attractor", *known])
+            msg = f"unknown '{name}'{hint or ': regime, whirl, attractor or a number'}"
             raise InputError(msg) from None
 
     values = numbers(text, replace(source, variable=variable), "--colour")

@@ -136,7 +136,8 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
 
     found = probabilities.shares_shown(data, wish)
     if len(probabilities.varied(found)) < 2:
-        figure = probabilities.figure_of_shares(data, found)
+        note = probabilities.draws_note(data, found)
+        figure = probabilities.figure_of_shares(data, found, note)
         return Drawing(figure, None, wish, found)
     cases = probabilities.as_cases(data, found)
     over = replace(wish, colour=probabilities.SHARE, at=())

@@ -9,11 +9,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.shares import shares
+from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import FIXED
 from hpcwhirl.report.map.captions import engine_of, shared
+from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import REGIMES, Look
 from hpcwhirl.store.reading.select import variable_of, where
+from hpcwhirl.store.reading.shares import interval
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 
 if TYPE_CHECKING:
@@ -82,17 +85,31 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
     ).assign_attrs(attrs)
 
 
-def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset) -> Any:
-    """Return the figure of shares over one swept input, or of one point."""
+def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> Any:
+    """Return the figure of shares over one swept input, or of one point.
+
+    Parameters
+    ----------
+    data : results
+    found : of `analysis.shares`, or of `analysis.basins`
+    note : on the draws
+
+    Raises
+    ------
+    InputError
+        where the points differ in more than one input
+    """
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes, over = figure.subplots(), varied(found)
+    if len(over) > 1:
+        msg = f"shares are drawn over one swept input, not {' and '.join(over)}: say "
+        raise InputError(msg + f"--at {over[-1]}=VALUE")
     if over:
-        _lines(axes, found, over[0], *label_of(data, over[0]))
+        _areas(axes, found, over[0], *label_of(data, over[0]))
     else:
         _bars(axes, found)
     fixed = ", ".join(shared(data, [n for n in (*FIXED, "duration") if n not in over]))
-    drawn = f"{draws_note(data, found)}; intervals: 95 % (Wilson)"
-    text = f"{engine_of(data)}: {fixed}\n{drawn}"
+    text = f"{engine_of(data)}: {fixed}\n{note}; intervals: 95 % (Wilson)"
     figure.suptitle(text, fontsize=10, parse_math=False)
     return figure
 
@@ -107,35 +124,53 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
     return text + (f"; {lost} without a regime left out" if lost else "")
 
 
-def _lines(
+def looks_of(found: xarray.Dataset) -> dict[str, Look]:
+    """Return the look of each motion of a table of shares."""
+    if "regime" in found.dims:
+        return dict(REGIMES)
+    return looks_of_attractors(found["attractor"].to_numpy().tolist())
+
+
+def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
-    order = np.argsort(found[over].to_numpy())
-    x = factor * found[over].to_numpy()[order]
-    for place, (word, look) in enumerate(REGIMES.items()):
-        one = found.isel(regime=place, point=order)
-        if not one["count"].sum():
+    """Stack the shares over one input; bars have the intervals of the sums."""
+    along, looks = _along(found), looks_of(found)
+    found = found.isel(point=np.argsort(found[over].to_numpy()))
+    x = factor * found[over].to_numpy()
+    cases, below = found["cases"].to_numpy(), np.zeros(found.sizes["point"], int)
+    for word, look in looks.items():
+        count = found["count"].sel({along: word}).to_numpy()
+        if not count.sum():
             continue
-        ends = one["share_low"].to_numpy(), one["share_high"].to_numpy()
-        axes.fill_between(x, *ends, color=look.stroke, alpha=0.2, lw=0,
-                          gid=f"interval {word}")  # fmt: skip
-        axes.plot(x, one["share"].to_numpy(), marker=look.marker, ms=4, c=look.stroke,
-                  label=look.told, gid=f"share {word}")  # fmt: skip
+        pairs = zip((below + count).tolist(), cases.tolist(), strict=True)
+        ends = np.array([interval(*pair) for pair in pairs])
+        base = below / np.maximum(cases, 1)
+        axes.fill_between(x, base, ends[:, 0], color=look.colour, lw=0,
+                          label=look.told, gid=f"share {word}")  # fmt: skip
+        below = below + count
+        told = (count > 0) & (below < cases)
+        away = np.abs(ends[told, 1:] - ends[told, :1]).T
+        axes.errorbar(x[told], ends[told, 0], away, fmt="none", ecolor="black",
+                      elinewidth=0.8, capsize=1.5, gid=f"interval {word}")  # fmt: skip
     axes.set_xlabel(label, parse_math=False)
-    axes.set(ylabel=SHARE_LABEL, ylim=(-0.02, 1.02))
+    axes.set(ylabel=SHARE_LABEL, ylim=(0.0, 1.0), xlim=(x[0], x[-1]))
     axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
 
 
 def _bars(axes: Any, found: xarray.Dataset) -> None:
-    one = found.isel(point=0)
+    one, looks = found.isel(point=0), list(looks_of(found).values())
     share = np.nan_to_num(one["share"].to_numpy())
     ends = one["share_low"].to_numpy(), one["share_high"].to_numpy()
     away = np.abs(np.stack([share - ends[0], ends[1] - share]))
-    looks = list(REGIMES.values())
     axes.barh([look.told for look in looks], share, BARS, xerr=away, capsize=3,
               color=[look.colour for look in looks], ecolor="black")  # fmt: skip
     axes.invert_yaxis()
     axes.set(xlabel=SHARE_LABEL, xlim=(0.0, 1.02))
+
+
+def _along(found: xarray.Dataset) -> str:
+    return "regime" if "regime" in found.dims else "attractor"
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:

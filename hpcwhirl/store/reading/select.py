@@ -97,6 +97,12 @@ def where(
     return np.asarray(both)
 
 
+def chosen(data: xarray.Dataset, settings: Sequence[str]) -> xarray.Dataset:
+    """Return the cases of results that have the values of ``NAME=V`` settings."""
+    mask = where(settings, {name: data[name].to_numpy() for name in swept_of(data)})
+    return data if mask is None else data.isel(case=np.flatnonzero(mask))
+
+
 def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
     if values.dtype.kind in "OUS":
         raw = _numbered(values, raw)

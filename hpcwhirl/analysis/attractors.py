@@ -1,0 +1,156 @@
+"""Motions on which runs end, told apart by numbers of their windows.
+
+At each point of a sweep the sustained and the divergent cases are grouped by features:
+radius of the orbit, strongest line in the static frame, sense of whirl, energy, loss,
+growth (as by `GroupViaClustering` of Attractors.jl; Datseris and Wagemakers, Chaos 32,
+2022, doi:10.1063/5.0076568). Attractors of neighbouring points that have the same
+regime and close features share a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.clusters import clusters
+from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.store.reading.reader import words
+
+if TYPE_CHECKING:
+    import xarray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Words = NDArray[np.str_]
+FARTHEST = 10.0  # tolerances by which an attractor may change from point to point
+LEAST = 1e-300  # of what a logarithm is taken of
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number by which attractors differ.
+
+    Attributes
+    ----------
+    name : variable of the results
+    tolerance : difference that means anything, see `clusters`
+    over : variable whose largest size it is divided by, "" for none
+    log : whether its logarithm is taken, so that the tolerance is relative
+    """
+
+    name: str
+    tolerance: float
+    over: str = ""
+    log: bool = False
+
+    def of(self, data: xarray.Dataset) -> Floats:
+        """Return the feature of all cases in tolerances, (cases,); 0 if not finite."""
+        value = np.asarray(data[self.name].to_numpy(), dtype=float)
+        if self.over:
+            value = value / max(np.abs(data[self.over].to_numpy()).max(), LEAST)
+        if self.log:
+            value = np.log(np.maximum(np.abs(value), LEAST))
+        return np.nan_to_num(value / self.tolerance, posinf=0.0, neginf=0.0)
+
+
+WHIRLS = (
+    Feature("line_frequency", 0.05, "speed"),
+    Feature("whirl_ratio", 0.2),
+)
+RADIUS = Feature("orbit_radius", 0.1, "gap_scale", log=True)
+FEATURES = {  # of the regimes that are told apart
+    "sustained": (
+        RADIUS,
+        *WHIRLS,
+        Feature("late_energy", 0.2, log=True),
+        Feature("late_lost", 0.2, log=True),
+    ),
+    "divergent": (*WHIRLS, Feature("growth_rate", 0.3, log=True)),
+}
+
+
+@dataclass
+class Known:
+    """Attractors met so far: regime and features of each, by number."""
+
+    regime: list[str] = field(default_factory=list)
+    at: list[Floats] = field(default_factory=list)
+
+    def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
+        """Return the numbers of attractors of one point; new ones are added.
+
+        found : features of each, those met by most starts first
+        """
+        from scipy.optimize import linear_sum_assignment
+
+        among = [i for i, own in enumerate(self.regime) if own == regime]
+        number = dict.fromkeys(range(len(found)), -1)
+        if among:
+            away = np.array([[np.abs(a - self.at[i]).max() for i in among]
+                             for a in found])  # fmt: skip
+            for row, column in zip(*linear_sum_assignment(away), strict=True):
+                if away[row, column] <= FARTHEST:
+                    number[int(row)] = among[column]
+                    self.at[among[column]] = found[row]
+        for row, own in number.items():
+            if own < 0:
+                number[row] = len(self.regime)
+                self.regime.append(regime)
+                self.at.append(found[row])
+        return list(number.values())
+
+
+def attractors(data: xarray.Dataset, point: Ints) -> Words:
+    """Return the name of the attractor of each case, (cases,).
+
+    ``A1 sustained``, ``A2 divergent``, ...; ``damped`` and ``undecided`` stand for
+    themselves, "" for a case without a regime. Fewer than three starts that lie apart
+    count for the attractor next to them.
+
+    Parameters
+    ----------
+    data : of `open_results`
+    point : (cases,), number of the point of the sweep at which attractors are compared;
+        points follow each other by these numbers
+    """
+    word = words(data["regime"])
+    name = np.where(np.isin(word, [*REGIMES]), word, "").astype("<U24")
+    known = Known()
+    for rows, regime, features in _groups(data, word, point):
+        label = clusters(features)
+        middle = [np.median(features[label == k], axis=0)
+                  for k in range(label.max() + 1)]  # fmt: skip
+        numbers = known.numbered(regime, middle)
+        name[rows] = [f"A{1 + numbers[k]} {regime}" for k in label]
+    return name
+
+
+def _groups(
+    data: xarray.Dataset, word: Words, point: Ints
+) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
+    """Yield the cases of each point and regime that is told apart, and features."""
+    features = {regime: _features(data, own) for regime, own in FEATURES.items()}
+    order = np.argsort(point, kind="stable")
+    ends = np.flatnonzero(np.diff(point[order])) + 1
+    for rows in np.split(order, ends):
+        for regime, values in features.items():
+            own = rows[word[rows] == regime]
+            if len(own):
+                yield own, regime, values[own]
+
+
+def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
+    """Return the features of all cases in tolerances, (cases, features).
+
+    Where the centre does not whirl, its radius and lines are those of round-off: 0.
+    """
+    found = np.column_stack([feature.of(data) for feature in features])
+    floor = Thresholds().whirl_floor * data["gap_scale"].to_numpy()
+    still = data["orbit_radius"].to_numpy() < floor
+    of_centre = np.array([feature in (RADIUS, *WHIRLS) for feature in features])
+    return np.where(still[:, None] & of_centre, 0.0, found)

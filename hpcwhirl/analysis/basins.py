@@ -1,0 +1,273 @@
+"""Basins: how many starts of a run end on each motion, and how mixed they are.
+
+A start is what sets a run going and changes no equation after it: `STARTS`. Where such
+inputs are drawn by [sample], a basin's fraction has the interval of a share of
+independent draws; where they are swept, the starts form a grid, on which boxes tell the
+basin entropy (Daza, Wagemakers, Georgeot, Guéry-Odelin, Sanjuán, Scientific Reports 6,
+2016, 31416, doi:10.1038/srep31416).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.attractors import attractors
+from hpcwhirl.analysis.shares import shares_of
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import swept_of
+from hpcwhirl.store.results.sampled import drawn_of, is_sampled
+
+if TYPE_CHECKING:
+    import xarray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+STARTS = ("force", "pulse", "nodal_diameter", "direction", "unbalance_phase")
+APART = ("nodal_diameter", "direction")  # whose values are no neighbours of each other
+BY = ("regime", "attractor")
+BOX = 5  # starts along each side of a box, as in the paper
+MEASURES = {
+    "entropy": "Shannon entropy of the fractions, natural logarithm",
+    "basin_entropy": "S_b: mean entropy of boxes of starts, natural logarithm",
+    "boundary_entropy": "S_bb: the same of boxes with more than one motion",
+    "boxes": "boxes of starts",
+}
+
+
+@dataclass(frozen=True)
+class Starts:
+    """The starts of a campaign's cases.
+
+    Attributes
+    ----------
+    inputs : variables that differ between the starts of a point
+    drawn : whether they were drawn, not swept
+    swept : variables of the other swept inputs
+    point : (cases,), number of the point of the sweep
+    chosen : (cases,), which cases count: of dependent draws, the independent ones
+    """
+
+    inputs: tuple[str, ...]
+    drawn: bool
+    swept: tuple[str, ...]
+    point: Ints
+    chosen: NDArray[np.bool_]
+
+
+def starts_of(data: xarray.Dataset) -> Starts:
+    """Return the starts of the cases of a campaign, or of some of them.
+
+    Raises
+    ------
+    InputError
+        where no start differs, another input was drawn, or the map was refined
+    """
+    swept = swept_of(data)
+    if "final" in data:
+        msg = "starts of a [refine]d map lie where words change, not evenly: use "
+        raise InputError(msg + "[sweep] or [sample] for basins")
+    if is_sampled(data):
+        drawn = drawn_of(data)
+        other = sorted({*drawn.inputs} - {*STARTS})
+        if other:
+            msg = f"{other[0]} was drawn, which changes more than the start: basins "
+            msg += f"are of {', '.join(STARTS)}; hpcwhirl map shows shares of any draws"
+            raise InputError(msg)
+        inputs, chosen = drawn.inputs, drawn.independent
+    else:
+        inputs = tuple(n for n in swept if n in STARTS)
+        chosen = np.ones(data.sizes["case"], dtype=bool)
+    if not inputs:
+        msg = f"no start was drawn or swept: basins need one of {', '.join(STARTS)} in "
+        raise InputError(msg + "[sample] or [sweep], see hpcwhirl manual basins")
+    rest = tuple(n for n in swept if n not in inputs)
+    return Starts(inputs, is_sampled(data), rest, _points(data, rest), chosen)
+
+
+def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
+    """Return the number of each case's combination of swept inputs, (cases,).
+
+    Numbers ascend with the first input, then the next one; texts with their order.
+    """
+    columns = []
+    for name in swept:
+        values = data[name].to_numpy()
+        if values.dtype.kind not in "iufb":
+            order = {text: i for i, text in enumerate(dict.fromkeys(values.tolist()))}
+            values = np.array([order[text] for text in values.tolist()])
+        columns.append(values)
+    if not columns:
+        return np.zeros(data.sizes["case"], dtype=np.int64)
+    found = np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1]
+    return np.asarray(found.ravel(), dtype=np.int64)
+
+
+def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.Dataset:
+    """Return the share of starts that end on each motion, at each point of a sweep.
+
+    Cases without a regime, failed or unstable, are counted in `lost` and in no share.
+
+    Parameters
+    ----------
+    data : results of `open_results`, of a campaign whose starts differ
+    by : "regime", or "attractor" for those of `attractors`
+    box : starts along each side of a box; along `nodal_diameter` and `direction` it
+        has one
+
+    Returns
+    -------
+    xarray.Dataset over `point`, with the other swept inputs as coordinates, and over
+    `regime` or `attractor`: `share`, `share_low`, `share_high` (Wilson's 95 % interval;
+    of a grid as if its starts had been drawn), `count`; by attractor also the medians
+    `orbit_radius` and `line_frequency`; over `point` alone `cases`, `lost`, `entropy`
+    and, where starts form a grid, `basin_entropy`, `boundary_entropy`, `boxes`. The
+    motion of each case is in `motion`, over `case`
+
+    Raises
+    ------
+    InputError
+        where no start differs, another input was drawn, or the map was refined
+    """
+    if by not in BY:
+        raise unknown("motions by", by, BY)
+    if box < 2:
+        msg = f"box must be >= 2 starts a side, got {box}"
+        raise InputError(msg)
+    starts = starts_of(data)
+    word = words(data["regime"])
+    kinds = list(REGIMES)
+    if by == "attractor":
+        word = attractors(data, starts.point)
+        kinds = in_order(word)
+    found = shares_of(word, kinds, starts.point, starts.chosen, by)
+    first = np.unique(starts.point, return_index=True)[1]
+    found = found.assign_coords(
+        {n: ("point", data[n].to_numpy()[first], data[n].attrs) for n in starts.swept}
+    )
+    measures: dict[str, Any] = {"entropy": entropy(found["count"].to_numpy())}
+    if not starts.drawn:
+        measures |= _boxed(data, starts, word, box)
+    if by == "attractor":
+        found = _with_medians(found, data, word, starts)
+    found = found.assign({n: ("point", v) for n, v in measures.items()})
+    for name in measures:
+        found[name].attrs = {"units": "1", "long_name": MEASURES[name]}
+    told = {"starts": " ".join(starts.inputs), "drawn": int(starts.drawn)}
+    return found.assign(motion=("case", word)).assign_attrs(told)
+
+
+def with_attractors(data: xarray.Dataset) -> xarray.Dataset:
+    """Return results with the variable `attractor`, see `attractors`."""
+    return data.assign(attractor=("case", attractors(data, starts_of(data).point)))
+
+
+def in_order(word: NDArray[np.str_]) -> list[str]:
+    """Return the motions that occur: damped, attractors by number, undecided."""
+    known = set(word.tolist()) - {""}
+    numbered = sorted(known - {*REGIMES}, key=lambda name: int(name.split()[0][1:]))
+    plain = [name for name in REGIMES if name in known]
+    return [*(n for n in plain if n == "damped"), *numbered,
+            *(n for n in plain if n != "damped")]  # fmt: skip
+
+
+def entropy(count: NDArray[Any]) -> Floats:
+    """Return the entropy -sum p ln p of counts along their last axis; NaN of none."""
+    from scipy.stats import entropy as of
+
+    total = count.sum(axis=-1)
+    found = of(np.where(total[..., None] > 0, count, 1), axis=-1)
+    return np.where(total > 0, found, np.nan)
+
+
+def _with_medians(
+    found: xarray.Dataset, data: xarray.Dataset, word: NDArray[np.str_], starts: Starts
+) -> xarray.Dataset:
+    """Return the table of attractors with the medians of their numbers."""
+    points, kinds = found["point"].to_numpy(), found["attractor"].to_numpy()
+    for name in ("orbit_radius", "line_frequency"):
+        value = data[name].to_numpy()
+        table = np.full((len(points), len(kinds)), np.nan)
+        for column, kind in enumerate(kinds):
+            if kind in REGIMES:
+                continue
+            for row, point in enumerate(points):
+                own = value[(word == kind) & (starts.point == point) & starts.chosen]
+                if len(own):
+                    table[row, column] = np.median(own)
+        found = found.assign({name: (("point", "attractor"), table, data[name].attrs)})
+    return found
+
+
+def _boxed(
+    data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
+) -> dict[str, Any]:
+    """Return the measures of boxes of a grid of starts at each point, (points,)."""
+    rows = []
+    for point in np.unique(starts.point):
+        own = np.flatnonzero(starts.point == point)
+        grid = _grid(data.isel(case=own), starts.inputs, word[own])
+        if grid is None:
+            rows.append((np.nan, np.nan, 0))
+            continue
+        sides = [1 if n in APART else box for n in starts.inputs]
+        rows.append(basin_entropy(grid, sides))
+    names = ("basin_entropy", "boundary_entropy", "boxes")
+    return dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+
+
+def _grid(
+    data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
+) -> NDArray[np.str_] | None:
+    """Return the motions of a point over its starts, (n1, n2, ...); None if no grid."""
+    places = [np.unique(data[n].to_numpy(), return_inverse=True) for n in inputs]
+    shape = tuple(len(known) for known, _ in places)
+    number = np.ravel_multi_index([own for _, own in places], shape)
+    if len(set(number.tolist())) < np.prod(shape) or len(number) > np.prod(shape):
+        return None
+    found = np.empty(shape, dtype=word.dtype)
+    found.ravel()[number] = word
+    return found
+
+
+def basin_entropy(
+    motion: NDArray[Any], sides: Sequence[int]
+) -> tuple[float, float, int]:
+    """Return basin entropy, boundary basin entropy, and number of boxes.
+
+    S_b = (1/N) sum_i S_i and S_bb = (1/N_b) sum_i S_i over the N_b boxes with more than
+    one motion, S_i = -sum_j p_ij ln p_ij (Daza et al. 2016). Where
+    S_bb > ln 2 a boundary is fractal. Of few starts a box S_i is too small, by about
+    (motions - 1)/(2 starts).
+
+    Parameters
+    ----------
+    motion : motions on a grid of starts, any number of axes; "" for none
+    sides : starts along each side of a box; what is left over at the end of an axis
+        belongs to no box
+
+    Returns
+    -------
+    NaN, NaN, 0 if the grid is smaller than a box; S_bb is 0 without a boundary
+    """
+    whole = [n // side for n, side in zip(motion.shape, sides, strict=True)]
+    if not all(whole):
+        return np.nan, np.nan, 0
+    cut = motion[tuple(slice(n * s) for n, s in zip(whole, sides, strict=True))]
+    split = [part for pair in zip(whole, sides, strict=True) for part in pair]
+    axes = [*range(0, len(split), 2), *range(1, len(split), 2)]
+    boxes = cut.reshape(split).transpose(axes).reshape(int(np.prod(whole)), -1)
+    kinds = [kind for kind in np.unique(boxes).tolist() if kind != ""]
+    if not kinds:
+        return np.nan, np.nan, 0
+    count = np.stack([(boxes == kind).sum(axis=1) for kind in kinds], axis=1)
+    each = entropy(count)
+    mixed = (count > 0).sum(axis=1) > 1
+    boundary = float(each[mixed].mean()) if mixed.any() else 0.0
+    return float(np.nanmean(each)), boundary, len(boxes)

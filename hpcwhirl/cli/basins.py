@@ -1,0 +1,108 @@
+"""`hpcwhirl basins`: how many starts end on each motion, at each point of a sweep."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
+
+if TYPE_CHECKING:
+    import xarray
+
+NUMBERS = (
+    "count",
+    "share",
+    "share_low",
+    "share_high",
+    "orbit_radius",
+    "line_frequency",
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
+    parser.add_argument(
+        "--by", default="regime", metavar="WHAT",
+        help="what motions are told apart by: regime (default), or attractor: the "
+        "sustained and divergent ones also by radius, line, whirl, energy and growth",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V[,V]",
+        help="only cases with this value of a swept input",
+    )  # fmt: skip
+    parser.add_argument(
+        "--box", type=int, default=5, metavar="N",
+        help="starts along each side of a box, for the basin entropy of a grid of "
+        "starts (default 5)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="directory for the figures (default: that of the results)",
+    )  # fmt: skip
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a row for each point and motion, and draw the shares."""
+    from hpcwhirl.analysis.basins import basins
+    from hpcwhirl.report.figures.basins import draw_fractions
+    from hpcwhirl.store.hdf5 import reading
+    from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.store.reading.results_file import results_of
+    from hpcwhirl.store.reading.select import chosen
+
+    place = results_of(args.folder)
+    with open_results(place) as results, reading(place):
+        data = chosen(results, args.at)
+        found = basins(data, args.by, args.box)
+        paths = draw_fractions(data, found, args.out or place.parent)
+        columns = columns_of(found)
+        units = {n: unit_of(data, n) for n in columns}
+    columns, units = in_units(args, columns, units)
+    figures = [str(path) for path in paths]
+    facts = {"starts": found.attrs["starts"].split(), "figures": figures}
+    if not print_data(args, columns, units, "basins", **facts):
+        print_table(columns, units, len(columns["count"]))
+        print(summary(found))
+        print(*figures, sep="\n")
+    return 0
+
+
+def columns_of(found: xarray.Dataset) -> dict[str, Any]:
+    """Return {name: (rows,)}: a row for each point and motion that occurs.
+
+    Of attractors those of the point alone; of regimes all that occur anywhere, since
+    none of so many starts tells something, too.
+    """
+    import numpy as np
+
+    by = "regime" if "regime" in found.dims else "attractor"
+    count = found["count"].to_numpy()
+    seen = (
+        count > 0 if by == "attractor" else np.broadcast_to(count.any(0), count.shape)
+    )
+    point, kind = np.nonzero(seen)
+    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    rest = [str(n) for n, v in found.data_vars.items() if v.dims == ("point",)]
+    columns = {n: found[n].to_numpy()[point] for n in swept if n != "point"}
+    columns[by] = found[by].to_numpy()[kind]
+    columns |= {n: found[n].to_numpy()[seen] for n in NUMBERS if n in found}
+    return columns | {n: found[n].to_numpy()[point] for n in rest}
+
+
+def summary(found: xarray.Dataset) -> str:
+    """Return a line on how many points have starts that end on several motions."""
+    from hpcwhirl.store.reading.shares import interval
+
+    along = str(found["count"].dims[1])
+    motions = found["count"].where(found[along] != "undecided", 0)
+    several = int(((motions > 0).sum(along) > 1).sum())
+    points = found.sizes["point"]
+    share, low, high = interval(several, points)
+    by = "regimes" if "regime" in found.dims else "attractors"
+    told = f"starts: {found.attrs['starts'].replace(' ', ', ')}; points with several "
+    return f"{told}{by}: {several} of {points}, {share:.2f} [{low:.2f}, {high:.2f}]"
