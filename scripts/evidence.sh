@@ -24,6 +24,7 @@ bars        | minutes | python scripts/evidence/bars.py                |
 estimates   | hours   | python scripts/evidence/estimates.py           | --write
 words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
+basins      | 10 min  | python scripts/evidence/basins.py              |
 decided     | hours   | python scripts/evidence/decided.py             | --write
 boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write
