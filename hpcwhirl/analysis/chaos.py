@@ -1,0 +1,160 @@
+"""Chaos of a motion: largest Lyapunov exponent, period number, 0-1 test.
+
+The exponent is measured by twins of the full motion (Benettin, Galgani and Strelcyn
+1976, Phys. Rev. A 14:2338): a reference and a twin a small distance away march side by
+side; at equal intervals the growth of the distance is noted and the twin is drawn back
+to the first distance along the line between both. Nothing is linearised, so that the
+jumps of a motion with contact need no care of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+ROUND_OFF = 2.0**-52  # distance that counts as the least one, relative
+BLOCKS = 10  # blocks of the growths, whose means give the interval of an exponent
+SHARE = 0.95  # share of intervals that cover the exponent
+FEWEST = 2 * BLOCKS  # growths below which there is no interval
+LONGEST = 32  # longest period looked for, revolutions
+RETURNS = 3  # times that a motion must return at least
+EXACT = 1e-3  # distance of a return that counts as none
+ANGLES = 100  # angles c of the 0-1 test
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+class Twins(Protocol):
+    """A reference and its twin, which march side by side."""
+
+    def advance(self) -> float:
+        """March both by one interval; return their distance over the motion's size."""
+
+    def draw(self, factor: float) -> None:
+        """Set the twin to reference + factor (twin - reference)."""
+
+
+class Exponent(NamedTuple):
+    """A largest Lyapunov exponent.
+
+    Attributes
+    ----------
+    rate : unit of 1 / interval
+    error : half the width of its interval, which covers it in the share `SHARE`
+    """
+
+    rate: float
+    error: float
+
+
+def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
+    """Return ln(distance / delta) of each of `count` intervals, (count,).
+
+    A distance of 0, or below round-off, counts as `ROUND_OFF`: the growth is then a
+    bound from above.
+
+    Parameters
+    ----------
+    twins : a distance `delta` apart
+    delta : distance over the motion's size, above round-off and in the linear range
+    settle : intervals before these, in which the twin turns to the direction that grows
+    """
+    out = np.zeros(settle + count)
+    for i in range(len(out)):
+        apart = twins.advance()
+        out[i] = math.log(max(apart, ROUND_OFF) / delta)
+        if apart > 0.0:
+            twins.draw(delta / apart)
+    return out[settle:]
+
+
+def exponent(growth: Floats, interval: float) -> Exponent:
+    """Return the exponent of growths and its interval by batch means.
+
+    The mean of each of `BLOCKS` blocks counts as drawn independently: a block must be
+    longer than the memory of the motion. NaN where there are fewer than `FEWEST`.
+
+    Parameters
+    ----------
+    growth : (n,), of `growths`
+    interval : s, or 1 for an exponent per interval
+
+    Source: Schmeiser 1982, Oper. Res. 30:556 (batch means); Student's t
+    """
+    if len(growth) < FEWEST or not np.isfinite(growth).all():
+        return Exponent(math.nan, math.nan)
+    from scipy.special import stdtrit  # a slow import, of no other case
+
+    size = len(growth) // BLOCKS
+    kept = growth[len(growth) - BLOCKS * size :]
+    means = kept.reshape(BLOCKS, size).mean(axis=1) / interval
+    wide = float(stdtrit(BLOCKS - 1, 0.5 + 0.5 * SHARE))
+    error = wide * float(means.std(ddof=1)) / math.sqrt(BLOCKS)
+    return Exponent(float(means.mean()), error)
+
+
+def returns(section: Floats) -> tuple[int, float]:
+    """Return (n, distance): after n points the section returns to within a distance.
+
+    Points that are n apart are compared over the whole section, each with the mean of
+    those that it returns to, so that a closed curve, to which a point nearly returns,
+    is not taken for a period. n is the least whose distance is nearly the smallest of
+    all: within twice of it and `EXACT`. (0, inf) for fewer than `RETURNS` points.
+
+    Parameters
+    ----------
+    section : (points, m), one point a revolution, each column over its own scale
+    """
+    most = min(LONGEST, len(section) // RETURNS)
+    if most < 1:
+        return 0, math.inf
+    far = np.array([_spread(section, n) for n in range(1, most + 1)])
+    best = int(np.argmax(far <= 2.0 * far.min() + EXACT))
+    return best + 1, float(far[best])
+
+
+def _spread(section: Floats, n: int) -> float:
+    """Return the largest distance of a point from the mean of every n-th."""
+    rows = len(section) // n
+    turns = section[len(section) - rows * n :].reshape(rows, n, -1)
+    away = turns - turns.mean(axis=0)
+    return float(np.sqrt((away**2).sum(axis=2)).max())
+
+
+def zero_one(values: Floats) -> float:
+    """Return K of the 0-1 test for chaos: near 0 of a regular motion, 1 of a chaotic.
+
+    The values, less their mean, drive a walk in the plane at an angle c a step. Of a
+    chaotic motion it diffuses, and its mean square displacement M_c(n) grows as n; of a
+    regular one it is bounded. K is the median over c of the correlation of n with M_c.
+    The angles are those of a golden section of (pi/5, 4 pi/5), the same in each call.
+    NaN for fewer than 40 values.
+
+    Parameters
+    ----------
+    values : (N,), one a revolution: close samples of a smooth motion look regular
+
+    Source: Gottwald and Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8:129, Sec. 3
+    """
+    count, values = len(values), values - values.mean()
+    if count < 4 * 10:
+        return math.nan
+    angle = math.pi * (0.2 + 0.6 * (GOLDEN * np.arange(1, ANGLES + 1) % 1.0))
+    return float(np.median([_correlation(values, c) for c in angle.tolist()]))
+
+
+def _correlation(values: Floats, c: float) -> float:
+    """Return K_c; 0 for values that do not vary."""
+    count, longest = len(values), len(values) // 10
+    walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
+    lags = np.arange(1, longest + 1)
+    moved = np.array(
+        [(np.abs(walk[n : n + count - longest] - walk[: count - longest]) ** 2).mean()
+         for n in lags.tolist()]
+    )  # fmt: skip
+    if not moved.std() > 0.0:
+        return 0.0
+    return float(np.corrcoef(lags, moved)[0, 1])
