@@ -74,9 +74,33 @@ class Thresholds:
     )
 
 
+@dataclass(frozen=True)
+class MotionThresholds:
+    """The thresholds between the words of `motion`, see `output.chaos`."""
+
+    returns: float = _limit(
+        0.05, "largest `return_distance` of a motion that is `periodic`"
+    )
+    calm: float = _limit(
+        0.01, "growth of twins a revolution, ln, that a motion without chaos may show"
+    )
+    sharp: float = _limit(
+        0.05, "widest interval of an exponent, ln a revolution, of `quasi-periodic`"
+    )
+    diffuse: float = _limit(
+        0.5, "least K of the 0-1 test of a motion that is `chaotic`"
+    )
+    bounded: float = _limit(0.5, "K below which a motion may be `quasi-periodic`")
+
+
 def threshold_facts() -> dict[str, float]:
     """Return the thresholds as attributes of results."""
-    return {f"threshold_{name}": value for name, value in asdict(Thresholds()).items()}
+    return {f"threshold_{name}": value for name, value in all_thresholds().items()}
+
+
+def all_thresholds() -> dict[str, float]:
+    """Return {name: default} of the thresholds of regimes and of motions."""
+    return asdict(Thresholds()) | asdict(MotionThresholds())
 
 
 def block_means(values: Floats, count: int) -> Floats:

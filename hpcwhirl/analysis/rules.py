@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.expression import asker, names_in, value_of
 from hpcwhirl.analysis.grammar import parse
-from hpcwhirl.scene.words import DEFINED, NO_REGIME, RULES, Rule
+from hpcwhirl.scene.quantities import CHAOS
+from hpcwhirl.scene.words import DEFINED, MOTION_RULES, NO_REGIME, RULES, Rule
 
 Words = NDArray[np.str_]
+MEASURED = ("speed", *(name for name in CHAOS if name != "motion"))
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
@@ -70,6 +72,31 @@ def words_by_table(
         )
     lost = np.isin(outcome, NO_REGIME)
     return outcome, np.where(lost, "none", regime), np.where(lost, "none", whirl)
+
+
+def motions_by_table(
+    regime: Words, numbers: Mapping[str, Any], limits: Mapping[str, float]
+) -> Words:
+    """Return the word `motion` of many cases, (cases,).
+
+    Parameters
+    ----------
+    regime : of each
+    numbers : {name: (cases,)}, `scene.quantities.CHAOS`, NaN where not measured, and
+        `speed`
+    limits : thresholds
+    """
+    with np.errstate(all="ignore"):
+        turn = 2 * np.pi / np.abs(numbers["speed"])
+        known = {**numbers, **limits, "regime": regime, "turn": turn}
+        return np.broadcast_to(first_words(MOTION_RULES, known), np.shape(regime))
+
+
+def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
+    """Return the word `motion` of one case; see `motions_by_table`."""
+    numbers = {name: np.array([row.get(name, np.nan)]) for name in MEASURED}
+    word = motions_by_table(np.array([row["regime"]]), numbers, limits)
+    return str(word[0])
 
 
 def evidence_names() -> list[str]:

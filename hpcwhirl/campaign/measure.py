@@ -20,6 +20,7 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.quantities import (
     AXES,
     BLADES,
+    CHAOS,
     INPUTS,
     PERFORMANCE,
     ROW,
@@ -163,6 +164,7 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
     taken = {
         *ROW,
         *BLADES,
+        *CHAOS,
         *TUNED,
         *STATUS,
         *TRACES,

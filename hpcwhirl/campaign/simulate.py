@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
 
@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blades import blade_numbers
-from hpcwhirl.analysis.regimes import STEADY_SHARE, Thresholds, evidence, name_regime
+from hpcwhirl.analysis.motion_kind import motion_numbers
+from hpcwhirl.analysis.regimes import (
+    STEADY_SHARE,
+    MotionThresholds,
+    Thresholds,
+    evidence,
+    name_regime,
+)
+from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -24,6 +32,7 @@ from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
 
 Value = float | int | str
 USUAL = Thresholds()
+_LIMITS = asdict(MotionThresholds())
 SCENE_ROW = (
     "speed", "nodal_diameter", "gap", "friction", "force", "pulse",
 )  # fmt: skip
@@ -153,7 +162,28 @@ class Course:
         result = next(results)
         while self.number + 1 < len(self.ends) and is_open(result.row):
             result = next(results)
-        return result
+        return self._with_motion(result, between_slices)
+
+    @one_thread()
+    def _with_motion(
+        self, result: Result, between_slices: Callable[[], None] | None
+    ) -> Result:
+        """Return a result with the numbers of chaos and their word, if asked for.
+
+        They follow from the state at the case's end alone: a case that is stopped
+        meanwhile measures them anew.
+        """
+        asked, row = self.case.given.output.chaos, result.row
+        if asked == 0.0:
+            return result
+        found: dict[str, Value] = {}
+        performance = dict(result.performance)
+        if row["regime"] == "sustained":
+            numbers, seconds = motion_numbers(self.march, asked, between_slices)
+            found |= numbers
+            performance["seconds"] = float(performance["seconds"]) + seconds
+        word = motion_of(row | found, _LIMITS)
+        return Result({**row, "motion": word, **found}, result.traces, performance)
 
     def results(
         self, between_slices: Callable[[], None] | None = None

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from dataclasses import asdict, fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.analysis.rules import words_by_table
+from hpcwhirl.analysis.regimes import MotionThresholds, Thresholds, all_thresholds
+from hpcwhirl.analysis.rules import motions_by_table, words_by_table
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
 from hpcwhirl.errors import InputError, unknown
 
@@ -19,7 +19,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     known = "; ".join(
-        f"{f.name}={f.default:g}, {f.metadata['meaning']}" for f in fields(Thresholds)
+        f"{f.name}={f.default:g}, {f.metadata['meaning']}"
+        for kind in (Thresholds, MotionThresholds)
+        for f in fields(kind)
     )
     parser.add_argument(
         "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
@@ -29,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
-def thresholds_of(settings: list[str]) -> Thresholds:
+def thresholds_of(settings: list[str]) -> dict[str, float]:
     """Return the default thresholds with texts ``NAME=VALUE`` applied.
 
     Raises
@@ -37,8 +39,8 @@ def thresholds_of(settings: list[str]) -> Thresholds:
     InputError
         for an unknown name, or a value that is no finite number >= 0
     """
-    known = [f.name for f in fields(Thresholds)]
-    changes: dict[str, Any] = {}
+    changes = all_thresholds()
+    known = [*changes]
     for text in settings:
         name, _, raw = text.partition("=")
         if name not in known:
@@ -51,7 +53,7 @@ def thresholds_of(settings: list[str]) -> Thresholds:
         if not 0.0 <= changes[name] < float("inf"):
             msg = f"threshold {name} must be a number >= 0, got '{raw}'"
             raise InputError(msg)
-    return replace(Thresholds(), **changes)
+    return changes
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,25 +63,34 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.relabel import relabel
 
-    limits = thresholds_of(args.settings)
-    path, words = args.folder / "results.h5", asdict(limits)
+    words = thresholds_of(args.settings)
+    path = args.folder / "results.h5"
     asking = Asking(args.take_over, say)
-    changes = relabel(
-        path, lambda numbers: words_by_table(numbers, words), words, asking
-    )
+
+    def named(numbers: dict[str, Any]) -> tuple[Any, ...]:
+        found = words_by_table(numbers, words)
+        if "exponent" not in numbers:
+            return found
+        return *found, motions_by_table(found[1], numbers, words)
+
+    changes = relabel(path, named, words, asking)
     regimes, whirls = Counter[str](), Counter[str]()
-    moved, turned = Counter[str](), Counter[str]()
+    moved, turned, motions = Counter[str](), Counter[str](), Counter[str]()
     for (old, new), count in changes.items():
         regimes[new[1]] += count
         whirls[new[2]] += count
         moved[f"{old[1]} -> {new[1]}"] += count * (old[1] != new[1])
         turned[f"{old[2]} -> {new[2]}"] += count * (old[2] != new[2])
+        for was, now in zip(old[3:], new[3:], strict=True):
+            motions[now] += count
+            turned[f"{was} -> {now}"] += count * (was != now)
     facts = {
         "cases": changes.total(),
         "regimes": dict(regimes),
         "whirls": dict(whirls),
+        **({"motions": dict(motions)} if motions else {}),
         "changed": dict(moved + turned),
-        "thresholds": asdict(limits),
+        "thresholds": words,
     }
     drawn, stale = refresh(args.folder)
     facts["drawn again"] = [str(path) for path in drawn]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -191,6 +192,21 @@ def _plain(course: Course) -> Callable[[], None]:
     return tick
 
 
+def motion_told(facts: Mapping[str, Any]) -> str:
+    """Return one line on the motion of a case that was asked for its chaos."""
+    if "exponent" not in facts:
+        return f"motion {facts['motion']}: nothing measured"
+    turn = 2 * math.pi / abs(facts["speed"])
+    rate, error = facts["exponent"], facts["exponent_error"]
+    told = facts["motion"]
+    if told == "periodic":
+        told += f", {facts['period']} revolutions"
+    return (
+        f"motion {told}; exponent {rate:.4g} ± {error:.2g} 1/s, {rate * turn:.3g} "
+        f"± {error * turn:.2g} a revolution; K {facts.get('zero_one', math.nan):.2f}"
+    )
+
+
 def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
@@ -200,6 +216,8 @@ def _show(facts: dict[str, Any]) -> None:
     console = Console()
     words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
     console.print(words + f"whirl {facts['whirl']}")
+    if "motion" in facts:
+        console.print(motion_told(facts))
     if not facts["contacts"]:
         console.print(UNTOUCHED)
     rate = 1e6 / facts["microseconds_per_step"]

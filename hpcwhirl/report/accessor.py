@@ -13,14 +13,18 @@ from xarray.plot.accessor import DataArrayPlotAccessor
 from hpcwhirl.analysis.spectrum import full_spectrum
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
-from hpcwhirl.scene.words import SHOWN, WHIRLS
+from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
 from hpcwhirl.store.reading.results_file import Results
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import Result
 
 NEEDED = "centre"
-LOOKS: dict[str, dict[str, Any]] = {"regime": {**SHOWN}, "whirl": {**WHIRLS}}
+LOOKS: dict[str, dict[str, Any]] = {
+    "regime": {**SHOWN},
+    "whirl": {**WHIRLS},
+    "motion": {**MOTIONS},
+}
 UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them'
 
 

@@ -432,6 +432,13 @@ class Output(Inputs):
     interval: Positive = given(
         2e-4, "time between samples; of the traces kept; words do not depend on it", "s"
     )
+    chaos: NonNegative = given(
+        0.0,
+        "if > 0: revolutions after the end of a sustained case over which its largest "
+        "Lyapunov exponent, period and 0-1 test are measured; two marches more of that "
+        "length; at least 40, for a word some 200",
+        later=True,
+    )
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]

@@ -109,6 +109,15 @@ BLADES: dict[str, Quantity] = {
     **_table("f8", "1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
              " all move alike, N if one moves alone"),
 }  # fmt: skip
+# variables of campaigns with output.chaos > 0; numbers of sustained cases alone
+CHAOS: dict[str, Quantity] = {
+    **_table("enum", "1", motion="kind of a sustained motion"),
+    **_table("f8", "1/s", exponent="largest Lyapunov exponent"),
+    **_table("f8", "1/s", exponent_error="half the width of its interval of 95 %"),
+    **_table("i8", "1", period="revolutions after which the motion returns best"),
+    **_table("f8", "1", return_distance="how far from where it was, over its size"),
+    **_table("f8", "1", zero_one="K of the 0-1 test: 0 of order, 1 of chaos"),
+}
 # variables of cases for which the tuned engine was computed, too
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"

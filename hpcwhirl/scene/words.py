@@ -72,12 +72,20 @@ WHIRLS = {  # words of maps whose colour shows the whirl
     "backward": Look("#F0AE45", "#000000", "B", "v", "backward"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "no whirl"),
 }
+MOTIONS = {  # words of sustained motions where output.chaos asks for them
+    "periodic": Look("#2F6DB3", "#FFFFFF", "P", "s", "periodic"),
+    "quasi-periodic": Look("#4BA386", "#000000", "Q", "o", "quasi-periodic"),
+    "chaotic": Look("#F0AE45", "#000000", "C", "^", "chaotic"),
+    "untold": Look("#8D8D8D", "#000000", "?", "D", "not told"),
+    "none": Look("#DBD9DD", "#000000", "–", ".", "not sustained"),
+}
 # {variable: its words}; each is stored as its index
 ENUMS = {
     "status": ("ok", "failed", "missing", "timeout", "crashed"),
     "outcome": ("none", "completed", "stopped", "unstable", "overloaded"),
     "regime": ("none", *REGIMES),
     "whirl": ("none", "forward", "backward", "mixed"),
+    "motion": ("none", "periodic", "quasi-periodic", "chaotic", "untold"),
     "word_majority": ("none", "unstable", *REGIMES, "overloaded"),
     "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }
@@ -210,3 +218,31 @@ RULES = {
         Rule("mixed"),
     ),
 }
+# The same for `motion`, where output.chaos asks for it; `turn` is a revolution, s.
+MOTION_RULES = (
+    Rule("none", ("regime != 'sustained'",)),
+    # measured over too little, or ended at a limit
+    Rule("untold", ("not (exponent_error >= 0)",)),
+    Rule("untold", ("not (zero_one <= 1)",)),
+    # twins part: the exponent is above zero with its interval, and the walk diffuses
+    Rule(
+        "chaotic",
+        (
+            "exponent - exponent_error > 0",
+            "(exponent - exponent_error) * turn > calm",
+            "zero_one > diffuse",
+        ),
+    ),
+    # twins stay together, and the section is a few points, or a curve
+    Rule("periodic", ("return_distance <= returns", "exponent * turn <= calm")),
+    Rule(
+        "quasi-periodic",
+        (
+            "zero_one < bounded",
+            "exponent * turn <= calm",
+            "(exponent + exponent_error) * turn >= -calm",
+            "exponent_error * turn <= sharp",
+        ),
+    ),
+    Rule("untold"),
+)

@@ -103,6 +103,7 @@ TOLD = {
     "solver.amplitude_limit": ("0.1", "ends"),
     "output.traces": ('"orbit"', "summary", "full", "tips"),
     "output.interval": ("0.0002", "s", "samples"),
+    "output.chaos": ("0", "revolutions", "sustained", "Lyapunov"),
 }
 LIMITED = [
     (name, sign, float(limit))

@@ -18,9 +18,11 @@ from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene.campaign_tables import TwinsTable
 from hpcwhirl.scene.table import Table, listed
 
+CHAOS = "output.chaos"
 # as in a scene of nothing but defaults
 ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
+ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
 BITS = 53  # of a double's fraction
 
 
@@ -38,7 +40,7 @@ class Twins(TwinsTable):
         content : digest of its engine's file, see `scene.digest`
         """
         values, motion = flatten(scene), identity(scene, content)
-        changed: dict[str, Any] = {"output.traces": "summary"}
+        changed: dict[str, Any] = {"output.traces": "summary", CHAOS: 0.0}
         for name, spread in self.spread.items():
             factor = 1.0 + spread * draw(motion, number, name, self.seed)
             changed[name] = float(str(values[name])) * factor

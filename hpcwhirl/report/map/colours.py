@@ -16,7 +16,7 @@ from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
-from hpcwhirl.scene.words import BAD, REGIMES, SHOWN, WHIRLS, Look
+from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.select import variable_of
 from hpcwhirl.store.reading.shares import MAJORITY
@@ -119,7 +119,7 @@ def colours_of(
     ----------
     data : results
     name : "regime", with twins the one of their majority, "whirl", "attractor", see
-        `analysis.attractors`, or a number: an
+        `analysis.attractors`, "motion" where the file has it, or a number: an
         expression over the file's variables
     case, word, whirl : (n,), numbers and own words of the cases shown
     """
@@ -134,6 +134,9 @@ def colours_of(
         kind = np.where(bad, word, data[name].to_numpy()[case])
         looks = looks_of_attractors(in_order(kind[~bad]))
         return Colours(name, "", kind, None, looks | BAD)
+    if name == "motion" and name in data:
+        kind = np.where(bad, word, words(data[name])[case])
+        return Colours(name, "", kind, None, MOTIONS | BAD)
     number, label = _numbers(data, name)
     shown = number[case]
     kind = np.where(bad, word, np.where(np.isfinite(shown), "", "failed"))

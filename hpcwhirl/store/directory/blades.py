@@ -1,4 +1,4 @@
-"""Variables of single blades in a plan, and tuned cases beside mistuned ones."""
+"""Variables that a plan may ask for: of single blades, of chaos; tuned cases."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.scene.files import MISTUNING
-from hpcwhirl.scene.quantities import BLADES, TUNED
+from hpcwhirl.scene.quantities import BLADES, CHAOS, TUNED
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.table import listed
 from hpcwhirl.store.directory.manifest import Manifest
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hpcwhirl.store.directory.record import Record
 
 DETAIL = "output.traces"
+MEASURED = "output.chaos"
 MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared
 LOOKED_AT = {"blades", "full"}
 
@@ -26,6 +27,17 @@ def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
+
+
+def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
+    """Return the variables in the results of a plan that not every plan has."""
+    return blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
+
+
+def asks_for_chaos(plan: Manifest) -> bool:
+    """Return whether `output.chaos` of any case of a plan is above 0."""
+    base = plan.base.get(MEASURED, 0.0)
+    return any([base, *listed(plan.table.column(MEASURED, base).values)])
 
 
 def details_of(plan: Manifest) -> set[str]:

@@ -65,7 +65,7 @@ def read_block(contents: Contents, cases: range) -> Block:
     for name, column in _table(PERFORMANCE, parts, len(cases), "performance.").items():
         out[f"performance/{name}"] = column
     out |= _table(measured_of(plan), parts, len(cases), f"{VALUES}.")
-    out |= _blades(contents, cases, parts) | _twins(contents, cases, out)
+    out |= _asked(contents, cases, parts) | _twins(contents, cases, out)
     for name, column in contents.columns.items():
         out[name] = column[cases.start : cases.stop]
     return out | _traces(contents, len(cases), parts) | _swept(plan, cases)
@@ -120,9 +120,9 @@ def _words(codes: Array, name: str) -> Array:
     return np.array(ENUMS[name])[codes]
 
 
-def _blades(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return the variables of blades, if the plan has any."""
-    out = _table(contents.blades, parts, len(cases), "row.")
+def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
+    """Return the variables that the plan asks for, {} for none."""
+    out = _table(contents.asked, parts, len(cases), "row.")
     if "amplification" in out:
         tuned = {
             i: contents.tuned[c] for i, c in enumerate(cases) if c in contents.tuned

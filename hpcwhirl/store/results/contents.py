@@ -15,7 +15,7 @@ from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.directory.blades import blade_quantities, tuned_cases
+from hpcwhirl.store.directory.blades import asked_quantities, tuned_cases
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.completions import stages_in
 from hpcwhirl.store.directory.manifest import Manifest
@@ -80,9 +80,9 @@ class Contents:
         return int(self.plan.twins.get("count", 0))
 
     @cached_property
-    def blades(self) -> dict[str, Quantity]:
-        """{variable: `Quantity`} of the numbers of single blades, {} for none."""
-        return blade_quantities(self.plan)
+    def asked(self) -> dict[str, Quantity]:
+        """{variable: `Quantity`} that not every campaign has."""
+        return asked_quantities(self.plan)
 
     @cached_property
     def tuned(self) -> dict[int, int]:
@@ -117,7 +117,7 @@ class Contents:
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
         each = row * (1 + self.twins)
-        each += bytes_measured(self.plan) + 8 * len(self.blades)
+        each += bytes_measured(self.plan) + 8 * len(self.asked)
         return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:

@@ -28,7 +28,7 @@ from hpcwhirl.scene.quantities import (
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.blades import blade_quantities
+from hpcwhirl.store.directory.blades import asked_quantities
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities
 from hpcwhirl.store.directory.runs import Share
@@ -151,7 +151,7 @@ def define(
         _tell(data, INPUTS[dotted])
         _attach(data, file, ("case",))
     _define_table(file, file["case"], refined_quantities(plan))
-    _define_table(file, file["case"], blade_quantities(plan) | measured_of(plan))
+    _define_table(file, file["case"], asked_quantities(plan) | measured_of(plan))
     if contents.plan.twins:
         _define_twins(file, contents)
     performance = file.create_group("performance")

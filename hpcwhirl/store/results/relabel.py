@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError, WhirlError
-from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.quantities import CHAOS, ROW
 from hpcwhirl.store.atomic import replacing, sweep
 from hpcwhirl.store.directory.owner import RESULTS, Asking, claimed
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
@@ -24,8 +24,9 @@ from hpcwhirl.store.results.layout import codes_of, mark_words
 
 AT_ONCE = 1 << 15  # cases
 WORDS = ("outcome", "regime", "whirl")
-Word = tuple[str, str, str]  # of one case
-Words = tuple[NDArray[np.str_], NDArray[np.str_], NDArray[np.str_]]  # of all
+MOTION = "motion"  # in results of campaigns that ask for it
+Word = tuple[str, ...]  # of one case
+Words = tuple[NDArray[np.str_], ...]  # of all
 
 
 def relabel(
@@ -39,7 +40,8 @@ def relabel(
     Parameters
     ----------
     path : `results.h5`
-    name : function from numbers to words, each (cases,)
+    name : function from numbers to words, each (cases,): those of `WORDS`, and where
+        the numbers of `CHAOS` are among them that of `MOTION`
     thresholds : stored as root attributes
     asking : options of the claim, see `store.directory.owner.Asking`
     """
@@ -98,7 +100,7 @@ def _rename(
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
-    for variable in WORDS:  # which may have been others
+    for variable in _variables(file):  # which may have been others
         mark_words(file[variable], variable)
     return changes
 
@@ -108,11 +110,13 @@ def _rename_some(
 ) -> Counter[tuple[Word, Word]]:
     """Write new words of some cases."""
     given = words_in(file, "status", cases) == "ok"
-    numeric = [n for n, v in ROW.items() if v.kind in {"f8", "i8"}]
+    table = ROW | CHAOS if MOTION in file else ROW
+    numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
     numbers = {n: file[n][cases][given] for n in numeric}
     new = name(numbers | {"stop": words_in(file, "stop", cases)[given]})
-    old = [words_in(file, variable, cases) for variable in WORDS]
-    for variable, was, now in zip(WORDS, old, new, strict=True):
+    variables = _variables(file)
+    old = [words_in(file, variable, cases) for variable in variables]
+    for variable, was, now in zip(variables, old, new, strict=True):
         words = was.astype(np.promote_types(was.dtype, now.dtype))
         words[given] = now
         file[variable][cases] = codes_of(variable, words)
@@ -121,3 +125,8 @@ def _rename_some(
         for columns in ([was[given] for was in old], new)
     )
     return Counter(zip(before, after, strict=True))
+
+
+def _variables(file: h5py.Group) -> tuple[str, ...]:
+    """Return the names of the words that a file has."""
+    return (*WORDS, MOTION) if MOTION in file else WORDS

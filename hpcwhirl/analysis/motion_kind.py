@@ -1,0 +1,119 @@
+"""Numbers that tell whether a sustained motion is periodic, quasi-periodic or chaotic.
+
+They are measured on a march that goes on from the end of a case, with a twin beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.chaos import exponent, growths, returns, zero_one
+from hpcwhirl.dynamics.history import Evidence
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.side_by_side import SideBySide
+
+Floats = NDArray[np.float64]
+DELTA = 1e-9  # distance of twins over the motion's size
+PARTS = 4  # intervals of a revolution after which twins are drawn together
+SETTLE = 0.1  # share of the revolutions in which the twin turns, not counted
+STILL = 1e-9  # share of the largest value below which a quantity does not vary
+
+
+def motion_numbers(
+    ended: March, revolutions: float, between: Callable[[], None] | None = None
+) -> tuple[dict[str, float], float]:
+    """Return the numbers of `scene.quantities.CHAOS`, and the time that they took, s.
+
+    {} where nothing can be measured: at speed 0, of a march of one sector of many,
+    which has no twins without the symmetry, and where one of the twins ends at a limit.
+
+    Parameters
+    ----------
+    ended : march at the end of its case
+    revolutions : of the measurement
+    between : called between slices
+    """
+    twins = twins_of(ended, revolutions, between)
+    if twins is None:
+        return {}, 0.0
+    settle = int(SETTLE * twins.intervals)
+    growth = growths(twins, DELTA, twins.intervals - settle, settle)
+    if twins.ended or not np.isfinite(growth).all():
+        return {}, twins.seconds
+    judged, speed = twins.one.history().judged, abs(ended.scene.speed)
+    points = section_of(judged, speed, twins.first_row)
+    return numbers_of(growth, twins.interval, points), twins.seconds
+
+
+def twins_of(
+    ended: March, revolutions: float, between: Callable[[], None] | None = None
+) -> SideBySide | None:
+    """Return the twins of a measurement, None where there are none; `motion_numbers`.
+
+    They are drawn together `PARTS` times a revolution, or at each row of evidence.
+    """
+    speed = abs(ended.scene.speed)
+    if ended.lean.model.folds > 1 or speed == 0.0:
+        return None
+    row = ended.beat * ended.scene.solver.time_step
+    turn = 2 * math.pi / speed
+    rows = max(round(turn / PARTS / row), 1)
+    return SideBySide(
+        ended, rows, int(revolutions * turn / (rows * row)), DELTA, between
+    )
+
+
+def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
+    """Return the numbers of `scene.quantities.CHAOS` that are finite.
+
+    Parameters
+    ----------
+    growth : (n,), ln, of the twins
+    interval : s, of each
+    points : (points, m), of `section_of`; the 0-1 test takes the first column, which
+        does not change with the angle at which a round casing is touched: a whirl that
+        turns fast and is chaotic slowly would look regular in x and y
+    """
+    rate, error = exponent(growth, interval)
+    period, distance = returns(points)
+    found = {
+        "exponent": rate,
+        "exponent_error": error,
+        "period": period,
+        "return_distance": distance,
+        "zero_one": zero_one(points[:, 0]),
+    }
+    return {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+def section_of(judged: Evidence, speed: float, first: int) -> Floats:
+    """Return the section of a motion once a revolution, t = 2 pi m / Omega.
+
+    Parameters
+    ----------
+    judged : rows of evidence; speed : rad/s, > 0
+    first : row with which the section begins
+
+    Returns
+    -------
+    (points, m), distance of the centre from the axis, its x and y, and the roots of the
+    energies of rotor and casing, each over its standard deviation in time; without
+    those that do not vary. At whole revolutions rotating and static frame agree
+    """
+    from scipy.interpolate import CubicSpline  # a slow import, of no other case
+
+    time = judged.time[first:]
+    turn = 2 * math.pi / speed
+    at = turn * np.arange(math.ceil(time[0] / turn), math.floor(time[-1] / turn) + 1)
+    x, y = judged.centre[first:].T
+    energies = [np.sqrt(np.abs(e[first:])) for e in (judged.rotor, judged.casing)]
+    out = [
+        CubicSpline(time, column)(at) / column.std()
+        for column in (np.hypot(x, y), x, y, *energies)
+        if column.std() > STILL * np.abs(column).max(initial=0.0)
+    ]
+    return np.column_stack(out) if out else np.zeros((len(at), 1))

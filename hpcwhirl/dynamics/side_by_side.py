@@ -1,0 +1,125 @@
+"""A march and its twin, a small distance beside it, that go on from an ended run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.case.resolve import Case
+from hpcwhirl.dynamics.blend import copy_of, distance, put_between
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings
+from hpcwhirl.scene.files import Value
+
+FIRST = 1e-6  # relative change of the body that is moved aside, before it is scaled
+
+
+class SideBySide:
+    """Twins of the full motion with contact, see `analysis.chaos.Twins`.
+
+    Both march the same scene with the same arrays. The twin begins with the casing's
+    motion a little larger (with a rigid casing, the rotor's), scaled to the distance
+    asked for. Distances are those of `blend.distance` over that of the motion from
+    rest, sqrt of its energy.
+
+    Parameters
+    ----------
+    ended : march to go on from; all its sectors must be marched
+    rows : rows of evidence of an interval, at whose ends a jump ends, too
+    intervals : number of them
+    delta : distance over the motion's size
+    between : called between slices
+    """
+
+    def __init__(
+        self,
+        ended: March,
+        rows: int,
+        intervals: int,
+        delta: float,
+        between: Callable[[], None] | None = None,
+    ) -> None:
+        self.rows, self.intervals, self.between = rows, intervals, between
+        case = _longer(ended, (rows * (intervals + 1) + 1) * ended.beat)
+        self.one, self.other = _gone_on(case, ended), _gone_on(case, ended)
+        self.first_row = int(self.one.counter[contact.JUDGED])
+        a = copy_of(self.one)
+        energy = self.one.scheme.balance(a).energy * self.one.lean.model.folds
+        self.size = math.sqrt(abs(float(energy)))
+        aside = copy_of(self.one)
+        for moved in _moved(aside):
+            moved[:] *= 1.0 + FIRST
+        apart = distance(self.one, a, aside)
+        if apart > 0.0:
+            put_between(self.other, a, aside, delta * self.size / apart)
+
+    @property
+    def seconds(self) -> float:
+        """Time that both marches took, s."""
+        return self.one.seconds + self.other.seconds
+
+    @property
+    def interval(self) -> float:
+        """Length of an interval, s."""
+        return self.rows * self.one.beat * self.one.scene.solver.time_step
+
+    @property
+    def ended(self) -> bool:
+        """Whether one of both has ended at a limit."""
+        stops = [march.counter[contact.STOP] for march in (self.one, self.other)]
+        return any(stop != contact.RUNNING for stop in stops)
+
+    def advance(self) -> float:
+        """March both by one interval; return their distance over the motion's size."""
+        beat = self.one.beat
+        goal = (self.one.steps // beat + self.rows) * beat
+        for march in (self.one, self.other):
+            march.reach(goal, self.between)
+        if self.ended or not self.size > 0.0:
+            return math.nan
+        apart = distance(self.one, copy_of(self.one), copy_of(self.other))
+        return apart / self.size
+
+    def draw(self, factor: float) -> None:
+        """Set the twin to reference + factor (twin - reference)."""
+        a, b = copy_of(self.one), copy_of(self.other)
+        put_between(self.other, a, b, factor)
+
+
+def _longer(ended: March, steps: int) -> Case:
+    """Return the case of a march that goes on for so many steps more."""
+    step = ended.scene.solver.time_step
+    settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
+    settings["duration"] = (ended.steps + steps) * step
+    settings["output.traces"] = "summary"
+    return Case(apply_settings(ended.case.given, settings), ended.case.own)
+
+
+def _gone_on(case: Case, ended: March) -> March:
+    """Return a march at the state of another, which looks for no certificate."""
+    march = March(case)
+    if march.lean.model.folds != ended.lean.model.folds:
+        march.unfold()
+    march.coast, march.watched = None, 0
+    for target, array in zip(march.state, ended.state, strict=True):
+        target[:] = array
+    rows = int(march.counter[contact.JUDGED])
+    march.tracks.evidence[:rows] = ended.tracks.evidence[:rows]
+    march.counter[contact.SAMPLE] = 0
+    march.counter[contact.CERTIFIED] = -1
+    return march
+
+
+def _moved(state: Any) -> list[NDArray[np.float64]]:
+    """Return the arrays of a state that hold the casing, or without one the rotor."""
+    names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
+    for some in names:
+        found = [getattr(state, n) for n in some if hasattr(state, n)]
+        if sum(array.size for array in found):
+            return found
+    return []

@@ -1,0 +1,239 @@
+"""Whether words of motions and intervals of exponents hold, on sustained cases.
+
+    python scripts/evidence/motions.py [FILE] [--write]
+
+Draws cases of the named engines and one with full rotation in their ranges of sustained
+speeds, in `draft`, until each engine has `WANTED` sustained ones or `TRIED` were tried.
+Each goes on beside a twin, first over `SHORT` revolutions, as `output.chaos` measures
+it, then over 4 times as many, which do not overlap. Rows go to FILE (JSON lines,
+resumable; default a temporary file). Prints how often the word is the same at both, and
+how often the interval of the exponent holds that of the longer measurement; and for
+each case the exponent with twins a hundred times farther apart. With --write, the
+tables go to scripts/evidence/motions.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from hpcwhirl.analysis import motion_kind as motion
+from hpcwhirl.analysis.chaos import exponent, growths
+from hpcwhirl.analysis.regimes import MotionThresholds
+from hpcwhirl.analysis.rules import motion_of
+from hpcwhirl.campaign.simulate import Course
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.side_by_side import SideBySide
+from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import table as lines_of
+
+PAGE = Path(__file__).with_suffix(".md")
+SHORT, LONGER, SETTLED = 100, 4, 10  # revolutions; times that; revolutions before
+WANTED, TRIED, SEED = 8, 24, 29
+DURATION = 1.5  # s
+FAR = 1e-7  # distance of the second twins
+RANGES = {  # engine: speeds between which it is sustained, rad/s
+    "four_motions": (375.0, 412.0),
+    "mostly_damped": (405.0, 445.0),
+    "forward_step": (345.0, 412.0),
+    "steady_beside": (375.0, 412.0),
+    "four_motions, rotation full": (150.0, 520.0),
+}
+TURNING = {"rotation": "full", "friction": 0.15}
+Row = dict[str, Any]
+
+
+def drawn() -> list[Row]:
+    """Return the cases that are tried, engines in turn."""
+    out = []
+    for number in range(TRIED):
+        for place, (name, (low, high)) in enumerate(RANGES.items()):
+            random = np.random.default_rng([SEED, place, number])
+            inputs = {"speed": random.uniform(low, high)}
+            inputs["gap"] = 1.28e-4 * 2 ** random.uniform(-0.5, 1.0)
+            if "rotation" not in name:
+                inputs["friction"] = random.uniform(0.07, 0.15)
+            out.append({"engine": name, "number": number, "inputs": inputs})
+    return out
+
+
+def scene_of(row: Row) -> Any:
+    """Return the scene of a case."""
+    name, _, turns = row["engine"].partition(", ")
+    given = preset_inputs("draft") | {"traces": "summary", "duration": DURATION}
+    own = row["inputs"] | (TURNING if turns else {})
+    return apply_settings(named_scene(name), given | own)
+
+
+def measured(row: Row) -> Row:
+    """Return a row with the regime and, of a sustained case, what was measured."""
+    start = time.perf_counter()
+    course = Course(resolve(scene_of(row)))
+    result = course.run()
+    found = row | {"regime": result.row["regime"]}
+    found["marched"] = time.perf_counter() - start
+    if found["regime"] != "sustained":
+        return found
+    march, speed = course.march, abs(result.row["speed"])
+    turns = SETTLED + (1 + LONGER) * SHORT + 2
+    twins = motion.twins_of(march, turns)
+    if twins is None:
+        return found | {"regime": "one sector of many"}
+    growth = growths(twins, motion.DELTA, twins.intervals)
+    if twins.ended or not np.isfinite(growth).all():
+        return found | {"regime": "ended"}
+    points = motion.section_of(twins.one.history().judged, speed, twins.first_row)
+    each = 2 * math.pi / speed / twins.interval  # intervals of a revolution
+    for name, first, last in (
+        ("short", SETTLED, SETTLED + SHORT),
+        ("long", SETTLED + SHORT, SETTLED + (1 + LONGER) * SHORT),
+    ):
+        part = growth[int(first * each) : int(last * each)]
+        numbers = motion.numbers_of(part, twins.interval, points[first:last])
+        told = motion_of(result.row | numbers, asdict(MotionThresholds()))
+        found[name] = numbers | {"word": told}
+    found["seconds"] = time.perf_counter() - start - found["marched"]
+    return found | {"far": _with_far_twins(march, twins, each)}
+
+
+def _with_far_twins(march: Any, near: SideBySide, each: float) -> float:
+    """Return the exponent of the short measurement with twins farther apart, 1/s."""
+    count = int((SETTLED + SHORT) * each)
+    twins = SideBySide(march, near.rows, count, FAR)
+    growth = growths(twins, FAR, count)
+    return exponent(growth[int(SETTLED * each) :], twins.interval).rate
+
+
+def computed(path: Path) -> list[Row]:
+    """Return the rows of the file, with those that are still wanted added to it."""
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    for row in drawn():
+        name = row["engine"]
+        if any((r["engine"], r["number"]) == (name, row["number"]) for r in rows):
+            continue
+        if sum(r["engine"] == name and "long" in r for r in rows) >= WANTED:
+            continue
+        rows.append(measured(row))
+        with path.open("a") as file:
+            file.write(json.dumps(rows[-1]) + "\n")
+        last = rows[-1]
+        told = [last[n]["word"] for n in ("short", "long") if n in last]
+        print(name, {k: round(v, 6) for k, v in row["inputs"].items()},
+              last["regime"], *told, flush=True)  # fmt: skip
+    return rows
+
+
+def told_as(head: list[str], rows: list[list[str]]) -> str:
+    """Return a table in Markdown."""
+    return "\n".join(lines_of(head, rows))
+
+
+def share(part: int, whole: int) -> str:
+    """Return a share with its 95 % interval."""
+    if not whole:
+        return "0 of 0"
+    low, high = binomtest(part, whole).proportion_ci(method="wilson")
+    return f"{part} of {whole} ({low:.0%} to {high:.0%})"
+
+
+def tables(rows: list[Row]) -> str:
+    """Return the tables of the page."""
+    good = [row for row in rows if "long" in row]
+    return "\n\n".join([_words(good), _intervals(good), _cases(good)])
+
+
+def _words(rows: list[Row]) -> str:
+    lines = []
+    for word in sorted({row["short"]["word"] for row in rows}):
+        own = [row["long"]["word"] for row in rows if row["short"]["word"] == word]
+        others = Counter(own) - Counter({word: len(own)})
+        lines.append([
+            word, str(len(own)), share(own.count(word), len(own)),
+            ", ".join(f"{n} {w}" for w, n in others.items()) or "none",
+        ])  # fmt: skip
+    told = [row for row in rows if row["short"]["word"] != "untold"]
+    right = sum(row["long"]["word"] in {row["short"]["word"], "untold"} for row in told)
+    share_told = share(right, len(told)) + " or untold"
+    lines.append(["all but untold", str(len(told)), share_told, ""])
+    head = ["word", "cases", f"the same over {LONGER} times as long", "others"]
+    return told_as(head, lines)
+
+
+def _intervals(rows: list[Row]) -> str:
+    pairs = [(row["short"], row["long"]) for row in rows]
+    apart = [(abs(a["exponent"] - b["exponent"]), a["exponent_error"],
+              b["exponent_error"]) for a, b in pairs]  # fmt: skip
+    held = sum(miss <= own for miss, own, _ in apart)
+    both = sum(miss <= math.hypot(own, other) for miss, own, other in apart)
+    far = max(abs(row["far"] - row["short"]["exponent"])
+              / row["short"]["exponent_error"] for row in rows)  # fmt: skip
+    turns = 2 * (SETTLED + (1 + LONGER) * SHORT) + 2 * (SETTLED + SHORT)
+    cost = np.median([
+        row["seconds"] / (turns * 2 * math.pi / row["inputs"]["speed"])
+        / (row["marched"] / DURATION) for row in rows
+    ])  # fmt: skip
+    lines = [
+        ["longer exponent within the shorter one's interval", share(held, len(rows))],
+        ["within both intervals together", share(both, len(rows))],
+        [f"change with twins {FAR:g} apart, over the interval, largest", f"{far:.2g}"],
+        ["time of a twin's second over that of the case, median", f"{cost:.2f}"],
+    ]
+    return told_as(["", ""], lines)
+
+
+def _cases(rows: list[Row]) -> str:
+    lines = []
+    for row in rows:
+        turn = 2 * math.pi / row["inputs"]["speed"]
+        line = [row["engine"], f"{row['inputs']['speed']:.1f}",
+                f"{1e3 * row['inputs']['gap']:.3f}"]  # fmt: skip
+        for name in ("short", "long"):
+            own = row[name]
+            rate, error = own["exponent"] * turn, own["exponent_error"] * turn
+            line += [f"{rate:.4f} ± {error:.4f}",
+                     f"{own['period']}: {own['return_distance']:.2g}",
+                     f"{own['zero_one']:.2f}", own["word"]]  # fmt: skip
+        lines.append(line)
+    head = ["engine", "rad/s", "gap, mm"]
+    for name in (str(SHORT), str(LONGER * SHORT)):
+        head += [f"exponent a revolution, {name}", "period: distance", "K", "word"]
+    return told_as(head, lines)
+
+
+def main() -> None:
+    """Measure what is missing, print the tables, write the page if asked to."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("file", nargs="?", type=Path)
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    path = args.file or Path(tempfile.mkdtemp()) / "motions.jsonl"
+    path.touch()
+    rows = computed(path)
+    text = tables(rows)
+    print(text)
+    if args.write:
+        head = (
+            "# Whether words of motions hold\n\nWritten by `python "
+            "scripts/evidence/motions.py --write`: sustained cases of the named "
+            f"engines, in `draft`, drawn at random; {SHORT} revolutions after the end "
+            f"of {DURATION} s, and the {LONGER * SHORT} after those. Shares with their "
+            "95 % interval (Wilson); exponents with that of `exponent_error`.\n\n"
+        )
+        PAGE.write_text(head + text + "\n")
+
+
+if __name__ == "__main__":
+    main()

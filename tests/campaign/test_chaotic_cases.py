@@ -1,0 +1,168 @@
+"""Chaos of sustained cases: asked for, measured, kept, and the same after any stop."""
+
+import math
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+from deaths import even_slices
+
+import hpcwhirl
+from hpcwhirl.analysis.motion_kind import motion_numbers
+from hpcwhirl.analysis.regimes import all_thresholds
+from hpcwhirl.analysis.rules import motion_of
+from hpcwhirl.campaign.checkpoints import Checkpoints
+from hpcwhirl.campaign.compute import compute
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.simulate import Course, simulate
+from hpcwhirl.campaign.stop import Stop
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    digest,
+    named_scene,
+    preset_inputs,
+)
+from hpcwhirl.scene.files import to_toml
+from hpcwhirl.scene.quantities import CHAOS
+from hpcwhirl.scene.words import ENUMS, MOTION_RULES, MOTIONS
+
+ASKED = {"duration": 0.8, "speed": 433.4567, "friction": 0.14868, "gap": 1.0626e-4}
+RUBBING = preset_inputs("draft") | {"traces": "summary"} | ASKED  # chaotic
+NUMBERS = [name for name in CHAOS if name != "motion"]
+
+
+def scene(**settings):
+    return apply_settings(named_scene("mostly_damped"), RUBBING | settings)
+
+
+def row(**numbers):
+    calm = {"regime": "sustained", "speed": 2 * math.pi, "exponent": 0.0}
+    calm |= {"exponent_error": 0.004, "zero_one": 0.1, "return_distance": 1.0}
+    return calm | numbers
+
+
+@pytest.mark.parametrize(
+    ("word", "numbers"),
+    [
+        ("quasi-periodic", {}),
+        ("periodic", {"return_distance": 1e-3, "exponent": -3.0}),
+        ("chaotic", {"exponent": 0.5, "zero_one": 0.9}),
+        ("untold", {"exponent": 0.5}),  # the walk is bounded
+        ("untold", {"zero_one": 0.9}),  # it diffuses, but the twins stay together
+        ("untold", {"exponent": -3.0}),  # still on its way, and to no point
+        ("untold", {"exponent_error": 0.5}),
+        ("untold", {"exponent": math.nan, "exponent_error": math.nan}),
+        ("untold", {"zero_one": math.nan}),
+        ("none", {"regime": "damped", "exponent": 0.5, "zero_one": 0.9}),
+    ],
+)
+def test_the_word_follows_from_the_numbers(word, numbers):
+    assert motion_of(row(**numbers), all_thresholds()) == word
+
+
+def test_every_word_of_a_motion_has_a_code_a_look_and_a_rule():
+    assert {rule.word for rule in MOTION_RULES} == set(MOTIONS) == set(ENUMS["motion"])
+
+
+def test_a_case_that_is_not_asked_costs_and_tells_nothing():
+    assert digest(Scene()) == digest(apply_settings(Scene(), {"chaos": 0.0}))
+    assert not CHAOS.keys() & simulate(scene(duration=0.02)).row.keys()
+    other = simulate(scene(duration=0.02, chaos=5.0))
+    assert other.row["motion"] == "none"  # nor one that is not sustained
+    assert not set(NUMBERS) & other.row.keys()
+
+
+def test_what_is_measured_changes_nothing_else_and_no_traces_do():
+    plain, asked = simulate(scene()), simulate(scene(chaos=45.0))
+    assert plain.row["regime"] == "sustained"
+    assert plain.row == {n: v for n, v in asked.row.items() if n not in CHAOS}
+    assert asked.row["exponent_error"] > 0.0
+    kept = simulate(scene(chaos=45.0, traces="orbit", interval=1e-4))
+    assert {n: kept.row[n] for n in CHAOS} == {n: asked.row[n] for n in CHAOS}
+    assert kept.traces["time"][-1] <= 0.8
+
+
+class Interrupt:
+    """Stop after some calls, once."""
+
+    def __init__(self, calls=math.inf):
+        self.left = calls
+        self.calls = 0
+
+    def __call__(self):
+        self.calls += 1
+        if self.calls > self.left:
+            self.left = math.inf
+            raise Stop
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact"])
+def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch):
+    even_slices(monkeypatch)
+    case, told = resolve(scene(chaos=42.0, scheme=scheme)), []
+    count = Interrupt()
+    whole = Course(case).run(count)
+    assert whole.row["motion"] == "chaotic"
+    late = Interrupt(0.8 * count.calls)  # the case itself takes less
+    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    with pytest.raises(Stop):
+        compute(case, "d", checkpoints, 1e9, late)
+    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    left = Interrupt()
+    assert compute(case, "d", checkpoints, 1e9, left).row == whole.row
+    assert left.calls < count.calls  # the case is not integrated again
+    assert told == []
+
+
+def test_a_march_of_one_sector_or_at_rest_is_not_measured():
+    folded = Course(resolve(scene(nodal_diameter=2, duration=2e-3))).march
+    assert folded.lean.model.folds == 2
+    assert motion_numbers(folded, 50.0) == ({}, 0.0)
+    still = Course(resolve(scene(speed=0.0, duration=2e-3))).march
+    assert motion_numbers(still, 50.0) == ({}, 0.0)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    place = tmp_path_factory.mktemp("chaos") / "out"
+    made = design_of({
+        **tomllib.loads(to_toml(scene(chaos=42.0))),
+        "sweep": {"speed": [300.0, 433.4567]},
+    })  # fmt: skip
+    with hpcwhirl.campaign(made, place) as data:
+        return place, data.load()
+
+
+def test_a_campaign_stores_the_numbers_and_classify_keeps_them(campaign):
+    place, data = campaign
+    words = data["motion"].values.tolist()
+    assert set(words) <= set(ENUMS["motion"])
+    sustained = data["regime"].values == "sustained"
+    assert (np.isfinite(data["exponent"].values) == sustained).all()
+    with h5py.File(place / "results.h5") as file:
+        before = file["exponent"][:].tobytes()
+    assert (
+        main(["classify", str(place), "--set", "returns=1e9", "--set", "calm=1e9"]) == 0
+    )
+    with hpcwhirl.open_results(place) as after:
+        told = np.where(sustained, "periodic", "none")
+        assert after["motion"].values.tolist() == told.tolist()
+    with h5py.File(place / "results.h5") as file:
+        assert file["exponent"][:].tobytes() == before
+        assert file.attrs["threshold_calm"] == 1e9
+    assert main(["classify", str(place)]) == 0
+    with hpcwhirl.open_results(place) as after:
+        assert after["motion"].values.tolist() == words
+
+
+def test_a_map_shows_motions_and_exponents(campaign, tmp_path):
+    place, _ = campaign
+    for colour in ("motion", "exponent"):
+        words = ["map", str(place), "--colour", colour, "--out", str(tmp_path)]
+        assert main(words) == 0
+        assert (tmp_path / f"map-{colour}.svg").exists()
+    assert "not sustained" in (tmp_path / "map-motion.svg").read_text()
