@@ -3,7 +3,7 @@
 The state of a march is linear in the motion, but for its bookkeeping: with a and b two
 states at the same step of marches of the same scene, a + s (b - a) is the state of the
 motion in between. Only the multipliers need care: those of the last step wait in the
-state (`kernel_types.CyclicState.lam`) while its counters tell that it had contact, and
+state (`lam` of `CyclicState`) while its counters tell that it had contact, and
 count as zero in a state that had none. The forces of an unbalance and the gap are alike
 in a and b, and so they are in what lies between, since the weights add up to one.
 """
@@ -25,7 +25,7 @@ WAITING = "lam"  # of the step that waits to be ended
 
 
 def copy_of(march: March) -> Any:
-    """Return a copy of a march's state, `kernel_types.CyclicState` or `BodiesState`."""
+    """Return a copy of a march's state, one of `kernels.kernel_types`."""
     state = march.state
     return type(state)._make(array.copy() for array in state)
 
