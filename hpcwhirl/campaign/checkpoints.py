@@ -6,9 +6,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
+
 from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.snapshot import (
+    CODE,
     Arrays,
     fingerprint,
     restore,
@@ -16,6 +20,7 @@ from hpcwhirl.dynamics.snapshot import (
     steps_of,
 )
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import (
     drop_state,
     hand_over,
@@ -25,6 +30,12 @@ from hpcwhirl.store.directory.states import (
 )
 
 FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
+MOTIONS = f"motion by {CODE}"  # whose rounding later cases depend on
+
+
+def end_name(digest: str) -> str:
+    """Return the name by which the last motion of a case is stored."""
+    return f"{digest}-end"
 
 
 class Checkpoints:
@@ -99,12 +110,40 @@ class Checkpoints:
         """Save the state of a case; where that fails, the case can start anew."""
         self.saved[digest] = march.seconds
         if march.steps:
-            self.keep(digest, march, snapshot(march))
+            self.keep_state(digest, march, snapshot(march))
 
-    def keep(self, digest: str, march: March, arrays: Arrays) -> None:
+    def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
         """Write a state of a march, `arrays`, which may be an earlier one."""
+        self._write(digest, {FITS: fingerprint(march)}, arrays)
+
+    def keep(self, digest: str, motion: Motion | None) -> None:
+        """Write the motion in which a case has ended; None: nothing goes on from it."""
+        arrays: Arrays = {}
+        if motion is not None:
+            arrays = {n: np.atleast_1d(part) for n, part in motion._asdict().items()}
+        self._write(end_name(digest), {FITS: MOTIONS}, arrays)
+
+    def read(self, digest: str) -> tuple[bool, Motion | None]:
+        """Return whether the end of a case is kept, and the motion in which it is."""
+        try:  # whichever rank kept it
+            arrays = read_state(self.folder, end_name(digest), {FITS: MOTIONS})
+        except StoreError as failed:
+            self.say(f"{failed}: the cases before it are integrated again")
+            return False, None
+        if not arrays:
+            return arrays is not None, None
+        parts = {name: array.copy() for name, array in arrays.items()}
+        angle = float(parts.pop("angle")[0])
+        return True, Motion(**parts, angle=angle)
+
+    def drop_end(self, digest: str) -> None:
+        """Remove the motion in which a case has ended."""
+        if digest:
+            drop_state(self.folder, end_name(digest))
+
+    def _write(self, digest: str, belongs: Record, arrays: Arrays) -> None:
         try:
-            write_state(self.folder, digest, {FITS: fingerprint(march)}, arrays)
+            write_state(self.folder, digest, belongs, arrays)
             self.kept.add(digest)
         except MissingFileError as failed:
             if not self.mute:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
+from hpcwhirl.campaign.continuation import Ended, begun, end_of
 from hpcwhirl.campaign.simulate import Course, Result
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.errors import CaseError, one_line, text_of
 from hpcwhirl.scene.words import is_open
 
@@ -65,8 +67,15 @@ def compute(
     LateError
         beyond the limit
     """
+
+    def before(case: Case, start: Motion | None) -> Ended:
+        course = Course(case, start, keep=False)
+        result = course.run(lambda: _within(course.march, limit, between))
+        return result.row, course.march
+
+    case, start = begun(case, before, checkpoints)
     with breakable(between):
-        course = Course(case, keep=keep)
+        course = Course(case, start, keep=keep)
         if not course.march.is_compiled:
             course.march.advance(0)
     course.march.seconds = 0.0
@@ -74,8 +83,7 @@ def compute(
 
     def guard() -> None:
         march = course.march
-        if march.seconds > limit and not march.done:
-            raise late(march, limit)
+        _within(march, limit, lambda: None)
         if checkpoints.is_due(digest, march):
             checkpoints.save(digest, march)
         between()
@@ -86,5 +94,14 @@ def compute(
         checkpoints.save(digest, course.march)
         raise
     if keep and is_open(result.row) and course.last is not None:
-        checkpoints.keep(digest, course.march, course.last)
+        checkpoints.keep_state(digest, course.march, course.last)
+    if case.given.branch:
+        checkpoints.keep(digest, end_of(result.row, course.march))
     return result
+
+
+def _within(march: March, limit: float, between: Callable[[], None]) -> None:
+    """Raise LateError beyond the limit of computing time; call `between`."""
+    if march.seconds > limit and not march.done:
+        raise late(march, limit)
+    between()

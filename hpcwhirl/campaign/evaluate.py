@@ -235,6 +235,7 @@ class Evaluator:
         end = completion_of(record)
         kept = keep and end.is_open
         self._drop(computed.before, *([] if kept else [computed.digest]))
+        self.context.checkpoints.drop_end(computed.follows)
         return end
 
     def _drop(self, *names: str) -> None:

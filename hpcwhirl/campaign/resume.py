@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hpcwhirl.campaign.fingerprint import difference
+from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.sampling import check_scenes
 from hpcwhirl.campaign.plan.twins import twins_of_plan
@@ -127,8 +128,8 @@ def extended_by(design: Design, folder: Path, extend: float | None) -> list[floa
 
     extend : a further one, s; None for none
     """
-    if extend is not None and design.grows:
-        raise InputError(FIXED)
+    if extend is not None and (design.grows or design.is_branched):
+        raise InputError(FIXED if design.grows else OF_BRANCH)
     times = read_manifest(folder).extended if (folder / NAME).exists() else []
     return times if extend is None else extended(design, times, extend, folder)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from html import escape
 from typing import Any
 
@@ -21,9 +21,11 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
@@ -109,7 +111,13 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
-    return Course(resolve(scene)).run(between_slices)
+
+    def march(case: Case, start: Motion | None) -> Ended:
+        course = Course(case, start)
+        return course.run(between_slices).row, course.march
+
+    begin = begun(resolve(scene), march, NoEnds())
+    return Course(*begin).run(between_slices)
 
 
 class Course:
@@ -122,6 +130,7 @@ class Course:
     Parameters
     ----------
     case : its input `until` decides how long it is marched
+    start : the motion that it begins with, see `March`
     keep : whether `last` is kept of the longest march, too, for an extension
 
     Attributes
@@ -132,8 +141,10 @@ class Course:
     """
 
     @one_thread()
-    def __init__(self, case: Case, *, keep: bool = True) -> None:
-        self.keep = keep
+    def __init__(
+        self, case: Case, start: Motion | None = None, *, keep: bool = True
+    ) -> None:
+        self.keep, self.start = keep, start
         self.case, self.ends = case, case.scene.end_times
         self.last: Arrays | None = None
         self.number, self.march = 0, self._march(0)
@@ -141,11 +152,11 @@ class Course:
     def _march(self, number: int) -> March:
         """Return a new march to the end time of this number."""
         if number == 0:
-            return March(self.case)
+            return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
         settings["duration"] = self.ends[number]
         given = apply_settings(self.case.given, settings)
-        return March(Case(given, self.case.own))
+        return March(replace(self.case, given=given), self.start)
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:

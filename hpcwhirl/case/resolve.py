@@ -28,10 +28,12 @@ class Case:
     ----------
     given : the scene as the user gave it, which identifies the case
     own : a model to use instead of one made from the scene
+    goes_on : whether it begins where another case has ended, and so without a pulse
     """
 
     given: Scene
     own: Model | None = None
+    goes_on: bool = False
 
     @cached_property
     def reduced(self) -> Scene:
@@ -80,7 +82,7 @@ class Case:
         InputError
             where the tips have grown into the casing
         """
-        settings: dict[str, Value] = {}
+        settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
         if self.given.gap_at == "rest":

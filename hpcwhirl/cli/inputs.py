@@ -19,6 +19,7 @@ from hpcwhirl.scene import (
 )
 from hpcwhirl.scene.catalogue import catalogue, design_tables, find_inputs
 from hpcwhirl.scene.documents import DESIGN_TABLES
+from hpcwhirl.scene.quantities import INPUTS
 
 if TYPE_CHECKING:
     from hpcwhirl.scene.catalogue import InputFact
@@ -59,7 +60,7 @@ def _facts(name: str | None) -> list[InputFact]:
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
     designs = design_tables()
-    if name.strip("[]") in designs:
+    if name.strip("[]") in designs and name not in INPUTS:
         return designs[name.strip("[]")]
     return find_inputs(name, (PRESET, *preset_names(), ENGINES, *designs))
 

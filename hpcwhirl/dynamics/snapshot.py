@@ -26,11 +26,12 @@ from hpcwhirl.dynamics.kernels.kernel_types import Flight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]
+CODE = f"{kernels.DIGEST} numba {numba.__version__}"  # that numbers come from
 
 
 def fingerprint(march: March) -> str:
     """Return the SHA-256 of the kernel's code and of the numbers passed to it."""
-    digest = hashlib.sha256(f"{kernels.DIGEST} numba {numba.__version__}".encode())
+    digest = hashlib.sha256(CODE.encode())
     kept = march.stride if march.stride <= march.total else 0
     looks = march.coast is not None  # for a certificate, which ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())

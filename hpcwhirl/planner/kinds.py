@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion
 from hpcwhirl.planner.neighbours import Settings, at_boundary
 from hpcwhirl.refinement.rule import Family
+from hpcwhirl.scene.history import history_of, parsed
 
 LATE = ("boundary", "even")  # of a grid: who has twins follows from the words of all
 
@@ -108,6 +110,50 @@ class Grid:
         found = np.zeros(self.first, dtype=bool)
         found[sampled(named, self.twins["sample"], self.twins["seed"])] = True
         return found
+
+
+class Chains:
+    """Design of branches: each case follows after the one in which it begins.
+
+    Parameters
+    ----------
+    before : the case before each, -1 for none
+    """
+
+    grows = True
+
+    def __init__(self, before: Sequence[int]) -> None:
+        self.first = len(before)
+        waits = [case for case, last in enumerate(before) if last >= 0]
+        self.waiting: Sequence[int] = waits
+        self._next: dict[int, list[int]] = {}
+        for case in waits:
+            self._next.setdefault(before[case], []).append(case)
+
+    def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
+        """Return the cases that begin where a case has ended, however it has."""
+        return Followers(self._next.get(case, ()))
+
+
+def cases_before(settings: Settings) -> list[int]:
+    """Return the case in which each case of a design begins, -1 for none.
+
+    settings : {input: value} of each case, with its `history`
+    """
+
+    def key(values: Mapping[str, Any]) -> str:
+        return json.dumps(sorted(values.items()))
+
+    places = {key(own): case for case, own in enumerate(settings)}
+    found = []
+    for own in settings:
+        over, values = parsed(own["history"])
+        if not values:
+            found.append(-1)
+            continue
+        was = {over: values[-1], "history": history_of(over, values[:-1])}
+        found.append(places.get(key({**own, **was}), -1))
+    return found
 
 
 class Refined:

@@ -16,6 +16,7 @@ from hpcwhirl.scene.engines import (
 )
 from hpcwhirl.scene.files import (
     apply_settings,
+    case_before,
     check_kept,
     content_digest,
     digest,
@@ -54,6 +55,7 @@ __all__ = [
     "Scene",
     "Solver",
     "apply_settings",
+    "case_before",
     "check_kept",
     "content_digest",
     "digest",

@@ -429,9 +429,41 @@ class Refine(TableModel):
         return self
 
 
+def _input(given: Any) -> Any:
+    return full_name(given) if isinstance(given, str) else given
+
+
+def _numbers(given: Any) -> Any:
+    listed = isinstance(given, list) and all(map(is_number, given))
+    return tuple(map(float, given)) if listed else given
+
+
+MOST_POINTS = 1000  # of a branch: each case names those before it
+
+
+class BranchTable(TableModel):
+    """The table [branch]: sweeps in which each case begins where the last one ended."""
+
+    over: Annotated[str, BeforeValidator(_input)] = key(
+        ...,
+        "the input whose values follow one another; each combination of the other "
+        "swept inputs has branches of its own",
+        "a numeric input of [sweep]",
+    )
+    directions: Literal["both", "up", "down"] = key(
+        "both", "whether values rise, fall, or do so in a branch each"
+    )
+    starts: Annotated[tuple[float, ...], BeforeValidator(_numbers)] = key(
+        (),
+        "values at which branches begin, with a pulse; else the ends of the sweep",
+        "a list of values of the sweep",
+    )
+
+
 TABLES: dict[str, type[TableModel]] = {
     "sample": SampleTable,
     "refine": Refine,
     "twins": TwinsTable,
+    "branch": BranchTable,
     "campaign": Campaign,
 }

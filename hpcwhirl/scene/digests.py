@@ -29,6 +29,7 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
+FIRST = min(name for name, _ in LEAVES)  # of the names as they are hashed
 AT_ONCE = 1 << 16  # cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 
@@ -192,7 +193,7 @@ class CaseDigests(OfCases[str]):
         values = self.shared | dict.fromkeys(self.table.names, mark)
         text = json.dumps([self.physics, without_defaults(values), ""], sort_keys=True)
         for name in LATER:
-            text = text.replace(f', "{name}": {json.dumps(mark)}', json.dumps(mark))
+            text = text.replace(_named(name, json.dumps(mark)), json.dumps(mark))
         start, *between = text.removesuffix('""]').split(json.dumps(mark))
         return hashlib.sha256(start.encode()), between
 
@@ -260,12 +261,17 @@ def fragment(name: str, value: Any) -> str:
     """
     if name in LATER:
         told = float.__repr__(float(value)) if takes_real(name) else json.dumps(value)
-        return "" if value == default_of(name) else f', "{name}": {told}'
+        return "" if value == default_of(name) else _named(name, told)
     if takes_real(name):
         return float.__repr__(float(value))
     if takes_list(name):
         return json.dumps([float(one) for one in value])
     return json.dumps(value)
+
+
+def _named(name: str, text: str) -> str:
+    """Return name and value of an input as they stand among others, in their order."""
+    return f'"{name}": {text}, ' if name == FIRST else f', "{name}": {text}'
 
 
 def takes_real(name: str) -> bool:

@@ -23,6 +23,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.safe_open import check_regular, open_regular, read_regular
 from hpcwhirl.scene.bearing import bearing_table
+from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.inputs import WRONG_UNIT, Scene
 from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
@@ -41,7 +42,7 @@ LATER = tuple(name for name, told in INPUTS.items() if told.later)
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 PRESET = "preset"  # key of [solver]: no input, but a name for several
-TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "campaign"}
+TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}
 SETS = {  # input: inputs that it determines if it is not zero, overriding their values
     "solver.accuracy": ("solver.time_step",),
     "solver.truncation": (
@@ -458,6 +459,16 @@ def _sha256(file: str, state: tuple[int, ...]) -> str:
     del state  # key of the cache: the file is read again only if it has changed
     with open_regular(file) as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
+
+
+def case_before(scene: Scene) -> Scene | None:
+    """Return the case in whose last motion a case begins, None for none."""
+    over, values = parsed(scene.history)
+    if not values:
+        return None
+    return apply_settings(
+        scene, {over: values[-1], "history": history_of(over, values[:-1])}
+    )
 
 
 def digest(scene: Scene, content: str | None = None) -> str:

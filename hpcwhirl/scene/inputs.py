@@ -16,6 +16,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from hpcwhirl.scene.bearing import bearing_table
+from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.quantity import given, quantity_of
 from hpcwhirl.scene.resolve_path import anchored, printable
 from hpcwhirl.scene.rules import (
@@ -506,6 +507,18 @@ class Scene(Inputs, metaclass=_Told):
         0.0,
         "angle of the unbalance from blade 0, in the direction of theta",
         "rad",
+        later=True,
+    )
+    branch: Annotated[str, AfterValidator(printable)] = given(
+        "",
+        "side from which the case was reached; up or down, set by [branch]",
+        max_length=100,
+        later=True,
+    )
+    history: Annotated[str, AfterValidator(checked)] = given(
+        "",
+        "cases through which it was reached; an input and its values: the first began "
+        "with its pulse, each other where the one before had ended; set by [branch]",
         later=True,
     )
     duration: Positive = given(

@@ -52,6 +52,8 @@ KINDS = {
     "refined, confirmed": REFINED + 'confirm = "standard"\n',
     "refined, twins": REFINED + TWINS,
     "sampled": GRID + SAMPLED,
+    "branches": GRID + "sweep = {speed = {start = 400, stop = 440, step = 5}}\n"
+    'branch = {over = "speed"}\n',
     "extended, twins": GRID + "sweep = {speed = {start = 300, stop = 440, step = 10}}\n"
     + TWINS,
 }  # fmt: skip

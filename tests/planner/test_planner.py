@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from hpcwhirl.planner.jobs import Completion, Job, JobCode
-from hpcwhirl.planner.kinds import Grid, Refined
+from hpcwhirl.planner.kinds import Chains, Grid, Refined
 from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, Rule
 
@@ -53,12 +53,19 @@ class Sweeps(Grid):
         return super().after(case, end)._replace(cases=following)
 
 
+def branches(_):
+    return Chains([-1, 0, 1, 2, -1, 4, 5, 6])
+
+
 def planner_of(kind, twins, stages=0, find=None):
     passed = PASSED if stages else None
-    made = {"grid": grid, "refined": refined, "sweeps": Sweeps}[kind](twins)
+    made = KINDS[kind](twins)
     count = twins.get("count", 0)
     found = {} if find is None else find
     return Planner(made, count, Stages(stages, passed), found.get)
+
+
+KINDS = {"grid": grid, "refined": refined, "sweeps": Sweeps, "branches": branches}
 
 
 def ending(job, failing=()):
@@ -96,6 +103,7 @@ CAMPAIGNS = [
     *[("grid", of, stages) for of, stages in OF_GRIDS],
     *[("refined", of, 0) for of in TWINS],
     *[("sweeps", of, stages) for of, stages in OF_GRIDS],
+    ("branches", "none", 0),
 ]
 
 

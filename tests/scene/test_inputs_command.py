@@ -17,6 +17,7 @@ from hpcwhirl.scene import (
     preset_names,
 )
 from hpcwhirl.scene.campaign_tables import (
+    BranchTable,
     Campaign,
     Refine,
     SampleTable,
@@ -38,6 +39,8 @@ TOLD = {
     "direction": ('"squeeze"', "stretch", "theta = 0"),
     "unbalance": ("0", "kg m", "m e Omega^2", "rotation full"),
     "unbalance_phase": ("0", "rad", "blade 0"),
+    "branch": ('""', "up or down", "[branch]"),
+    "history": ('""', "began", "its pulse", "[branch]"),
     "duration": ("2.5", "s", "revolutions"),
     "revolutions": ("0", "not s"),
     "engine.name": ('"four_motions"', "engine"),
@@ -262,14 +265,17 @@ CAMPAIGN_KEYS = {
     "sample": {"method", "count", "seed", "tuned", INPUT},
     "refine": set(Refine.model_fields),
     "twins": set(TwinsTable.model_fields),
+    "branch": set(BranchTable.model_fields),
     "campaign": set(Campaign.model_fields),
 }
 MODELS = {
-    "sample": SampleTable, "refine": Refine, "twins": TwinsTable, "campaign": Campaign
+    "sample": SampleTable, "refine": Refine, "twins": TwinsTable,
+    "branch": BranchTable, "campaign": Campaign,
 }  # fmt: skip
 LEAST = {  # what a table must have
     "sample": {"count": 2, "gap": {"distribution": "uniform", "low": 0, "high": 1}},
     "refine": {"over": "speed", "levels": 1},
+    "branch": {"over": "speed"},
     "saltelli": {"force": {"distribution": "uniform", "low": 0, "high": 1}},
 }
 

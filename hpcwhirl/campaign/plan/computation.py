@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.planner.jobs import Job
-from hpcwhirl.scene import Scene, apply_settings, digest
+from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 
 if TYPE_CHECKING:
     from hpcwhirl.case.resolve import Case
@@ -25,6 +25,7 @@ class Computation:
     before : digest of the stage before, whose last state it continues; "": none
     facts : entries of its record: digest of the case, number of the twin, end time, s
     lasts : whether a longer run may follow, for which its last state is saved
+    follows : digest of the case in whose last motion it begins; "": none
     """
 
     job: Job
@@ -33,6 +34,7 @@ class Computation:
     before: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
     lasts: bool = False
+    follows: str = ""
 
 
 def computation(
@@ -53,7 +55,9 @@ def computation(
         name, facts = digest(scene, content), {"of": own, "twin": job.twin}
     lasts = any(time > last for time in extended[job.stage :])
     if not job.stage:
-        return Computation(job, scene, name, facts=facts, lasts=lasts)
+        last_one = case_before(scene)
+        follows = digest(last_one, content) if last_one else ""
+        return Computation(job, scene, name, facts=facts, lasts=lasts, follows=follows)
 
     def longer(time: float) -> Scene:
         return apply_settings(scene, {"until": "decided", "longest": time})

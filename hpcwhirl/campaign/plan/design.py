@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
+from hpcwhirl.campaign.plan.branching import HISTORY, axes_with_branches
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
@@ -49,11 +50,7 @@ from hpcwhirl.scene.files import (
 )
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.resolve_path import anchored
-from hpcwhirl.scene.swept import (
-    axes_of,
-    check_count,
-    swept_values,
-)
+from hpcwhirl.scene.swept import check_count, swept_values
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
@@ -192,6 +189,14 @@ class Design:
         if needs:
             msg = f"{needs} needs the words of all cases: {none}; one job of more "
             raise InputError(msg + "ranks does the same")
+        if self.is_branched:
+            msg = f"[branch] needs the case before each: {none}; one job of more ranks "
+            raise InputError(msg + "does the same")
+
+    @property
+    def is_branched(self) -> bool:
+        """Whether cases begin where others have ended."""
+        return HISTORY in self.settings.names
 
     @cached_property
     def family(self) -> Family:
@@ -374,7 +379,7 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
     Parameters
     ----------
     path : tables scene, engine, solver, output (one scene), sweep, zip, cases, sample,
-        refine, twins and campaign
+        refine, twins, branch and campaign
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -396,11 +401,12 @@ def design_of(
     base = scene_of_document(document, DESIGN_TABLES, folder, own)
     grid, zipped = swept_values(document, "sweep"), swept_values(document, "zip")
     explicit = listed_cases(document.get("cases", []), folder)
-    product = [Block(axes_of(grid, zipped))] if grid or zipped or not explicit else []
+    axes = axes_with_branches(document, grid, zipped)
+    product = [Block(axes)] if axes or not explicit else []
     rows = _anchored(Table([*product, *Table.of(explicit).blocks]), folder)
     sample = sample_of(document)
     rows = sampled_rows(sample, rows, base)
-    swept = rows.names
+    swept = tuple(name for name in rows.names if name != HISTORY)
     _check_unset(swept, map(full_name, settings or {}), "--set or --preset")
     _check_unset(swept, preset_in(document), "[solver] preset:")
     _check_unset(swept, first, "[refine] first:")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.planner.jobs import OK, Completion, Job, completion_of
-from hpcwhirl.planner.kinds import Grid, Kind, Refined
+from hpcwhirl.planner.kinds import Chains, Grid, Kind, Refined, cases_before
 from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
@@ -129,6 +129,8 @@ class Ended:
             Job(known.find(of), twin, stage): end
             for (of, twin, stage), end in self.places.items()
         }
+        if "history" in plan.table.names:
+            return Chains(cases_before(plan.settings)), jobs.get
         return Grid(plan.settings, plan.swept, plan.digests, plan.twins), jobs.get
 
     def _refined(self) -> tuple[Kind, Callable[[Job], Completion | None]]:
@@ -178,7 +180,8 @@ def stages_of(plan: Manifest) -> Stages:
 
 def is_plain(plan: Manifest) -> bool:
     """Return whether each case is one job, and no case follows from another."""
-    return not (plan.refine or plan.twins or plan.extended)
+    chained = "history" in plan.table.names
+    return not (plan.refine or plan.twins or plan.extended or chained)
 
 
 def planner_of(folder: Path, plan: Manifest) -> Planner:

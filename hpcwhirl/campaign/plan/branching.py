@@ -1,0 +1,94 @@
+"""The table [branch]: the cases of sweeps in which each begins where the last ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hpcwhirl.errors import InputError, shown
+from hpcwhirl.scene.campaign_tables import MOST_POINTS, BranchTable
+from hpcwhirl.scene.files import is_number
+from hpcwhirl.scene.history import history_of
+from hpcwhirl.scene.swept import axes_of
+from hpcwhirl.scene.table import Axis
+
+BRANCH, HISTORY = "branch", "history"  # inputs of a case
+APART = ("zip", "cases", "sample", "refine", "twins")  # tables that it goes not with
+FIXED = (
+    "--extend and [branch]: each case begins where the one before it has ended; "
+    'until = "decided" in [solver] goes on at once'
+)
+
+
+def axes_with_branches(
+    document: Mapping[str, Any],
+    grid: dict[str, list[Any]],
+    zipped: dict[str, list[Any]],
+) -> list[Axis]:
+    """Return the axes of a grid; that of a branch last, so that its cases are together.
+
+    Parameters
+    ----------
+    document : the campaign's TOML
+    grid, zipped : {dotted input: values} of [sweep] and [zip]
+
+    Raises
+    ------
+    InputError
+        naming the key of [branch], what it got and what is allowed
+    """
+    if BRANCH not in document:
+        return axes_of(grid, zipped)
+    table = BranchTable.read(document[BRANCH], "[branch]")
+    for other in APART:
+        if other in document:
+            msg = f"[branch] goes with [sweep] alone, not with [{other}]"
+            raise InputError(msg)
+    values = _values(table.over, grid)
+    branches = _branches(table, values)
+    rest = {name: each for name, each in grid.items() if name != table.over}
+    cases = [
+        (line[place], name, history_of(table.over, line[:place]))
+        for name, line in branches
+        for place in range(len(line))
+    ]
+    names = table.over, BRANCH, HISTORY
+    columns = tuple(list(column) for column in zip(*cases, strict=True))
+    return [*axes_of(rest, {}), Axis(names, columns)]
+
+
+def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
+    """Return the values of the input of a branch, ascending."""
+    values = grid.get(over)
+    if values is None or not all(map(is_number, values)):
+        names = [n for n, each in grid.items() if all(map(is_number, each))]
+        msg = f"[branch] over must be a numeric input of [sweep], got {over}"
+        raise InputError(f"{msg}; there are {', '.join(names) or 'none'}")
+    for name in (BRANCH, HISTORY):
+        if name in grid:
+            msg = f"[branch] sets {name}, which [sweep] must not do"
+            raise InputError(msg)
+    if not 2 <= len(set(values)) <= MOST_POINTS or len(set(values)) < len(values):
+        msg = f"[branch] over {over}: its values must be 2 to {MOST_POINTS}, each once"
+        raise InputError(f"{msg}, got {len(values)}")
+    return sorted(values)
+
+
+def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any]]]:
+    """Return name and values of each branch, in the order of its cases."""
+    strange = [start for start in table.starts if start not in values]
+    if strange:
+        msg = f"[branch] starts must be values of [sweep] {table.over}, got "
+        raise InputError(msg + shown(strange[0]))
+    found = []
+    for start in table.starts or (None,):
+        end = f" from {start:.10g}" if start is not None else ""
+        up = [v for v in values if start is None or v >= start]
+        down = [v for v in reversed(values) if start is None or v <= start]
+        found += [(f"up{end}", up), (f"down{end}", down)]
+    wanted = [each for each in found if table.directions in ("both", _side(each[0]))]
+    return [each for each in wanted if len(each[1]) > 1] or wanted
+
+
+def _side(name: str) -> str:
+    return name.split(maxsplit=1)[0]

@@ -1,0 +1,50 @@
+"""The history of a case: the cases through which it was reached, and from which side.
+
+A case may begin where another one has ended, instead of at rest. `history` names an
+input and its values in those cases, as "speed = 300.0, 310.0": the first of them began
+with its pulse, each other one where the one before had ended, and the case itself goes
+on from the last. It is all that a case depends on beside its other inputs.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+
+from hpcwhirl.errors import shown
+
+FORM = re.compile(r"([A-Za-z_.]+) = (\S.*)")
+LIKE = 'such as "speed = 300.0, 310.0"'
+
+
+def history_of(over: str, values: Sequence[float]) -> str:
+    """Return the history of a case that was reached through values of an input."""
+    return f"{over} = {json.dumps(list(values))[1:-1]}" if values else ""
+
+
+def parsed(history: str) -> tuple[str, list[float]]:
+    """Return the input and the values of a history; ("", []) of none.
+
+    Raises
+    ------
+    ValueError
+        where it is not one
+    """
+    if not history:
+        return "", []
+    found = FORM.fullmatch(history)
+    try:
+        values = json.loads(f"[{found[2]}]") if found else None
+    except ValueError:
+        values = None
+    if not found or not values or not all(type(v) in {int, float} for v in values):
+        msg = f"must be an input and its values, {LIKE}, got {shown(history)}"
+        raise ValueError(msg)
+    return found[1], values
+
+
+def checked(history: str) -> str:
+    """Return a history unchanged; raises as `parsed`."""
+    parsed(history)
+    return history

@@ -1,0 +1,154 @@
+"""Sweeps in which each case begins where the one before has ended: [branch]."""
+
+import shutil
+
+import pytest
+from launch import launch, records
+
+import hpcwhirl
+from hpcwhirl.campaign.plan.computation import computation
+from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.errors import InputError
+from hpcwhirl.planner.jobs import Job
+from hpcwhirl.planner.kinds import cases_before
+from hpcwhirl.scene import Scene, case_before, digest
+from hpcwhirl.store.directory.states import stored_states
+
+TABLES = {
+    "scene": {"duration": 0.02},
+    "engine": {"rotor": {"blades": 7}},
+    "output": {"traces": "summary"},
+    "sweep": {"speed": [300.0, 320.0, 340.0], "friction": [0.0, 0.2]},
+    "branch": {"over": "speed"},
+}
+
+
+def tables(**changed):
+    return TABLES | changed
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    out = tmp_path_factory.mktemp("branch") / "out"
+    with hpcwhirl.campaign(TABLES, out):
+        return out
+
+
+def told(row):
+    """Return a row without what no bit of a motion depends on."""
+    return {n: float(v).hex() if isinstance(v, float) else v for n, v in row.items()}
+
+
+def test_the_cases_are_branches_up_and_down_for_each_other_input():
+    design = Design.of(TABLES)
+    assert design.swept == ("friction", "speed", "branch")
+    rows = [(s.friction, s.branch, s.speed, s.history) for s in design.scenes]
+    assert rows[:3] == [
+        (0.0, "up", 300.0, ""), (0.0, "up", 320.0, "speed = 300.0"),
+        (0.0, "up", 340.0, "speed = 300.0, 320.0"),
+    ]  # fmt: skip
+    assert [row[1:3] for row in rows[3:6]] == [
+        ("down", 340.0), ("down", 320.0), ("down", 300.0),
+    ]  # fmt: skip
+    assert {row[0] for row in rows[6:]} == {0.2}
+    assert cases_before(design.settings) == [-1, 0, 1, -1, 3, 4, -1, 6, 7, -1, 9, 10]
+
+
+def test_branches_begin_at_any_value_of_the_sweep():
+    branch = {"over": "speed", "starts": [320], "directions": "up"}
+    design = Design.of(tables(branch=branch))
+    found = [(s.branch, s.speed) for s in design.scenes if s.friction == 0.0]
+    assert found == [("up from 320", 320.0), ("up from 320", 340.0)]
+
+
+def test_a_case_is_known_by_the_cases_before_it():
+    design = Design.of(TABLES)
+    other = Design.of(tables(sweep=TABLES["sweep"] | {"speed": [310.0, 320.0, 340.0]}))
+    for case, before in enumerate(cases_before(design.settings)):
+        scene, job = design.scene(case), Job(case)
+        assert digest(scene) == design.digest(case)
+        follows = computation(design, job).follows
+        assert follows == (design.digest(before) if before >= 0 else "")
+        found = case_before(scene)
+        assert (digest(found) if found else "") == follows
+    assert not {*design.digests[:3]} & {*other.digests[:3]}
+    assert {*design.digests[3:5]} <= {*other.digests}
+
+
+def test_a_case_goes_on_with_the_energy_that_the_one_before_has_ended_with(swept):
+    rows = {record["case"]: record["row"] for record in records(swept)}
+    begun = rows[1]["ledger_pulse"]
+    assert 0.0 < begun < rows[0]["ledger_pulse"]
+    assert begun == pytest.approx(rows[0]["ledger_energy"], rel=0.01)
+    assert rows[1]["force"] == rows[0]["force"] > 0.0
+    assert rows[1]["speed"] == 320.0
+
+
+def test_a_case_alone_is_that_of_the_campaign(swept):
+    rows = {record["case"]: record["row"] for record in records(swept)}
+    design = Design.of(TABLES)
+    for case in (2, 9):
+        assert told(simulate(design.scene(case)).row) == told(rows[case])
+
+
+def test_only_the_last_of_a_branch_leaves_its_motion(swept):
+    design = Design.of(TABLES)
+    lasts = {f"{design.digest(case)}-end" for case in (2, 5, 8, 11)}
+    assert stored_states(swept) == lasts
+
+
+def test_what_is_lost_on_the_way_is_computed_again_with_the_same_bits(swept, tmp_path):
+    out, rows = tmp_path / "out", records(swept)
+    some = {"speed": TABLES["sweep"]["speed"][:2], "friction": [0.2]}
+    up = {"over": "speed", "directions": "up"}
+    with hpcwhirl.campaign(tables(sweep=some, branch=up), out):
+        shutil.rmtree(out / "states")
+    (out / "states").mkdir()
+    whole = TABLES["sweep"] | {"friction": [0.2]}
+    with hpcwhirl.campaign(tables(sweep=whole, branch=up), out):
+        found = {record["digest"]: told(record["row"]) for record in records(out)}
+    true = {record["digest"]: told(record["row"]) for record in rows}
+    assert len(found) == 3
+    assert all(true[name] == row for name, row in found.items())
+
+
+def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
+    sweep = {"force": [75e3, 8e7], "speed": [300.0]}
+    given = tables(sweep=sweep, branch={"over": "force", "directions": "down"})
+    design = Design.of(given)
+    first, second = (simulate(scene) for scene in design.scenes)
+    assert first.row["stop"] == "amplitude"
+    alone = simulate(Scene.model_validate(design.scene(1).model_dump() | {
+        "branch": "", "history": "",
+    }))  # fmt: skip
+    assert told(second.row) == told(alone.row)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"branch": {"over": "gap"}}, "over must be a numeric input of [sweep], got"),
+        ({"branch": {}}, "over"),
+        ({"branch": {"over": "speed", "starts": [310]}}, "starts must be values of"),
+        ({"branch": {"over": "speed", "directions": "left"}}, "both"),
+        ({"refine": {"over": "speed", "levels": 1}}, "not with [refine]"),
+        ({"twins": {"count": 2}}, "not with [twins]"),
+        ({"cases": [{"speed": 1.0}]}, "not with [cases]"),
+        ({"sweep": {"speed": [300.0]}}, "its values must be 2 to 1000"),
+        ({"scene": {"history": "speed 300"}}, "must be an input and its values"),
+    ],
+)
+def test_what_branches_cannot_do_is_refused(changed, words):
+    with pytest.raises(InputError) as refused:
+        Design.of(tables(**changed))
+    assert words in str(refused.value)
+
+
+def test_shards_and_extensions_are_refused(swept, tmp_path):
+    with pytest.raises(InputError, match=r"\[branch\] needs the case before each"):
+        Design.of(TABLES).check_shards("no --shard")
+    shutil.copytree(swept, tmp_path / "out")
+    done = launch("campaign", tmp_path / "out", "--extend", "undecided", "--to", "1")
+    assert done.returncode == 2
+    assert "[branch]" in done.err
