@@ -26,6 +26,7 @@ COMMANDS = {
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
     "margin": "list the ranges of an input in which all cases are damped",
+    "branches": "list where sweeps up and down change their words",
     "edge": "follow the motion on the boundary between two words",
     "figures": "draw spectra, orbits, contributions, contacts and energy ledgers",
     "report": "write one HTML page to explore a campaign offline",

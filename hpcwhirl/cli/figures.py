@@ -15,9 +15,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--kind", action="append", metavar="NAME",
         help="kind of figure, may be repeated (default: all but basins); over "
         "the speed: "
-        "frequency, cascade, bifurcation, interaction, growth; of the engine: shapes, "
-        "campbell, stability; of the starts: basins; of each case: orbit, section, "
-        "contributions, contacts, ledger",
+        "frequency, cascade, bifurcation, interaction, growth; of sweeps up and down: "
+        "branches; of the engine: shapes, campbell, stability; of the starts: basins; "
+        "of each case: orbit, section, contributions, contacts, ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

@@ -1,14 +1,19 @@
 """Sweeps in which each case begins where the one before has ended: [branch]."""
 
+import json
 import shutil
+from pathlib import Path
 
+import numpy as np
 import pytest
 from launch import launch, records
 
 import hpcwhirl
+from hpcwhirl.analysis.branches import Branch, folds_of, words_apart
 from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.jobs import Job
 from hpcwhirl.planner.kinds import cases_before
@@ -152,3 +157,37 @@ def test_shards_and_extensions_are_refused(swept, tmp_path):
     done = launch("campaign", tmp_path / "out", "--extend", "undecided", "--to", "1")
     assert done.returncode == 2
     assert "[branch]" in done.err
+
+
+MADE_UP = {  # words of a branch up and of one down over speed
+    "up": ["damped", "damped", "sustained"],
+    "down": ["sustained", "sustained", "damped"],
+}
+
+
+def test_folds_are_where_words_change_and_differ_where_branches_do():
+    lines = [
+        Branch(name, {}, [0, 1, 2], np.array(values), words, np.full(3, 1e-5))
+        for (name, words), values in zip(
+            MADE_UP.items(), ([1.0, 2.0, 3.0], [3.0, 2.0, 1.0]), strict=True
+        )
+    ]
+    found = [folds_of(line) for line in lines]
+    assert [[fold[1:5] for fold in folds] for folds in found] == [
+        [(2.0, 3.0, "damped", "sustained")], [(2.0, 1.0, "sustained", "damped")],
+    ]  # fmt: skip
+    assert words_apart(lines) == (1, 3)
+    assert words_apart(lines[:1]) == (0, 0)
+
+
+def test_the_table_and_the_figure_of_branches_are_those_of_the_campaign(swept, capsys):
+    assert main(["branches", str(swept), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["over"], told["points"]) == ("speed", 6)
+    assert main(["figures", str(swept), "--kind", "branches"]) == 0
+    drawn = capsys.readouterr().out.split()
+    assert [Path(path).name for path in drawn] == [
+        "branches-friction=0.0.png", "branches-friction=0.2.png",
+    ]  # fmt: skip
+    assert main(["branches", str(swept), "--at", "friction=0.2"]) == 0
+    assert "of 3 points" in capsys.readouterr().out

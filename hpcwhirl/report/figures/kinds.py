@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.report.figures import basins, motions, shapes, sweeps, waves
+from hpcwhirl.report.figures import basins, branches, motions, shapes, sweeps, waves
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
@@ -29,15 +30,15 @@ class Kind:
     ----------
     draw : (results, line or case) -> figure
     needs : traces that it requires
-    of : subject: a case; speeds, a line of cases that differ in speed alone; or the
-        engine, once
+    of : subject: a case; speeds, a line of cases that differ in speed alone; branches
+        of the same other inputs; or the engine, once
     transient : whether `draw` takes `transient`, to show the time before the window
     asked : whether it is drawn only where it is asked for
     """
 
     draw: Callable[..., Any]
     needs: tuple[str, ...]
-    of: Literal["case", "speeds", "engine"]
+    of: Literal["case", "speeds", "branches", "engine"]
     transient: bool = False
     asked: bool = False
 
@@ -62,6 +63,7 @@ KINDS = {
     "bifurcation": Kind(sweeps.draw_bifurcation, ("centre",), "speeds", transient=True),
     "interaction": Kind(waves.draw_interaction, (), "speeds"),
     "growth": Kind(sweeps.draw_growth, (), "speeds"),
+    "branches": Kind(branches.draw_branches, (), "branches"),
     "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
     "section": Kind(motions.draw_section, ("centre",), "case", transient=True),
     "contributions": Kind(motions.draw_contributions, ("centre", "tips"), "case"),
@@ -138,7 +140,9 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return why a campaign's traces do not allow a kind of figure, "" if they do."""
+    """Return why a campaign does not allow a kind of figure, "" if it does."""
+    if kind.of == "branches" and "history" not in results.plan.table.names:
+        return "needs a campaign with a table [branch]"
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
@@ -158,7 +162,7 @@ def _wanted(
             which = "say which with --case or --at"
             return f"one figure a case, of {len(finished)}: {which}"
         return {f"-{case:04d}": case for case in finished}
-    every = results.slices()
+    every = bundles_of(results) if kind.of == "branches" else results.slices()
     if len(every) == 1:
         return {"": every[0]}
     lines = [line for line in every if only is None or set(only) & {*line}]
@@ -167,7 +171,10 @@ def _wanted(
             f"one figure for each of {len(lines)} combinations of the other inputs, "
             f"at most {MOST_CASES}: say which with --at or --case"
         )
-    return {f"-{part_of_name(results.others(line[0], '='))}": line for line in lines}
+    aside = aside_of(results) if kind.of == "branches" else ()
+    return {
+        f"-{part_of_name(results.others(line[0], '=', aside))}": line for line in lines
+    }
 
 
 def _drawn(

@@ -220,7 +220,7 @@ class Results:
 
     def _others(self, case: int) -> dict[str, Any]:
         settings = self.plan.settings[case]
-        return {n: v for n, v in settings.items() if n != "speed"}
+        return {n: v for n, v in settings.items() if n not in ("speed", "history")}
 
     def traces(self, case: int) -> Traces:
         """Return the traces of a case and their `time`.

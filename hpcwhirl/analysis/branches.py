@@ -1,0 +1,158 @@
+"""Branches of a campaign with [branch]: their words, where they end, where they differ.
+
+Along a branch each case begins where the one before has ended. Where the word changes
+between two of them, the motion that was followed is lost: at a fold, or where it loses
+its stability. Two branches with other words at the same point are two motions that live
+there side by side: hysteresis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.history import parsed
+from hpcwhirl.scene.words import word_of
+from hpcwhirl.store.reading.results_file import Results
+
+ASIDE = ("branch", "history")
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Cases of one branch, in the order in which they follow one another.
+
+    Attributes
+    ----------
+    name : up or down, and where it begins
+    others : {swept input: value} that its cases share
+    cases : their numbers
+    values : of the input that varies, SI
+    words : of each case
+    radii : orbit radius of each case, m
+    """
+
+    name: str
+    others: dict[str, Any]
+    cases: list[int]
+    values: NDArray[np.float64]
+    words: list[str]
+    radii: NDArray[np.float64]
+
+
+class Fold(NamedTuple):
+    """Where the word of a branch changes.
+
+    Attributes
+    ----------
+    branch : whose
+    last, first : values of the last case with the word, and of the first with another
+    word, following : both words
+    radius : orbit radius of the last case with the word, m
+    """
+
+    branch: Branch
+    last: float
+    first: float
+    word: str
+    following: str
+    radius: float
+
+
+def varied_by(results: Results) -> str:
+    """Return the full name of the input that varies along the branches of a campaign.
+
+    Raises
+    ------
+    InputError
+        for a campaign without [branch]
+    """
+    settings = results.plan.settings
+    inputs = (parsed(own.get("history", "")) for own in settings)
+    over = next((name for name, values in inputs if values), "")
+    if not over:
+        msg = f"{results.path}: its campaign has no table [branch]"
+        raise InputError(msg)
+    return full_name(over)
+
+
+def aside_of(results: Results) -> tuple[str, str]:
+    """Return the short names of the swept inputs that tell cases of branches apart."""
+    return "branch", varied_by(results).rsplit(".", 1)[-1]
+
+
+def bundles_of(results: Results) -> list[list[int]]:
+    """Return the finished cases of branches that share all other inputs, together."""
+    done, bundles = {*results.finished()}, dict[str, list[int]]()
+    for branch in branches_of(results)[1]:
+        cases = [case for case in branch.cases if case in done]
+        bundles.setdefault(repr(branch.others), []).extend(cases)
+    return [cases for cases in bundles.values() if cases]
+
+
+def branches_of(
+    results: Results, only: Sequence[int] | None = None
+) -> tuple[str, list[Branch]]:
+    """Return the input that varies along branches, by its full name, and the branches.
+
+    only : cases of the branches to return; None: all
+
+    Raises
+    ------
+    InputError
+        for a campaign without [branch]
+    """
+    over, chosen = varied_by(results), None if only is None else set(only)
+    settings = results.plan.settings
+    lines: dict[str, list[int]] = {}
+    for case, own in enumerate(settings):
+        rest = {n: v for n, v in own.items() if n not in (over, "history")}
+        lines.setdefault(repr(sorted(rest.items())), []).append(case)
+    found = [_branch(results, over, cases) for cases in lines.values()]
+    return over, [one for one in found if chosen is None or chosen & {*one.cases}]
+
+
+def _branch(results: Results, over: str, cases: list[int]) -> Branch:
+    own = results.plan.settings[cases[0]]
+    others = {n: v for n, v in own.items() if n not in (over, *ASIDE)}
+    keys = "status", "outcome", "regime"
+    words = [word_of(*(str(results[name][case]) for name in keys)) for case in cases]
+    values = [float(results.plan.settings[case][over]) for case in cases]
+    radii = np.asarray(results["orbit_radius"], dtype=float)[cases]
+    return Branch(own["branch"], others, cases, np.array(values), words, radii)
+
+
+def folds_of(branch: Branch) -> list[Fold]:
+    """Return where the word of a branch changes, in its order."""
+    pairs = zip(branch.words, branch.words[1:], strict=False)
+    at = [place for place, (a, b) in enumerate(pairs) if a != b]
+    return [
+        Fold(
+            branch,
+            float(branch.values[n]),
+            float(branch.values[n + 1]),
+            branch.words[n],
+            branch.words[n + 1],
+            float(branch.radii[n]),
+        )
+        for n in at
+    ]
+
+
+def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
+    """Return at how many points words of branches differ, and how many have several.
+
+    A point is a value of the input that varies, with the same other inputs.
+    """
+    points: dict[tuple[str, float], list[str]] = {}
+    for branch in branches:
+        for value, word in zip(branch.values.tolist(), branch.words, strict=True):
+            points.setdefault((repr(branch.others), value), []).append(word)
+    several = [words for words in points.values() if len(words) > 1]
+    return sum(len(set(words)) > 1 for words in several), len(several)

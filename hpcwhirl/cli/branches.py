@@ -1,0 +1,65 @@
+"""`hpcwhirl branches`: list where sweeps up and down change their words."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table
+
+if TYPE_CHECKING:
+    from hpcwhirl.analysis.branches import Fold
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
+    parser.add_argument(
+        "--at", action="append", default=[], metavar="NAME=V[,V]",
+        help="only branches with this value of another swept input",
+    )  # fmt: skip
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a row for each change of word, and at how many points words differ."""
+    from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
+    from hpcwhirl.report.figures.kinds import cases_at
+    from hpcwhirl.scene.quantities import INPUTS, variable_name
+    from hpcwhirl.store.reading.results_file import Results
+
+    only = cases_at(args.folder, args.at) if args.at else None
+    with Results(args.folder) as results:
+        over, branches = branches_of(results, only)
+        folds = [fold for branch in branches for fold in folds_of(branch)]
+        apart, several = words_apart(branches)
+    unit = "" if INPUTS[over].unit == "1" else INPUTS[over].unit
+    columns = _columns(folds, [variable_name(n) for n in branches[0].others])
+    units = dict.fromkeys(columns, "") | {"last": unit, "first": unit, "radius": "m"}
+    columns, units = in_units(args, columns, units)
+    facts = {"over": over, "differ": apart, "points": several}
+    if not print_data(args, columns, units, "folds", **facts):
+        if folds:
+            print_table(columns, units, len(folds))
+        else:
+            print("no branch changes its word")
+        share = f", {apart / several:.0%}" if several else ""
+        print(f"words of branches differ at {apart} of {several} points{share}")
+    return 0
+
+
+def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
+    """Return {name: values (folds,)} of the table; others : inputs of each branch."""
+    rows = [list(fold.branch.others.values()) for fold in folds]
+    out = {name: np.array([row[n] for row in rows]) for n, name in enumerate(others)}
+    out["branch"] = np.array([fold.branch.name for fold in folds], dtype=str)
+    for name in ("last", "first"):
+        out[name] = np.array([getattr(fold, name) for fold in folds], dtype=float)
+    for name in ("word", "following"):
+        out[name] = np.array([getattr(fold, name) for fold in folds], dtype=str)
+    out["radius"] = np.array([fold.radius for fold in folds], dtype=float)
+    return out
