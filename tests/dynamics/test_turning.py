@@ -145,6 +145,9 @@ def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
         there, here = getattr(modes, own), getattr(waves, own)
         least = 1e-9 * np.abs(modes.tips).max() if own == "centre" else 0.0
         assert here == pytest.approx(there, abs=1e-9 * np.abs(there).max() + least)
+    for term in LEDGER_TERMS:
+        size = 1e-9 * abs(modes.ledger["pulse"]) + 1e-12
+        assert waves.ledger[term] == pytest.approx(modes.ledger[term], abs=size), term
     for there, here in zip(*(m.displacements() for m in marches[::-1]), strict=True):
         assert here == pytest.approx(there, abs=1e-9 * np.abs(there).max(initial=0.0))
     assert waves.ledger["residual"] == pytest.approx(0.0, abs=1e-10)

@@ -96,9 +96,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.whole import (
     EIGHT,
+    HELD,
     drift_of,
     energies_of_whole,
-    lowest_with,
+    lower_all,
     note_slips_of_waves,
     open_whole,
     push_waves,
@@ -341,7 +342,7 @@ def _of_waves(rotor: WholeRotor, state: CyclicState, modes: int, k: int) -> Want
         ("rotor", state.rotor, modes + padded), ("ahead", rotor.ahead, modes),
         ("drift", rotor.drift, modes // 2), ("read", rotor.read, blades * modes),
         ("ring", rotor.ring, len(state.gaps) // 3 * blades),
-        ("lam", state.lam, padded + 4 * k), ("sums_b", state.sums_b, 3),
+        ("lam", state.lam, HELD * padded + 4 * k), ("sums_b", state.sums_b, 3),
         ("push", rotor.push, blades * modes), ("opens", rotor.opens, rows),
         ("slides", rotor.slides, rows),
         ("form", rotor.form, modes * (modes + FOUR) // 2),
@@ -372,7 +373,7 @@ def marching(waves):
         ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
-        away, drift, ready, active = math.inf, 0.0, False, blades - blades
+        drift, ready, fresh, active = 0.0, False, True, blades - blades
         whole = space.opened if waves else gaps
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
@@ -410,15 +411,12 @@ def marching(waves):
             looks = counter[STEP] >= counter[NEXT_LOOK]
             judge = counter[STEP] % strides.evidence == 0
             if waves:
-                away += drift
-                ready, every = False, looks or judge or not away < math.inf
-                lowest = lowest_with(out, gaps, row) - away
+                ready, every = False, looks or judge or fresh
+                lowest = lower_all(out, drift, gaps, row, whole)
                 if not every and not lowest > 0.0:
-                    lowest, ready, near = read_near(
-                        gamma, s_b, blades, gaps, row, away, known, out, whole
+                    lowest, ready = read_near(
+                        gamma, s_b, blades, gaps, row, known, out, whole
                     )
-                    if 2 * near > blades:
-                        away = math.inf
                     if lowest < 0.0 and ready:
                         active = guess(
                             whole, place, lowest, blades, wide, len(push), push, known,
@@ -429,7 +427,7 @@ def marching(waves):
                 if every:
                     read_all(gamma, s_b, blades, out)
                     lowest = open_whole(out, gaps, row, whole)
-                    away, drift = 0.0, drift_of(s_b, rotor.drift)
+                    fresh, drift = False, drift_of(s_b, rotor.drift)
             else:
                 read_tips(s_b, gamma, out)
                 lowest, _ = close_gaps(out, gaps, row)
@@ -447,12 +445,13 @@ def marching(waves):
                 older = (counter[STEP] + 1) % 3 * 2 * wide
                 read_before(gaps, older, where, active, blades, wide, before)
                 if waves:
-                    push_waves(
-                        push, where, active, rotor, s_b, mu, out, before, sums_b, lam_b
-                    )
                     yield_apart(
                         push, where, active, opening, rotor.ring, gaps, row, out
                     )
+                    push_waves(
+                        push, where, active, rotor, s_b, mu, counter[STEP], out, gaps,
+                        row, before, sums_b, lam_b,
+                    )  # fmt: skip
                     drift = drift_of(s_b, rotor.drift)
                 else:
                     to_modes(push, where, active, rotor.radial, rotor.tangential, lam_b)

@@ -117,8 +117,9 @@ class CyclicState(NamedTuple):
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
     lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
-        of `general` behind the rotor's modal forces (2 m,), normal and tangential, or
-        what its waves slip, see `whole`
+        of `general` behind the rotor's modal forces (2 m,), normal and tangential, or,
+        of `whole`, (HELD padded,), what blades in contact slip and when they were, see
+        `whole.push_waves`
     gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
     sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`;
         of `whole` (3,)
@@ -425,7 +426,7 @@ class GeneralSpace(NamedTuple):
     out, again : (2 wide,), folded: tips, counted negative, and gaps, m
     tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
     ledger : all works entered, J
-    opened : (2 wide,), of waves: gaps of the step that tips were last read in, solved
+    opened : (2 wide,), of waves: gaps, solved, or lower bounds where tips are not read
     """
 
     spare: Floats

@@ -7,9 +7,9 @@ in the state, s = (q, lambda), so that a row times s is what a step with contact
 or what it adds to energy and loss, see `dynamics.whole_waves`.
 
 Tips are read where they might touch: a sum over the waves bounds how far any moves in a
-step. Where the blades of the last solution hold the gaps of those that were not read
-open, by these bounds, they hold them open; else all are read. So it changes no bit
-which tips are read when.
+step, so that each tip has a lower bound until it is read again. Where the blades of the
+last solution hold the gaps of those that were not read open, by these bounds, they hold
+them open; else all are read. So it changes no bit which tips are read when.
 
 As in `waves` the rotor's loss is what contact has added to energy and loss, which is
 its work (`whole_waves.WholeWaves.books` has that checked), less the energy that is
@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to this
+HELD = 4  # numbers that the state has of each blade in contact, see `push_waves`
 
 
 @inlined
@@ -57,11 +58,21 @@ def turn_waves(q, ahead):
 
 
 @inlined
-def lowest_with(tips, gaps, row):
-    """Return the lowest of a row of gaps with tips (2 wide,), m."""
-    least = load(gaps, row) + load(tips, 0)
-    for v in range(FOUR, len(tips), FOUR):
-        least = lower_of(least, load(gaps, row + v) + load(tips, v))
+def lower_all(tips, drift, gaps, row, whole):
+    """Lower tips (2 wide,) by the drift of a step; return `open_whole` of them."""
+    for v in range(0, len(tips), FOUR):
+        store(tips, v, load(tips, v) - broadcast(drift))
+    return open_whole(tips, gaps, row, whole)
+
+
+@inlined
+def open_whole(tips, gaps, row, whole):
+    """Set whole (2 wide,) to a row of gaps with tips; return the lowest, m."""
+    least = broadcast(math.inf)
+    for v in range(0, len(tips), FOUR):
+        gap = load(gaps, row + v) + load(tips, v)
+        store(whole, v, gap)
+        least = lower_of(least, gap)
     lowest = element(least, 0)
     for i in range(1, FOUR):
         lowest = min(lowest, element(least, i))
@@ -106,41 +117,38 @@ def read_all(rows, q, blades, tips):
 
 
 @inlined
-def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to a row of gaps with tips; return the lowest, m."""
-    for v in range(0, len(tips), FOUR):
-        store(whole, v, load(gaps, row + v) + load(tips, v))
-    return lowest_with(tips, gaps, row)
+def read_tip(rows, j, q, modes, blades, gaps, row, tips, whole):
+    """Set a blade's tip and its gap among folded ones; return the gap, m."""
+    wide, tip = len(tips) // 2, tip_by_waves(rows, j, q, modes)
+    gap = gaps[row + place_of(j, blades, wide)] + tip
+    put(tips, j, blades, wide, tip)
+    put(whole, j, blades, wide, gap)
+    return gap
 
 
 @inlined
-def read_near(rows, q, blades, gaps, row, away, known, tips, whole):
-    """Read the tips that might touch; return (lowest of their gaps, whether, number).
+def read_near(rows, q, blades, gaps, row, known, tips, whole):
+    """Read the tips that might touch; return (lowest of their gaps, whether).
 
     Parameters
     ----------
     gaps, row : without the rotor's part
-    away : bound of how far tips have moved since they were read, m
-    tips : (2 wide,), those that are read are set
-    whole : (2 wide,), out: gaps, or lower bounds of those of other blades, > 0
+    tips, whole : (2 wide,), lower bounds of tips and of gaps; those that are read are
+        set
 
-    The second value tells whether all blades of the last solution, `known`, are read.
+    The second value tells whether there are blades of the last solution, `known`; where
+    a gap is negative, they are all read.
     """
     modes, wide, least = len(rows) // blades, len(tips) // 2, math.inf
-    for v in range(0, len(tips), FOUR):
-        store(whole, v, load(gaps, row + v) + load(tips, v) - broadcast(away))
-    ready, count = known[blades] > 0, blades - blades
-    for s in range(known[blades]):
-        ready = ready and not whole[place_of(known[s], blades, wide)] > 0.0
     for j in range(blades):
-        at = place_of(j, blades, wide)
-        if not whole[at] > 0.0:
-            tip = tip_by_waves(rows, j, q, modes)
-            put(tips, j, blades, wide, tip)
-            put(whole, j, blades, wide, gaps[row + at] + tip)
-            least = min(least, whole[at])
-            count += 1
-    return least, ready, count
+        if not whole[place_of(j, blades, wide)] > 0.0:
+            gap = read_tip(rows, j, q, modes, blades, gaps, row, tips, whole)
+            least = min(least, gap)
+    if least < 0.0:
+        for s in range(known[blades]):
+            if whole[place_of(known[s], blades, wide)] > 1.0:
+                read_tip(rows, known[s], q, modes, blades, gaps, row, tips, whole)
+    return least, known[blades] > 0
 
 
 @inlined
@@ -176,20 +184,19 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 
 @inlined
-def works_of(rotor, s, at, first, last):
-    """Return rows of `opens` and `slides`, begun at `at`, times s[first:last].
-
-    last - first : a multiple of 8
-    """
+def moved_by(rows, at, s, modes):
+    """Return a row of `opens` or `slides`, begun at `at`, times s (modes + padded,)."""
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
-    for m in range(first, last, EIGHT):
-        x, y = load(s, m), load(s, m + FOUR)
-        a = fma(load(rotor.opens, at + m), x, a)
-        b = fma(load(rotor.opens, at + m + FOUR), y, b)
-        c = fma(load(rotor.slides, at + m), x, c)
-        d = fma(load(rotor.slides, at + m + FOUR), y, d)
-    return total_of(a + b), total_of(c + d)
+    for m in range(0, modes, 2 * EIGHT):
+        a = fma(load(rows, at + m), load(s, m), a)
+        b = fma(load(rows, at + m + 4), load(s, m + 4), b)
+        c = fma(load(rows, at + m + 8), load(s, m + 8), c)
+        d = fma(load(rows, at + m + 12), load(s, m + 12), d)
+    for m in range(modes, len(s), EIGHT):
+        a = fma(load(rows, at + m), load(s, m), a)
+        b = fma(load(rows, at + m + FOUR), load(s, m + FOUR), b)
+    return total_of((a + b) + (c + d))
 
 
 @inlined
@@ -212,46 +219,53 @@ def add_two(rows, at, force, other, beside, s, modes):
 
 
 @inlined
-def push_waves(push, where, active, rotor, s, mu, tips, before, sums, slip):
+def push_waves(push, where, active, rotor, s, mu, step, tips, gaps, row, before, sums,
+               held):  # fmt: skip
     """Add what the multipliers do to the amplitudes, and book their works.
+
+    A blade that was in contact two steps before, too, as nearly all were, has moved as
+    the casing has: its gap is closed in both. What others have is read off the waves.
 
     Parameters
     ----------
     push, where : of `circulant.solved`
     s : (m + padded,), state: amplitudes, multipliers of the last step with contact
-    tips : (2 wide,), folded, of the amplitudes, counted negative
+    step : number of this step
+    tips : (2 wide,), folded, after contact, counted negative
+    gaps, row : of this step, after contact, but for the rotor's part
     before : (N,), of the active blades: gaps of step n - 1 but for the rotor's part,
         which is added: tips are not read in all steps
     sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
         has added to energy and loss, J
-    slip : (N,), out, of the active blades: d' + d of a tip's place along the casing
+    held : (HELD padded,), state: what places along the casing have slipped, d' + d,
+        and, of contacts in three steps in turn, the step two after it
     """
-    modes, width = len(rotor.ahead), len(s)
+    modes, width, blades = len(rotor.ahead), len(s), len(before)
+    padded = width - modes
+    now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
     for i in range(modes, width):
         s[i] = 0.0
     for i in range(active):
         s[modes + where[i]] = push[i]
     for i in range(active):
-        j, at = where[i], where[i] * width
-        alone = works_of(rotor, s, at, 0, modes)
-        pushed = works_of(rotor, s, at, modes, width)
-        tip = tips[place_of(j, len(before), len(tips) // 2)]
-        before[j] += tip - alone[0]
-        slip[j] = alone[1] + pushed[1]
-        opened = alone[0] + pushed[0]
+        j = where[i]
+        place = place_of(j, blades, len(tips) // 2)
+        if held[then + j] == step:
+            opened = before[j] - gaps[row + place]
+            before[j] = 0.0
+        else:
+            opened = moved_by(rotor.opens, j * width, s, modes)
+            before[j] += tips[place] - opened
+        held[now + j] = step + 2
+        held[j] = moved_by(rotor.slides, j * width, s, modes)
         sums[0] += push[i] * opened
-        sums[1] += push[i] * slip[j]
-        sums[2] += 0.5 * push[i] * (opened + mu * slip[j])
+        sums[1] += push[i] * held[j]
+        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
     for i in range(0, active - 1, 2):
         add_two(
-            rotor.push,
-            where[i] * modes,
-            push[i],
-            where[i + 1] * modes,
-            push[i + 1],
-            s,
-            modes,
-        )
+            rotor.push, where[i] * modes, push[i], where[i + 1] * modes, push[i + 1],
+            s, modes,
+        )  # fmt: skip
     if active % 2 == 1:
         add_one(rotor.push, where[active - 1] * modes, push[active - 1], s, modes)
 

@@ -14,7 +14,7 @@ from hpcwhirl.dynamics.kernels.differences import column_sums
 from hpcwhirl.dynamics.kernels.general import general_space, march_whole
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
-from hpcwhirl.dynamics.kernels.whole import energies_of_whole, settle_whole
+from hpcwhirl.dynamics.kernels.whole import HELD, energies_of_whole, settle_whole
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
@@ -103,7 +103,7 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
     k, _ = widths(blades)
     padded, march = padded_blades(blades), cast(Any, march_whole)
     ring = RING_STATE * (len(c_c) // ITEMS)
-    sizes = len(rotor.ahead) + padded, ring, padded + 4 * k, 3
+    sizes = len(rotor.ahead) + padded, ring, HELD * padded + 4 * k, 3
     state_at_rest = at_rest(blades, scene.gap, sizes)
     friction = friction_with_sign(scene)
 
