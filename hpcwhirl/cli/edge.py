@@ -1,4 +1,7 @@
-"""`hpcwhirl edge`: follow the motion between two words, from two pulses."""
+"""`hpcwhirl edge`: follow the motion between two words, from two pulses.
+
+Given a campaign swept over the pulse, the edge of each of its lines.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hpcwhirl.cli.options import (
     add_scene,
@@ -32,18 +35,36 @@ UNITS = {
 }  # fmt: skip
 
 
+COLUMNS = (
+    "low", "high", "word_high", "orbit_radius", "orbit_change", "turning_rate",
+    "contact_share", "leaving_rate", "message",
+)  # fmt: skip
+
+NONE = {"word_high": "", "message": ""}  # of a line without an edge; numbers: NaN
+
+
+class Asked(NamedTuple):
+    """A line of a campaign ({} for a scene), its scene and both pulses, N."""
+
+    fixed: dict[str, Any]
+    scene: Scene
+    low: float
+    high: float
+
+
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_scene(parser)
     for side, word in (("low", "weaker"), ("high", "stronger")):
         parser.add_argument(
             f"--{side}", metavar="FORCE",
-            help=f"force of the {word} pulse, N or with a unit; of the directory of a "
-            "campaign swept over force, the bracket of its first change is the default",
+            help=f"force of the {word} pulse, N or with a unit; instead of SCENE and "
+            "pulses the directory of a campaign swept over force may be given: the "
+            "edge of each of its lines is followed, between the first change's pulses",
         )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V",
-        help="of a campaign: the values of its other swept inputs",
+        help="of a campaign: only lines with this value of another swept input",
     )  # fmt: skip
     helps = {
         "span": "how long the edge is followed, s",
@@ -64,55 +85,63 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Follow the edge, print its numbers, draw it if asked to."""
-    from hpcwhirl.campaign.edge import Tracking, edge
+    """Follow one edge, or that of each line of a campaign; print the numbers."""
     from hpcwhirl.scene.units import showing
 
     if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
         msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
         raise InputError(msg)
     check_writable(args.plot, folder=False)
-    scene, low, high = _asked(args)
-    tell_preset(scene)
-    how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
-    found = edge(scene, low, high, how, _teller(quiet=args.quiet))
-    facts = {"low": low, "high": high, "word_low": found.low.word,
-             "word_high": found.high.word} | found.numbers  # fmt: skip
+    asked = _asked(args)
     with showing(asked_units(args.units)):
+        if len(asked) > 1:
+            return _print_lines(args, asked)
+        tell_preset(asked[0].scene)
+        found, facts = _followed(args, asked[0])
         print_json(facts) if args.json else _show(facts)
         if args.plot:
-            _plot(args.plot, scene, found)
+            _plot(args.plot, asked[0].scene, found)
     return 0
 
 
-def _asked(args: argparse.Namespace) -> tuple[Scene, float, float]:
-    """Return the scene and the forces of both pulses, N."""
+def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
+    """Return an edge and what is printed of it."""
+    from hpcwhirl.campaign.edge import Tracking, edge
+
+    how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
+    tell = _teller(quiet=args.quiet)
+    found = edge(asked.scene, asked.low, asked.high, how, tell)
+    ends = {"low": asked.low, "high": asked.high}
+    words = {"word_low": found.low.word, "word_high": found.high.word}
+    return found, ends | words | found.numbers
+
+
+def _asked(args: argparse.Namespace) -> list[Asked]:
+    """Return the scenes and pulses asked for: one, or those of a campaign's lines."""
     from hpcwhirl.store.reading.select import number_of
 
     given = {side: number_of(text, "force", f"--{side}")
              for side in ("low", "high") if (text := getattr(args, side))}  # fmt: skip
     if Path(args.scene).is_dir():
-        if args.settings:
-            msg = "--set and --preset change a scene, not a campaign: use --at"
-            raise InputError(msg)
-        scene, found = _of_campaign(Path(args.scene), args.at)
-        given = found | given
-    else:
-        if args.at:
-            msg = "--at chooses among the cases of a campaign: use --set for a scene"
-            raise InputError(msg)
-        scene = scene_of(args.scene, args.settings)
+        if args.settings or given:
+            msg = "--set, --preset, --low and --high are of a scene, not of a campaign"
+            raise InputError(f"{msg}: choose a line by --at")
+        return _of_campaign(Path(args.scene), args.at)
+    if args.at:
+        msg = "--at chooses among the cases of a campaign: use --set for a scene"
+        raise InputError(msg)
+    scene = scene_of(args.scene, args.settings)
     if len(given) < 2:
         msg = (
             "an edge needs two pulses of different words: give --low and --high, such "
             f"as --low {scene.force / 2000:g}kN --high {scene.force / 1000:g}kN"
         )
         raise InputError(msg)
-    return scene, given["low"], given["high"]
+    return [Asked({}, scene, given["low"], given["high"])]
 
 
-def _of_campaign(folder: Path, at: list[str]) -> tuple[Scene, dict[str, float]]:
-    """Return the scene of one line of a campaign over force, and its first change."""
+def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
+    """Return the first change of each line of a campaign over force that has one."""
     import numpy as np
 
     from hpcwhirl.analysis.first_changes import first_changes
@@ -121,23 +150,72 @@ def _of_campaign(folder: Path, at: list[str]) -> tuple[Scene, dict[str, float]]:
     from hpcwhirl.store.reading.select import swept_of, where
 
     place = results_of(folder)
-    with open_results(place) as data:
+    with open_results(place) as data, Results(place) as results:
         swept = {n: data[n].to_numpy() for n in swept_of(data)}
         mask = where(at, swept)
         cases = np.arange(data.sizes["case"]) if mask is None else np.flatnonzero(mask)
         found = first_changes(data.isel(case=cases), "force")
-        if len(found) > 1:
-            names = " or ".join(f"--at {n}=..." for n in found[0].fixed)
-            msg = f"{folder} has {len(found)} lines of pulses: choose one by {names}"
-            raise InputError(msg)
-    (one,) = found
-    if not one.word or np.isnan(one.safe):
-        why = "none of its pulses" if not one.word else "the weakest pulse already"
-        msg = f"{folder}: {why} changes the word: give --low and --high"
+        out = []
+        for one in found:
+            if one.word and not np.isnan(one.safe):
+                wanted = {**one.fixed, "force": one.safe}
+                scene = results.scene(_case_of(swept, cases.tolist(), wanted))
+                out.append(Asked(one.fixed, scene, one.safe, one.unsafe))
+    if not out:
+        msg = f"{folder}: no pulse changes the word from damped on {len(found)} lines"
+        raise InputError(f"{msg}: sweep force from weaker to stronger ones")
+    return out
+
+
+def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
+    """Return the first of some cases that has the wanted values of swept inputs."""
+    return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
+
+
+def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
+    """Print a row for each line of a campaign; one whose edge is lost says why."""
+    import numpy as np
+
+    from hpcwhirl.analysis.edge_tracking import LostEdgeError
+    from hpcwhirl.cli.tables import print_table
+
+    if args.plot:
+        msg = f"--plot draws one edge, got {len(asked)} lines: choose one by --at"
         raise InputError(msg)
-    same = [c for c in cases.tolist() if swept["force"][c] == one.safe]
-    with Results(place) as results:
-        return results.scene(same[0]), {"low": one.safe, "high": one.unsafe}
+    rows = []
+    for one in asked:
+        try:
+            rows.append(one.fixed | _followed(args, one)[1] | {"message": ""})
+        except (InputError, LostEdgeError) as lost:
+            told = {"low": one.low, "high": one.high, "message": str(lost)}
+            rows.append(one.fixed | told)
+    if args.json:
+        print_json({"edges": rows})
+        return 0
+    known = {n: in_shown(n) for n in (*one.fixed, *COLUMNS)}
+    columns = {
+        name: np.array(
+            [_scaled(row.get(name, NONE.get(name, np.nan)), f) for row in rows]
+        )
+        for name, (_, f) in known.items()
+    }
+    print_table(columns, {name: unit for name, (unit, _) in known.items()}, len(rows))
+    return 0
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    return factor * value if isinstance(value, int | float) else value
+
+
+def in_shown(name: str) -> tuple[str, float]:
+    """Return the unit that a number is shown in, "" for none, and the factor to it."""
+    from hpcwhirl.scene.units import shown_in
+    from hpcwhirl.store.reading.select import UNITS as INPUTS
+
+    given = {"low": "N", "high": "N"}
+    known = UNITS | given
+    unit, factor = shown_in(known.get(name, INPUTS.get(name, "1")))
+    return ("" if unit == "1" else unit), factor
 
 
 def _teller(*, quiet: bool) -> Any:
@@ -157,14 +235,13 @@ def _teller(*, quiet: bool) -> Any:
 def _show(facts: dict[str, Any]) -> None:
     from hpcwhirl.cli.margin_views import setting_text
     from hpcwhirl.scene.quantity import with_unit
-    from hpcwhirl.scene.units import shown_in
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))
     words = facts.pop("word_low"), facts.pop("word_high")
     print(f"edge between {low} ({words[0]}) and {high} ({words[1]})")
     for name, value in facts.items():
-        unit, factor = shown_in(UNITS.get(name, "1"))
-        told = with_unit(f"{factor * value:.6g}", "" if unit == "1" else unit, " ")
+        unit, factor = in_shown(name)
+        told = with_unit(f"{factor * value:.6g}", unit, " ")
         print(f"  {name.replace('_', ' '):16} {told}")
 
 

@@ -2,9 +2,12 @@
 
 import json
 
+import h5py
 import numpy as np
 import pytest
+from synthetic import synthetic
 
+from hpcwhirl.analysis.edge_tracking import LostEdgeError
 from hpcwhirl.analysis.regimes import evidence
 from hpcwhirl.campaign.edge import Continued, Tracking, edge, moment_of, since
 from hpcwhirl.case.resolve import resolve
@@ -13,6 +16,7 @@ from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.words import ENUMS
 
 QUICK = Tracking(span=0.01, look=0.3, near=0.03, far=0.1)
 
@@ -62,13 +66,14 @@ def test_a_later_part_is_judged_as_if_it_had_begun_there():
 
 def test_the_state_in_the_middle_is_as_far_from_both():
     states = []
-    for force in (3e4, 1.2e5):
-        settings = {"force": force, "duration": 0.5, "traces": "summary"}
+    for force in (0.0, 3e4, 1.2e5):
+        settings = {"force": force, "duration": 0.1, "plan": "everything"}
         march = March(resolve(four(**settings)))
         march.reach(2000)
         states.append(moment_of(march))
     motions = Continued(march, 1e-3)
-    low, high = states
+    rest, low, high = states
+    assert motions.distance(low, rest) == pytest.approx(1.0, rel=1e-9)  # of its size
     middle = motions.between(low, high, 0.5)
     whole = motions.distance(low, high)
     assert motions.distance(low, middle) == pytest.approx(0.5 * whole, rel=1e-9)
@@ -110,3 +115,42 @@ def test_wrong_words_are_one_line(words, told, capsys, tmp_path, monkeypatch):
     assert main(["edge", *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line
+
+
+def words_over_force(folder, lines):
+    """Write results of pulses 50, 100 ... kN; a line of words for each speed."""
+    cases = [(speed, 5e4 * (i + 1), word) for speed, words in lines.items()
+             for i, word in enumerate(words)]  # fmt: skip
+    synthetic(folder, [{"speed": s, "force": f} for s, f, _ in cases])
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["outcome"][:] = ENUMS["outcome"].index("completed")
+        file["regime"][:] = [ENUMS["regime"].index(word) for _, _, word in cases]
+    return folder
+
+
+def test_a_campaign_over_force_has_an_edge_on_each_line_with_a_change(
+    tmp_path, capsys, monkeypatch
+):
+    calm, whirls = ["damped"] * 3, ["damped", "damped", "divergent"]
+    place = words_over_force(
+        tmp_path / "c", {300.0: calm, 410.0: whirls, 420.0: whirls}
+    )
+    asked = []
+
+    def followed(scene, low, high, how, tell):
+        del how, tell
+        asked.append((scene.speed, low, high))
+        msg = "the boundary was lost: for a test"
+        raise LostEdgeError(msg)
+
+    monkeypatch.setattr("hpcwhirl.campaign.edge.edge", followed)
+    assert main(["edge", str(place), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert asked == [(410.0, 1e5, 1.5e5), (420.0, 1e5, 1.5e5)]
+    assert out.count("the boundary was lost: for a test") == 2
+    assert main(["edge", str(place), "--at", "speed=420", "--quiet"]) == 2  # one line
+    assert asked[2:] == [(420.0, 1e5, 1.5e5)]
+    assert main(["edge", str(place), "--at", "speed=300"]) == 2
+    assert "no pulse changes the word from damped on 1 lines" in capsys.readouterr().err
+    assert main(["edge", str(place), "--plot", str(tmp_path / "edge.png")]) == 2
+    assert "--plot draws one edge, got 2 lines" in capsys.readouterr().err
