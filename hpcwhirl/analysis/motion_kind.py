@@ -23,13 +23,14 @@ SETTLE = 0.1  # share of the revolutions in which the twin turns, not counted
 STILL = 1e-9  # share of the largest value below which a quantity does not vary
 
 
-def motion_numbers(
+def twins_of(
     ended: March, revolutions: float, between: Callable[[], None] | None = None
-) -> tuple[dict[str, float], float]:
-    """Return the numbers of `scene.quantities.CHAOS`, and the time that they took, s.
+) -> SideBySide | None:
+    """Return twins that go on from the end of a case, None where there are none.
 
-    {} where nothing can be measured: at speed 0, of a march of one sector of many,
-    which has no twins without the symmetry, and where one of the twins ends at a limit.
+    They are drawn together `PARTS` times a revolution, or at each row of evidence. At
+    speed 0, and of a march of one sector of many, which has no twins without the
+    symmetry, nothing can be measured.
 
     Parameters
     ----------
@@ -37,34 +38,25 @@ def motion_numbers(
     revolutions : of the measurement
     between : called between slices
     """
-    twins = twins_of(ended, revolutions, between)
-    if twins is None:
-        return {}, 0.0
-    settle = int(SETTLE * twins.intervals)
-    growth = growths(twins, DELTA, twins.intervals - settle, settle)
-    if twins.ended or not np.isfinite(growth).all():
-        return {}, twins.seconds
-    judged, speed = twins.one.history().judged, abs(ended.scene.speed)
-    points = section_of(judged, speed, twins.first_row)
-    return numbers_of(growth, twins.interval, points), twins.seconds
-
-
-def twins_of(
-    ended: March, revolutions: float, between: Callable[[], None] | None = None
-) -> SideBySide | None:
-    """Return the twins of a measurement, None where there are none; `motion_numbers`.
-
-    They are drawn together `PARTS` times a revolution, or at each row of evidence.
-    """
     speed = abs(ended.scene.speed)
     if ended.lean.model.folds > 1 or speed == 0.0:
         return None
-    row = ended.beat * ended.scene.solver.time_step
     turn = 2 * math.pi / speed
-    rows = max(round(turn / PARTS / row), 1)
-    return SideBySide(
-        ended, rows, int(revolutions * turn / (rows * row)), DELTA, between
-    )
+    return SideBySide(ended, turn / PARTS, revolutions * turn, DELTA, between)
+
+
+def motion_numbers(twins: SideBySide) -> dict[str, float]:
+    """Return the numbers of `scene.quantities.CHAOS`; march the twins to their end.
+
+    {} where one of them ends at a limit.
+    """
+    settle = int(SETTLE * twins.intervals)
+    growth = growths(twins, DELTA, twins.intervals - settle, settle)
+    if twins.ended or not np.isfinite(growth).all():
+        return {}
+    speed = abs(twins.one.scene.speed)
+    points = section_of(twins.one.history().judged, speed, twins.first_row)
+    return numbers_of(growth, twins.interval, points)
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:

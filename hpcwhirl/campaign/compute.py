@@ -70,7 +70,7 @@ def compute(
 
     def before(case: Case, start: Motion | None) -> Ended:
         course = Course(case, start, keep=False)
-        result = course.run(lambda: _within(course.march, limit, between))
+        result = course.run(lambda: _within(course, limit, between))
         return result.row, course.march
 
     case, start = begun(case, before, checkpoints)
@@ -83,7 +83,7 @@ def compute(
 
     def guard() -> None:
         march = course.march
-        _within(march, limit, lambda: None)
+        _within(course, limit, lambda: None)
         if checkpoints.is_due(digest, march):
             checkpoints.save(digest, march)
         between()
@@ -100,8 +100,8 @@ def compute(
     return result
 
 
-def _within(march: March, limit: float, between: Callable[[], None]) -> None:
+def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
     """Raise LateError beyond the limit of computing time; call `between`."""
-    if march.seconds > limit and not march.done:
-        raise late(march, limit)
+    if course.seconds > limit and not course.done:
+        raise late(course.march, limit)
     between()

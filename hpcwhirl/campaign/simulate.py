@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blades import blade_numbers
-from hpcwhirl.analysis.motion_kind import motion_numbers
+from hpcwhirl.analysis.motion_kind import motion_numbers, twins_of
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,
     MotionThresholds,
@@ -26,6 +26,7 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
+from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
@@ -138,6 +139,7 @@ class Course:
     march : the present one
     last : state at the last row of evidence of the march that gave the result; None if
         no longer march can continue from it
+    twins : those that measure the motion after the case's end, while they do
     """
 
     @one_thread()
@@ -147,6 +149,7 @@ class Course:
         self.keep, self.start = keep, start
         self.case, self.ends = case, case.scene.end_times
         self.last: Arrays | None = None
+        self.twins: SideBySide | None = None
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
@@ -157,6 +160,16 @@ class Course:
         settings["duration"] = self.ends[number]
         given = apply_settings(self.case.given, settings)
         return March(replace(self.case, given=given), self.start)
+
+    @property
+    def seconds(self) -> float:
+        """Computing time of the march, and of its twins while these measure, s."""
+        return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
+
+    @property
+    def done(self) -> bool:
+        """Whether there is nothing left to march but to longer end times."""
+        return self.march.done and self.twins is None
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:
@@ -190,9 +203,11 @@ class Course:
         found: dict[str, Value] = {}
         performance = dict(result.performance)
         if row["regime"] == "sustained":
-            numbers, seconds = motion_numbers(self.march, asked, between_slices)
-            found |= numbers
-            performance["seconds"] = float(performance["seconds"]) + seconds
+            self.twins = twins_of(self.march, asked, between_slices)
+            if self.twins is not None:
+                found |= motion_numbers(self.twins)
+                performance["seconds"] = self.seconds
+            self.twins = None
         word = motion_of(row | found, _LIMITS)
         return Result({**row, "motion": word, **found}, result.traces, performance)
 

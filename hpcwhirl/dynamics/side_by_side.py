@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,8 @@ class SideBySide:
     Parameters
     ----------
     ended : march to go on from; all its sectors must be marched
-    rows : rows of evidence of an interval, at whose ends a jump ends, too
-    intervals : number of them
+    interval : s, between two distances, in whole rows of evidence, at which jumps end
+    seconds : that there is room for
     delta : distance over the motion's size
     between : called between slices
     """
@@ -39,14 +40,15 @@ class SideBySide:
     def __init__(
         self,
         ended: March,
-        rows: int,
-        intervals: int,
+        interval: float,
+        seconds: float,
         delta: float,
         between: Callable[[], None] | None = None,
     ) -> None:
-        self.rows, self.intervals, self.between = rows, intervals, between
-        case = _longer(ended, (rows * (intervals + 1) + 1) * ended.beat)
+        self.between, case = between, _longer(ended, seconds)
         self.one, self.other = _gone_on(case, ended), _gone_on(case, ended)
+        row = self.one.beat * self.one.scene.solver.time_step
+        self.rows = max(round(interval / row), 1)
         self.first_row = int(self.one.counter[contact.JUDGED])
         a = copy_of(self.one)
         energy = self.one.scheme.balance(a).energy * self.one.lean.model.folds
@@ -67,6 +69,11 @@ class SideBySide:
     def interval(self) -> float:
         """Length of an interval, s."""
         return self.rows * self.one.beat * self.one.scene.solver.time_step
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals that there is room for."""
+        return (self.one.total // self.one.beat - self.first_row) // self.rows
 
     @property
     def ended(self) -> bool:
@@ -91,25 +98,26 @@ class SideBySide:
         put_between(self.other, a, b, factor)
 
 
-def _longer(ended: March, steps: int) -> Case:
-    """Return the case of a march that goes on for so many steps more."""
-    step = ended.scene.solver.time_step
+def _longer(ended: March, seconds: float) -> Case:
+    """Return the case of a march that goes on for so long."""
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
-    settings["duration"] = (ended.steps + steps) * step
+    settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds
     settings["output.traces"] = "summary"
-    return Case(apply_settings(ended.case.given, settings), ended.case.own)
+    return replace(ended.case, given=apply_settings(ended.case.given, settings))
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march at the state of another, which looks for no certificate."""
+    """Return a march at the state of another, which looks for no certificate.
+
+    A longer march may have fewer rows of evidence a second: those before are left out.
+    """
     march = March(case)
     if march.lean.model.folds != ended.lean.model.folds:
         march.unfold()
     march.coast, march.watched = None, 0
     for target, array in zip(march.state, ended.state, strict=True):
         target[:] = array
-    rows = int(march.counter[contact.JUDGED])
-    march.tracks.evidence[:rows] = ended.tracks.evidence[:rows]
+    march.counter[contact.JUDGED] = march.steps // march.beat
     march.counter[contact.SAMPLE] = 0
     march.counter[contact.CERTIFIED] = -1
     return march

@@ -106,15 +106,14 @@ def measured(row: Row) -> Row:
         told = motion_of(result.row | numbers, asdict(MotionThresholds()))
         found[name] = numbers | {"word": told}
     found["seconds"] = time.perf_counter() - start - found["marched"]
-    return found | {"far": _with_far_twins(march, twins, each)}
+    return found | {"far": _with_far_twins(march, twins.interval, 2 * math.pi / speed)}
 
 
-def _with_far_twins(march: Any, near: SideBySide, each: float) -> float:
+def _with_far_twins(march: Any, interval: float, turn: float) -> float:
     """Return the exponent of the short measurement with twins farther apart, 1/s."""
-    count = int((SETTLED + SHORT) * each)
-    twins = SideBySide(march, near.rows, count, FAR)
-    growth = growths(twins, FAR, count)
-    return exponent(growth[int(SETTLED * each) :], twins.interval).rate
+    twins = SideBySide(march, interval, (SETTLED + SHORT) * turn, FAR)
+    growth = growths(twins, FAR, twins.intervals)
+    return exponent(growth[int(SETTLED * turn / interval) :], twins.interval).rate
 
 
 def computed(path: Path) -> list[Row]:

@@ -9,16 +9,18 @@ import pytest
 from deaths import even_slices
 
 import hpcwhirl
-from hpcwhirl.analysis.motion_kind import motion_numbers
+from hpcwhirl.analysis.chaos import exponent, growths
+from hpcwhirl.analysis.motion_kind import DELTA, twins_of
 from hpcwhirl.analysis.regimes import all_thresholds
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import compute
+from hpcwhirl.campaign.compute import LateError, compute
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.simulate import Course, simulate
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels.contact import JUDGED
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -118,12 +120,38 @@ def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch)
     assert told == []
 
 
+def test_the_limit_of_a_case_ends_its_measurement(tmp_path, monkeypatch):
+    even_slices(monkeypatch)
+    case, told = resolve(scene(chaos=4000.0)), []
+    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    alone = Course(resolve(scene())).run().performance["seconds"]
+    with pytest.raises(LateError, match=r"100\.0% of the case"):
+        compute(case, "d", checkpoints, 3.0 * alone, lambda: None)
+
+
+@pytest.mark.parametrize("scheme", ["modal", "exact", "general"])
+def test_twins_of_a_free_casing_come_together_as_its_slowest_mode_decays(scheme):
+    """They part by the casing alone: what is between them is its free motion."""
+    free = {"gap": 1e-2, "duration": 2e-2, "force": 1e3, "plan": "everything"}
+    march = Course(resolve(scene(scheme=scheme, **free))).march
+    march.reach(march.total)
+    ring = march.model.casing
+    twins = twins_of(march, 200.0)
+    found = exponent(growths(twins, DELTA, twins.intervals - 40, 40), twins.interval)
+    assert twins.one.beat != march.beat  # of a longer run, rows of evidence are others
+    assert twins.one.counter[JUDGED] <= len(twins.one.tracks.evidence)
+    assert twins.one.steps // twins.one.beat == twins.one.counter[JUDGED]
+    loaded = ring.diameter == 1
+    slowest = (ring.ratios * ring.omega)[loaded].min()
+    assert found.rate == pytest.approx(-slowest, rel=0.02)
+
+
 def test_a_march_of_one_sector_or_at_rest_is_not_measured():
     folded = Course(resolve(scene(nodal_diameter=2, duration=2e-3))).march
     assert folded.lean.model.folds == 2
-    assert motion_numbers(folded, 50.0) == ({}, 0.0)
+    assert twins_of(folded, 50.0) is None
     still = Course(resolve(scene(speed=0.0, duration=2e-3))).march
-    assert motion_numbers(still, 50.0) == ({}, 0.0)
+    assert twins_of(still, 50.0) is None
 
 
 @pytest.fixture(scope="module")

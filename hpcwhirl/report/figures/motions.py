@@ -213,9 +213,17 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
     )
     axes.set_aspect("equal", "datalim")
     axes.set(xlabel=f"$X_o$, {unit}", ylabel=f"$Y_o$, {unit} (static frame)")
-    axes.set_title(f"Once a revolution\n{title_of(row)}")
+    axes.set_title(f"Once a revolution{_motion(row)}\n{title_of(row)}")
     figure.colorbar(dots, label="revolution of the part shown")
     return figure
+
+
+def _motion(row: Mapping[str, Any]) -> str:
+    """Return the word of a motion with its period, "" where it was not asked for."""
+    if row.get("motion", "none") == "none":
+        return ""
+    number = f", {row['period']} revolutions" * (row["motion"] == "periodic")
+    return f": {row['motion']}{number}"
 
 
 def draw_ledger(cases: Results, case: int) -> Any:
