@@ -152,6 +152,22 @@ def test_a_wheel_of_calculix_turns(job, tmp_path):
     np.testing.assert_allclose(own[1:12], expected[1:12], rtol=0.02)
 
 
+def test_coriolis_forces_from_the_mass_matrix_are_those_of_calculix(job, tmp_path):
+    """Of a hub of elastic nodes on springs: CalculiX errs with a rigid body."""
+    if shutil.which("ccx") is None:
+        pytest.skip("apt-get install calculix-ccx")
+    import wheel_ccx
+
+    mesh, speed, springs = wheel_ccx.solids(*job.whole_mesh(GRID)), 300.0, 1.7e7
+    deck = wheel_ccx.deck(mesh, springs, "", speed)
+    text = wheel_ccx.on_springs(deck, mesh, springs)
+    found, own = (
+        of(tmp_path, text, speed, 12)[:3]
+        for of in (wheel_ccx.turning_lines, wheel_ccx.own_lines)
+    )
+    np.testing.assert_allclose(found, own, rtol=1e-4)
+
+
 def lines_at(path, blades, speed):
     """Return the sizes of a reduced rotor's frequencies at a speed, rad/s."""
     frequencies(path, blades)
