@@ -70,7 +70,7 @@ def compute(
 
     def before(case: Case, start: Motion | None) -> Ended:
         course = Course(case, start, keep=False)
-        result = course.run(lambda: _within(course, limit, between))
+        result = course.run(lambda: _within(course, limit, between), measure=False)
         return result.row, course.march
 
     case, start = begun(case, before, checkpoints)

@@ -115,7 +115,7 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
 
     def march(case: Case, start: Motion | None) -> Ended:
         course = Course(case, start)
-        return course.run(between_slices).row, course.march
+        return course.run(between_slices, measure=False).row, course.march
 
     begin = begun(resolve(scene), march, NoEnds())
     return Course(*begin).run(between_slices)
@@ -180,13 +180,21 @@ class Course:
         self.number = (same + longer + [0])[0]
         self.march = marches[self.number]
 
-    def run(self, between_slices: Callable[[], None] | None = None) -> Result:
-        """March until the regime is decided or the longest end time is reached."""
+    def run(
+        self,
+        between_slices: Callable[[], None] | None = None,
+        *,
+        measure: bool = True,
+    ) -> Result:
+        """March until the regime is decided or the longest end time is reached.
+
+        measure : whether the motion is measured afterwards, if the case asks for it
+        """
         results = self.results(between_slices)
         result = next(results)
         while self.number + 1 < len(self.ends) and is_open(result.row):
             result = next(results)
-        return self._with_motion(result, between_slices)
+        return self._with_motion(result, between_slices) if measure else result
 
     @one_thread()
     def _with_motion(

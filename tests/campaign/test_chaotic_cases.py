@@ -9,8 +9,8 @@ import pytest
 from deaths import even_slices
 
 import hpcwhirl
-from hpcwhirl.analysis.chaos import exponent, growths
-from hpcwhirl.analysis.motion_kind import DELTA, twins_of
+from hpcwhirl.analysis.chaos import exponent, growths, returns, zero_one
+from hpcwhirl.analysis.motion_kind import DELTA, numbers_of, section_of, twins_of
 from hpcwhirl.analysis.regimes import all_thresholds
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.campaign.checkpoints import Checkpoints
@@ -20,6 +20,7 @@ from hpcwhirl.campaign.simulate import Course, simulate
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.kernels.contact import JUDGED
 from hpcwhirl.scene import (
     Scene,
@@ -152,6 +153,40 @@ def test_a_march_of_one_sector_or_at_rest_is_not_measured():
     assert twins_of(folded, 50.0) is None
     still = Course(resolve(scene(speed=0.0, duration=2e-3))).march
     assert twins_of(still, 50.0) is None
+
+
+def made_up(turns, radius, angle):
+    """Return evidence of 120 revolutions of 1 s, 60 rows each, which are no divisor.
+
+    radius, angle : of the centre, functions of time
+    """
+    time = np.arange(1, int(120 * 60.7)) / 60.7
+    z = radius(time) * np.exp(1j * angle(time))
+    energy = 1.0 + radius(time) ** 2
+    none = np.zeros_like(time)
+    judged = Evidence(
+        time, np.column_stack([z.real, z.imag]), energy, 0.1 * energy, none, none, none
+    )
+    return section_of(judged, 2 * math.pi, turns)
+
+
+def test_a_section_is_taken_at_whole_revolutions():
+    wave = 2 * math.pi * 2 / 3  # twice in three revolutions
+    section = made_up(300, lambda t: 2 + np.sin(wave * t), lambda t: 2 * math.pi * t)
+    number, distance = returns(section)
+    assert number == 3
+    assert distance < 1e-3
+    assert len(section) == 115  # from the 300th row on
+    curve = made_up(300, lambda t: 2 + np.sin(wave * t), lambda t: 1.234 * t)
+    assert returns(curve)[1] > 0.5
+    assert abs(zero_one(curve[:, 0])) < 0.2
+
+
+def test_a_motion_that_does_not_vary_is_periodic():
+    still = made_up(300, np.ones_like, np.zeros_like)
+    numbers = numbers_of(np.full(100, -0.01), 0.25, still)
+    assert (numbers["period"], numbers["return_distance"]) == (1, 0.0)
+    assert motion_of(row(**numbers), all_thresholds()) == "periodic"
 
 
 @pytest.fixture(scope="module")
