@@ -12,7 +12,7 @@ import numpy as np
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import cyclic, passes
-from hpcwhirl.dynamics.kernels.contact import TOUCHED
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
 from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     GeneralRotor,
@@ -43,6 +43,7 @@ class Timing:
     scheme : integrator
     engine : name of the engine: `OWN`, or that of a variant
     contact : share of the timed steps with at least one contact
+    touching : mean number of blades in contact in such a step
     microseconds_per_step : median over the repeats, us per step of a case
     spread : (largest - smallest) over median of the repeats
     """
@@ -50,6 +51,7 @@ class Timing:
     scheme: str
     engine: str
     contact: float
+    touching: float
     microseconds_per_step: float
     spread: float
 
@@ -107,7 +109,19 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
     share = float(march.counter[TOUCHED] - before.counter[TOUCHED]) / STEPS
     middle = statistics.median(times)
     spread = (max(times) - min(times)) / middle
-    return Timing(asked.scheme, asked.engine, share, middle, spread)
+    touching = _touching(march, before) if share > 0.0 else 0.0
+    return Timing(asked.scheme, asked.engine, share, touching, middle, spread)
+
+
+def _touching(march: March, saved: Any) -> float:
+    """Return the mean number of blades in contact in a step with contact."""
+    restore(march, saved)
+    counter, counts = march.counter, []
+    for _ in range(STEPS):
+        march.advance(1)
+        if counter[LAST] == counter[STEP]:
+            counts.append(int((march.state.last == counter[STEP]).sum()))
+    return statistics.mean(counts)
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
@@ -148,6 +162,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     `in_flight`, `in_contact` : ratios of the same engine; in contact of what a step
     takes in which blades touch, since the shares of such steps differ
     `shares` : of steps with contact in the timed steps, with rotation and without
+    `touching` : mean number of blades in contact in such a step, of both
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -162,6 +177,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
             "in_flight": flight / own_flight,
             "in_contact": contact / own_contact,
             "shares": [mixed.contact for _, mixed in pairs],
+            "touching": [mixed.touching for _, mixed in pairs],
         }
     return found
 

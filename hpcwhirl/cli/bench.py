@@ -228,11 +228,12 @@ def _show(facts: dict[str, Any]) -> None:
         f"damped tail costs {facts['modal_tail_ratio']:.2f} times one that is alive"
     )
     for name, over in facts["rotation_over_none"].items():
-        with_it, without = over["shares"]
+        (with_it, without), (many, few) = over["shares"], over["touching"]
         console.print(
             f"{name}: a step in flight takes {over['in_flight']:.2f} times that of the "
             f"same engine without, one in contact {over['in_contact']:.2f} times "
-            f"({with_it:.0%} of the timed steps, {without:.0%} without)"
+            f"({with_it:.0%} of the timed steps, {many:.1f} blades touching; without "
+            f"{without:.0%}, {few:.1f})"
         )
     for case in facts.get("cases", []):
         console.print(
