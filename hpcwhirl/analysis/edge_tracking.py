@@ -20,7 +20,6 @@ from hpcwhirl.errors import WhirlError
 State = TypeVar("State")
 LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: not told
 WIDENED = 10  # doublings after which a boundary that was lost is given up
-LOST, REMEDY = "the boundary was lost: ", "look for longer before a side is told"
 HALVED = 60  # bisections of a pair at most: round-off
 
 
@@ -151,9 +150,7 @@ def track(
             tell(made)
         if made < strides:
             pair = _again(motions, pair, near, count)
-    if motions.side(pair.low) == HIGH or motions.side(pair.high) == LOW:
-        msg = f"{LOST}the last states, {pair.distance:.3g} apart, end alike: {REMEDY}"
-        raise LostEdgeError(msg)
+    pair = _held(motions, pair, count, 2.0 * max(far, pair.distance))
     return Tracked(pieces, pair, grown / max(over, 1), count.halvings, count.widened)
 
 
@@ -181,18 +178,26 @@ def _again(
     motions: Motions[State], pair: Pair[State], near: float, count: _Count
 ) -> Pair[State]:
     """Return a pair that has parted, near again; widened if both are on one side."""
-    low, high = pair.low, pair.high
+    held = _held(motions, pair, count, math.inf)
+    found, made = bisect(motions, held.low, held.high, near)
+    count.halvings += made
+    return found
+
+
+def _held(
+    motions: Motions[State], pair: Pair[State], count: _Count, most: float
+) -> Pair[State]:
+    """Return a pair on either side of the boundary, widened up to a distance if not."""
     for _ in range(WIDENED):
-        sides = motions.side(low), motions.side(high)
+        sides = motions.side(pair.low), motions.side(pair.high)
         if sides == (LOW, HIGH):
-            found, made = bisect(motions, low, high, near)
-            count.halvings += made
-            return found
+            return pair
         count.widened += 1
-        wide = low, high
-        if sides[1] != HIGH:
-            high = motions.between(*wide, 2.0)
-        if sides[0] != LOW:
-            low = motions.between(*wide, -1.0)
-    msg = f"{LOST}{2**WIDENED} times as far apart as where it was, states end alike: "
-    raise LostEdgeError(msg + REMEDY)
+        wide = pair.low, pair.high
+        low = wide[0] if sides[0] == LOW else motions.between(*wide, -1.0)
+        high = wide[1] if sides[1] == HIGH else motions.between(*wide, 2.0)
+        pair = Pair(low, high, motions.distance(low, high))
+        if pair.distance > most:
+            break
+    msg = f"the boundary was lost: states {pair.distance:.3g} apart end alike: "
+    raise LostEdgeError(msg + "look for longer before a side is told")
