@@ -117,6 +117,12 @@ class Planner:
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
+    def ahead(self) -> Jobs:
+        """Return the jobs that are left, and those of cases that wait for others."""
+        left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
+        none = np.zeros_like(waits)
+        return Jobs(*map(np.append, left, (waits, none, none)))
+
     @property
     def open(self) -> NDArray[np.bool_]:
         """Whether a job of each case or of its twins is left, (rows,)."""

@@ -142,6 +142,7 @@ def test_a_case_that_waits_goes_out_when_the_one_before_has_ended(stages):
     planner = planner_of("sweeps", TWINS["boundary"], stages)
     assert jobs_of(planner) == {Job(0), Job(7)}
     assert planner.open.all()
+    assert sorted(planner.ahead().row.tolist()) == list(range(8))
     ended = [job for job in run(planner, 0) if not job.twin]
     lasts = {case: max(i for i, job in enumerate(ended) if job.case == case)
              for case in range(8)}  # fmt: skip

@@ -45,6 +45,8 @@ WORDS = {
     "engine.casing.families": "bending",
     "engine.rotation": "full",
     "gap_at": "rest",
+    "branch": "up",
+    "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
     "engine.rotor.bearing": (
         "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy;0.0,1.0,0.0,0.0,1.0,1.0,0.0,0.0,1.0"

@@ -290,7 +290,7 @@ def spans_of(
         twins, over its end time; without twins in a refined campaign
     """
     planner, twins = ended.planner(), design.twins
-    jobs = planner.left()
+    jobs = planner.ahead()
     own = (jobs.row < planner.kind.first) & ((jobs.twin == 0) | (not design.grows))
     if len(mine) < planner.kind.first:
         own &= np.isin(jobs.row, np.asarray(mine))
