@@ -177,7 +177,10 @@ def _shadow(
 def _again(
     motions: Motions[State], pair: Pair[State], near: float, count: _Count
 ) -> Pair[State]:
-    """Return a pair that has parted, near again; widened if both are on one side."""
+    """Return a pair that has separated, bisected until it is `near` apart again.
+
+    It is widened first if both of its states now lead to the same side.
+    """
     held = _held(motions, pair, count, math.inf)
     found, made = bisect(motions, held.low, held.high, near)
     count.halvings += made
@@ -187,7 +190,7 @@ def _again(
 def _held(
     motions: Motions[State], pair: Pair[State], count: _Count, most: float
 ) -> Pair[State]:
-    """Return a pair on either side of the boundary, widened up to a distance if not."""
+    """Return a pair on both sides of the boundary, widened up to a distance if not."""
     for _ in range(WIDENED):
         sides = motions.side(pair.low), motions.side(pair.high)
         if sides == (LOW, HIGH):

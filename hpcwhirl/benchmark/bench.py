@@ -157,10 +157,11 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: of a step with rotation over one without}, of the default scheme.
+    """Return {engine: ratios of a step with rotation to one without}, default scheme.
 
-    `in_flight`, `in_contact` : ratios of the same engine; in contact of what a step
-    takes in which blades touch, since the shares of such steps differ
+    `in_flight` : ratio of a step without contact
+    `in_contact` : ratio of a step in which blades touch; the mean time of steps is not
+        compared, since the shares of such steps differ
     `shares` : of steps with contact in the timed steps, with rotation and without
     `touching` : mean number of blades in contact in such a step, of both
     """

@@ -51,7 +51,7 @@ class _Patient(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size or store the error."""
+        """Set the file's size; store the error if that fails."""
         try:
             return super().truncate(size)
         except OSError as failed:

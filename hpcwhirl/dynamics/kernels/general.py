@@ -227,10 +227,10 @@ def farthest(limit, q, rotor, out):
 @rare
 def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
-    """Note the slip of each blade in contact in the step that has been ended.
+    """Note the slip of each blade that was in contact in the completed step.
 
-    slip_b : (2 m,), what the modal forces of friction do work on in its second half;
-    slip_c : (2 k,), see `passes.slip_of`
+    slip_b : (2 m,), in its second half the displacements of the modes on which friction
+    does work; slip_c : (2 k,), see `passes.slip_of`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]

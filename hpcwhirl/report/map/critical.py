@@ -83,7 +83,10 @@ def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
 
 
 def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return lower and upper ends of wider cells around the chosen levels."""
+    """Return lower and upper ends of cells around some levels of an axis.
+
+    They end half way between the chosen levels, the first and last at the axis' ends.
+    """
     at = straight(across.levels[chosen], across.scale)
     middle = (at[1:] + at[:-1]) / 2
     inner = np.exp(middle) if across.scale == "log" else middle
