@@ -29,6 +29,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
@@ -305,6 +306,8 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
     march = March(resolve(apply_settings(scene, settings)))
     march.unfold()
     goal = math.ceil(start / march.scene.solver.time_step)
+    if SCHEMES[march.scene.solver.scheme].flies:  # a jump ends at a row of evidence
+        goal = -(-goal // march.beat) * march.beat
     march.reach(goal)
     if march.done:
         msg = (

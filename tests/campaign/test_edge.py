@@ -44,6 +44,15 @@ def test_an_edge_lies_between_the_motions_of_both_pulses(found):
     assert found.low.radius[0] == pytest.approx(radius, rel=0.3)
 
 
+@pytest.mark.slow
+def test_a_scheme_that_jumps_has_the_edge_of_one_that_does_not(found):
+    jumped = edge(four(scheme="exact"), 3e4, 1.2e5, QUICK)
+    assert (jumped.low.word, jumped.high.word) == ("damped", "divergent")
+    late = slice(len(found.time) // 2, None)
+    radii = [np.hypot(*each.centre[late].T).mean() for each in (found, jumped)]
+    assert radii[1] == pytest.approx(radii[0], rel=0.1)
+
+
 def test_pulses_of_one_word_have_no_edge():
     with pytest.raises(InputError, match="no edge: pulses of 20000 and 25000 N lead to "
                        "the same word, damped"):  # fmt: skip
