@@ -90,7 +90,9 @@ def _then(found: FirstChange) -> str:
     if not found.word:
         return ", the strongest tried"
     more = found.changes - (not np.isnan(found.safe))
-    return f", then {found.word}" + (f"; {more} more changes" if more else "")
+    return f", then {found.word}" + (
+        f"; {more} more change{'s' * (more > 1)}" if more else ""
+    )
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:

@@ -212,7 +212,7 @@ def test_the_safe_pulse_is_told_in_multiples_of_the_present_one(
     out = capsys.readouterr().out
     assert "speed = 300 rad/s: safe >= 2.667 times force = 75 kN, the strongest" in out
     assert "speed = 410 rad/s: safe 1.333 to 2 times force = 75 kN, then diverg" in out
-    assert "then divergent; 1 more changes" in out
+    assert "then divergent; 1 more change" in out
     assert "speed = 500 rad/s: safe < 0.6667 times force = 75 kN, then sustained" in out
     rows = facts(*words, "--json")["first"]
     assert [r["times_safe"] for r in rows] == [2e5 / 75e3, 1e5 / 75e3, None]
