@@ -63,12 +63,14 @@ WHIRLS = (
     Feature("whirl_ratio", 0.2),
 )
 RADIUS = Feature("orbit_radius", 0.1, "gap_scale", log=True)
+PERIOD = Feature("period", 0.5)  # of results with `output.chaos`; 0 if not periodic
 FEATURES = {  # of the regimes that are told apart
     "sustained": (
         RADIUS,
         *WHIRLS,
         Feature("late_energy", 0.2, log=True),
         Feature("late_lost", 0.2, log=True),
+        PERIOD,
     ),
     "divergent": (*WHIRLS, Feature("growth_rate", 0.3, log=True)),
 }
@@ -149,8 +151,13 @@ def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
 
     Where the centre does not whirl, its radius and lines are those of round-off: 0.
     """
+    features = [feature for feature in features if feature.name in data]
     found = np.column_stack([feature.of(data) for feature in features])
     floor = Thresholds().whirl_floor * data["gap_scale"].to_numpy()
     still = data["orbit_radius"].to_numpy() < floor
     of_centre = np.array([feature in (RADIUS, *WHIRLS) for feature in features])
-    return np.where(still[:, None] & of_centre, 0.0, found)
+    found = np.where(still[:, None] & of_centre, 0.0, found)
+    if PERIOD in features:
+        periodic = words(data["motion"]) == "periodic"
+        found[~periodic, features.index(PERIOD)] = 0.0
+    return found

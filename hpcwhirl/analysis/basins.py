@@ -67,12 +67,16 @@ def starts_of(data: xarray.Dataset) -> Starts:
     Raises
     ------
     InputError
-        where no start differs, another input was drawn, or the map was refined
+        where no start differs, another input was drawn, the map was refined, or
+        it is one of branches
     """
     swept = swept_of(data)
     if "final" in data:
         msg = "starts of a [refine]d map lie where words change, not evenly: use "
         raise InputError(msg + "[sweep] or [sample] for basins")
+    if "branch" in swept:
+        msg = "cases of [branch] begin where others have ended, not with their own "
+        raise InputError(msg + "pulse: hpcwhirl manual branches tells what lists them")
     if is_sampled(data):
         drawn = drawn_of(data)
         other = sorted({*drawn.inputs} - {*STARTS})

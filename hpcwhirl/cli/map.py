@@ -34,8 +34,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--colour", "--color", default="regime", metavar="WHAT", dest="colour",
-        help="what the colours show: regime (default), whirl, motion, a numeric "
-        "variable such as growth_rate, or a ratio such as orbit_radius/gap",
+        help="what the colours show: regime (default), whirl, motion, attractor, a "
+        "numeric variable such as growth_rate, or a ratio such as orbit_radius/gap",
     )  # fmt: skip
     add_units(parser, "axes, panels, title and colour")
     parser.add_argument(

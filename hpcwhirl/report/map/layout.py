@@ -138,7 +138,11 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
     picture = sheet.picture
     if "word_share" not in data or SURE not in data.attrs:
         return []
-    if picture.colours.name in {"whirl", "motion"}:  # a share is that of regimes
+    if picture.colours.name in {
+        "whirl",
+        "motion",
+        "attractor",
+    }:  # a share is that of regimes
         return []
     if picture.scattered and picture.free:  # points alone
         return []
