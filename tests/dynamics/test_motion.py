@@ -169,3 +169,18 @@ def test_what_a_motion_cannot_go_on_in_is_refused(settings, words):
     start = drawn(case_of())
     with pytest.raises(InputError, match=words):
         March(case_of(**settings), start)
+
+
+@pytest.mark.parametrize("by", ["fourier", "elements"])
+def test_a_turned_casing_meets_the_blades_at_the_same_places(by):
+    case = case_of(discretization=by, **{"casing.elements": 20})
+    start, pitch = drawn(case), 2 * np.pi / 20
+    angle = 3 * pitch if by == "elements" else 1.234  # a node on another
+    found = turned(case.model, start._replace(angle=angle))
+    rows, blades = case.model.ring.rows, pitch * np.arange(7)
+    for there, here in zip(rows(blades + angle), rows(blades), strict=True):
+        assert here @ found.casing == pytest.approx(there @ start.casing, abs=1e-15)
+        assert here @ found.casing_velocity == pytest.approx(
+            there @ start.casing_velocity, rel=1e-9, abs=1e-12
+        )
+    assert found.angle == 0.0

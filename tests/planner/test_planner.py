@@ -150,6 +150,11 @@ def test_a_case_that_waits_goes_out_when_the_one_before_has_ended(stages):
         assert lasts[before] < ended.index(Job(following))
 
 
+def test_a_branch_goes_on_after_a_case_that_failed():
+    ended = run(planner_of("branches", {}), 0, failing={Job(1), Job(4)})
+    assert {job.case for job in ended} == set(range(8))
+
+
 @settings(deadline=None)
 @given(some.lists(some.sampled_from(range(8)), unique=True), some.data())
 def test_a_plain_campaign_at_once_is_that_one_by_one(ended, data):
