@@ -26,7 +26,7 @@ words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
 basins      | 10 min  | python scripts/evidence/basins.py              |
 decided     | hours   | python scripts/evidence/decided.py             | --write
-motions     | 10 min  | python scripts/evidence/motions.py             | --write
+motions     | 20 min  | python scripts/evidence/motions.py             | --write
 boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
