@@ -1,6 +1,7 @@
 """How far a preset's regime map is to be trusted: 750 cases, against `reference`.
 
     python scripts/evidence/preset_map.py [DIR] [--ranks 2] [--write]
+    python scripts/evidence/preset_map.py [DIR] --rotation full [--every 3]
 
 Three engines, two named ones and one whose ring lets motion grow, at 25 speeds and 10
 gaps each, 2.5 s. Runs the campaign with each preset (resumable), prints seconds of the
@@ -8,7 +9,8 @@ whole commands, the confusion of regimes, how many cells differ where the refere
 map has no boundary (the same words in all neighbouring cells), and the map: d(amped),
 s(ustained), v (divergent) or u(ndecided), a capital where any preset gives another one.
 With --write, the presets tell their agreement (scripts/evidence/presets.py drops it
-where it changes a preset).
+where it changes a preset). `--rotation full` has all terms of rotation, `--every` takes
+every so many of the speeds and gaps; neither is written.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +40,17 @@ ENGINES = ("four_motions", "mostly_damped", "rubbing")  # named; jobs/light_ring
 SPEEDS = [float(s) for s in np.linspace(40.0, 520.0, 25)]
 GAPS = [float(f"{g:.3g}") for g in np.geomspace(0.8e-4, 4e-4, 10)]
 Names = NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What is mapped: the rotation of all cases, speeds, rad/s, and gaps, m."""
+
+    rotation: str
+    speeds: list[float]
+    gaps: list[float]
+
+
 LETTERS = {"damped": "d", "sustained": "s", "divergent": "v", "undecided": "u"}
 
 
@@ -49,24 +63,29 @@ def inputs_of(engine: str) -> dict[str, object]:
     return {full_name(name): v for name, v in ring.items() if name != "speed"}
 
 
-def designed(engine: str, folder: Path) -> Path:
+def designed(engine: str, grid: Grid, folder: Path) -> Path:
     """Write the campaign of an engine and return its file."""
+    shared = inputs_of(engine)
+    if grid.rotation != "none":
+        shared["engine.rotation"] = grid.rotation
     cases = [
-        {"speed": speed, "gap": gap, **inputs_of(engine)}
-        for gap in GAPS
-        for speed in SPEEDS
+        {"speed": speed, "gap": gap, **shared}
+        for gap in grid.gaps
+        for speed in grid.speeds
     ]
     path = folder / f"{engine}.toml"
     path.write_text(tomli_w.dumps({"output": {"traces": "summary"}, "cases": cases}))
     return path
 
 
-def mapped(engine: str, preset: str, folder: Path, ranks: int) -> tuple[Names, float]:
+def mapped(
+    engine: str, preset: str, grid: Grid, folder: Path, ranks: int
+) -> tuple[Names, float]:
     """Return regimes (gaps, speeds) and the seconds of the whole command."""
-    out = folder / f"{engine}-{preset}"
-    seconds = campaign(designed(engine, folder), out, "--preset", preset, ranks=ranks)
+    out, file = folder / f"{engine}-{preset}", designed(engine, grid, folder)
+    seconds = campaign(file, out, "--preset", preset, ranks=ranks)
     data = hpcwhirl.open_results(out)
-    return words(data.regime).reshape(len(GAPS), len(SPEEDS)), seconds
+    return words(data.regime).reshape(len(grid.gaps), len(grid.speeds)), seconds
 
 
 def inside(regimes: Names) -> NDArray[np.bool_]:
@@ -90,18 +109,19 @@ def compared(preset: str, maps: dict[str, dict[str, Names]]) -> str:
         pairs += zip(true.ravel(), got.ravel(), strict=True)
         far += int(((got != true) & inside(true)).sum())
         counts.append(f"{engine} {(got == true).sum()}")
-    each = len(GAPS) * len(SPEEDS)
+    each = next(iter(maps.values()))["reference"].size
     told = f"of {each} regimes on a map, as reference: {', '.join(counts)}"
     print(f"{preset}: {told}; {far} differ away from a boundary of the map")
     print(*confusion(pairs), sep="\n")
     return told
 
 
-def show(engine: str, found: dict[str, Names]) -> None:
+def show(engine: str, grid: Grid, found: dict[str, Names]) -> None:
     """Print the reference's map, capitals where a preset says something else."""
     true = found["reference"]
-    print(f"{engine}: gaps {1e3 * GAPS[0]:g} (below) to {1e3 * GAPS[-1]:g} mm over "
-          f"{SPEEDS[0]:g} to {SPEEDS[-1]:g} rad/s")  # fmt: skip
+    gaps, speeds = grid.gaps, grid.speeds
+    print(f"{engine}: gaps {1e3 * gaps[0]:g} (below) to {1e3 * gaps[-1]:g} mm over "
+          f"{speeds[0]:g} to {speeds[-1]:g} rad/s")  # fmt: skip
     apart = np.any([regimes != true for regimes in found.values()], axis=0)
     for row, differs in zip(true[::-1], apart[::-1], strict=True):
         letters = [LETTERS[word] for word in row]
@@ -116,20 +136,23 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--rotation", choices=["none", "full"], default="none")
+    parser.add_argument("--every", type=int, default=1)
     args = parser.parse_args()
+    grid = Grid(args.rotation, SPEEDS[:: args.every], GAPS[:: args.every])
     names, maps = preset_names(), {}
     with working_folder(args.folder, "presets") as folder:
         for engine in ENGINES:
             maps[engine] = {}
             for preset in names:
                 maps[engine][preset], seconds = mapped(
-                    engine, preset, folder, args.ranks
+                    engine, preset, grid, folder, args.ranks
                 )
                 print(f"{engine} engine, {preset}: {seconds:.1f} s")
     told = {preset: compared(preset, maps) for preset in names}
     for engine, found in maps.items():
-        show(engine, found)
-    if args.write:
+        show(engine, grid, found)
+    if args.write and grid == Grid("none", SPEEDS, GAPS):
         table = tomllib.loads(PATH.read_text())
         for preset in names[:-1]:
             table[preset]["regimes"] = told[preset]
