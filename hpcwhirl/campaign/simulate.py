@@ -112,13 +112,21 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         where the scene cannot be integrated, e.g. a step above the limit
     """
+    return course_of(scene, between_slices).run(between_slices)
+
+
+def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:
+    """Return the course of a scene, before its first step.
+
+    Where the scene has a history, the cases before it are integrated; arguments as of
+    `simulate`.
+    """
 
     def march(case: Case, start: Motion | None) -> Ended:
         course = Course(case, start)
         return course.run(between_slices, measure=False).row, course.march
 
-    begin = begun(resolve(scene), march, NoEnds())
-    return Course(*begin).run(between_slices)
+    return Course(*begun(resolve(scene), march, NoEnds()))
 
 
 class Course:

@@ -62,8 +62,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write its file and figures if asked to."""
     from hpcwhirl.campaign.plan.design import Design
-    from hpcwhirl.campaign.simulate import Course
-    from hpcwhirl.case.resolve import resolve
+    from hpcwhirl.campaign.simulate import course_of
 
     scene = scene_of(args.scene, args.settings)
     if scene.output.traces in {"summary", "blades"} and args.plot:
@@ -73,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.plot, folder=True)
     tell_preset(scene)
     design = Design.one(scene)
-    course = Course(resolve(scene))
+    course = course_of(scene)
     tell_load(scene)
     tell_remarks(scene)
     _tell_unequal(course.march, quiet=args.quiet)

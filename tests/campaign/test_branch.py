@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 from launch import launch, records
 
 import hpcwhirl
@@ -95,6 +96,19 @@ def test_a_case_alone_is_that_of_the_campaign(swept):
     design = Design.of(TABLES)
     for case in (2, 9):
         assert told(simulate(design.scene(case)).row) == told(rows[case])
+
+
+def test_the_command_of_a_case_gives_its_result(swept, tmp_path, capsys):
+    file = tmp_path / "scene.toml"
+    given = {name: TABLES[name] for name in ("scene", "engine", "output")}
+    file.write_text(tomli_w.dumps(given))
+    sets = ["speed=320", "friction=0.2", "branch=up", "history=speed = 300.0"]
+    words = [word for one in sets for word in ("--set", one)]
+    assert main(["run", str(file), *words, "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    row = {record["case"]: record["row"] for record in records(swept)}[7]
+    assert found["contacts"] == row["contacts"]
+    assert found["orbit_radius"] == row["orbit_radius"]
 
 
 def test_only_the_last_of_a_branch_leaves_its_motion(swept):
