@@ -11,14 +11,16 @@ blades (a kernel is compiled for each), k = 1 .. 3, the same freedoms, pulses of
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from hpcwhirl import simulate
+from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.case.limits import SAFE
-from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation import change_of, choice_of
 from hpcwhirl.case.truncation import truncation_error
 from hpcwhirl.dynamics.timestep import central_differences
@@ -34,6 +36,8 @@ BASE = named_scene("four_motions")
 WIDTH = 0.2  # m, of rings that the drawn forces are for
 FINEST, FAMILIES = 80, 8  # harmonics, and fixed-interface modes a blade
 TWIN = 1e-7
+# twins of a case whose terms are left out; their number where these differ; next force
+FEW, MANY, APART = 4, 8, 1e-5
 WORDED = {"duration": 1.0, "until": "decided", "longest": 4.0, "time_step": 2e-6}
 LEAST = 0.01  # of the gap: what a radius is compared with, at least
 ASKED = (0.3, 0.05, 0.01)
@@ -228,15 +232,20 @@ def turning_engine(seed: int, index: int) -> dict[str, Any]:
     return inputs | {"centre": "free" if free else "clamped"}
 
 
-def of_rotation(seed: int, index: int) -> Record:
+def of_rotation(seed: int, index: int, chosen: str = "none") -> Record:
     """Return words without and with the terms of rotation, and what they change.
 
-    Beside them those with the terms of two twins: with another force, and with blades
-    whose frequencies are higher by the share that the terms change.
+    Beside them those without the terms in the basis for all speeds, which those with
+    them have, and with the terms of two twins: with another force, and with blades
+    whose frequencies are higher by the share that the terms change. Where the terms are
+    left out, `spread` has the words of further twins in force, see `_spread`. Engines
+    of which `auto` chooses another rotation than `chosen` are left out.
     """
     inputs = turning_engine(seed, index)
     fine = {"modes": FAMILIES * inputs["blades"]}  # or the bases alone change words
     scene = apply_settings(BASE, inputs | WORDED | fine)
+    if choice_of(scene).rotation != chosen:
+        return {"inputs": inputs, "left_out": f"rotation is not {chosen}"}
     full, share = apply_settings(scene, {"rotation": "full"}), change_of(scene).share
     force, young = full.force, full.engine.rotor.young
     ways = {
@@ -248,13 +257,40 @@ def of_rotation(seed: int, index: int) -> Record:
     rows = {name: simulate(one).row for name, one in ways.items()}
     if not rows["full"]["contacts"]:
         return {"inputs": inputs, "left_out": "no contact"}
+    rows["terms"] = Course(_without_terms(scene, full)).run().row
     return {
         "inputs": inputs,
         "words": {name: _words(row) for name, row in rows.items()},
         "contacts": rows["full"]["contacts"],
-        "chosen": choice_of(scene).rotation,
+        "chosen": chosen,
         "change": share,
+        "spread": _spread(scene, full) if chosen == "none" else {},
     }
+
+
+def _without_terms(none: Scene, full: Scene) -> Case:
+    """Return the case of a scene in the basis that it has with the terms."""
+    model = resolve(full).model
+    return Case(none, replace(model, rotor=replace(model.rotor, spin=None)))
+
+
+def _spread(none: Scene, full: Scene) -> dict[str, list[str]]:
+    """Return the words of twins in force, without the terms and with them: FEW of each.
+
+    Where either are not all the same, the word is chance: MANY of each.
+    """
+    ways = {"none": none, "full": full}
+    found = {name: _twins(scene, FEW) for name, scene in ways.items()}
+    if all(len(set(words)) == 1 for words in found.values()):
+        return found
+    return {name: _twins(scene, MANY) for name, scene in ways.items()}
+
+
+def _twins(scene: Scene, count: int) -> list[str]:
+    """Return the words of a scene and of twins on both sides of its force."""
+    places = [(i + 1) // 2 * (-1) ** i for i in range(count)]
+    forces = [scene.force * (1.0 + place * APART) for place in places]
+    return [_words(simulate(apply_settings(scene, {"force": f})).row) for f in forces]
 
 
 def _words(row: dict[str, Any]) -> str:
@@ -274,5 +310,6 @@ MEASURES: dict[str, Callable[[int, int], Record]] = {
     "accuracy": of_accuracy,
     "presets": of_presets,
     "rotation": of_rotation,
+    "kept": partial(of_rotation, chosen="full"),
     "presets_full": partial(of_presets, rotation="full"),
 }
