@@ -91,7 +91,8 @@ def draw_figures(
     ----------
     folder : directory of a finished campaign
     out : directory of the figures
-    kinds : names of `KINDS`; if None all that need not be asked for
+    kinds : names of `KINDS`; if None all that need not be asked for, `branches` only
+        of a campaign with a table [branch]
     only : cases of the figures that show one case
     transient : also show the time before the window
     units : of titles and axes, see `scene.units.showing`
@@ -101,7 +102,7 @@ def draw_figures(
             raise unknown("kind of figure", name, KINDS)
     results = Results(folder)
     _check(results, only)
-    for name in kinds or [n for n, kind in KINDS.items() if not kind.asked]:
+    for name in kinds or _default_kinds(results):
         found = _lacking(results, KINDS[name]) or _wanted(results, KINDS[name], only)
         if isinstance(found, str):
             yield f"{name}: {found}"
@@ -127,6 +128,19 @@ def cases_at(folder: Path, settings: list[str]) -> list[int]:
         return finished
 
 
+def _default_kinds(results: Results) -> list[str]:
+    """Return the kinds of figures that are drawn of a campaign without being named."""
+    return [
+        name
+        for name, kind in KINDS.items()
+        if not kind.asked and (kind.of != "branches" or _has_branches(results))
+    ]
+
+
+def _has_branches(results: Results) -> bool:
+    return "history" in results.plan.table.names
+
+
 def _check(results: Results, only: list[int] | None) -> None:
     """Raise InputError if nothing can be drawn, or a requested case is missing."""
     whole = results.finished()
@@ -141,7 +155,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 def _lacking(results: Results, kind: Kind) -> str:
     """Return why a campaign does not allow a kind of figure, "" if it does."""
-    if kind.of == "branches" and "history" not in results.plan.table.names:
+    if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
