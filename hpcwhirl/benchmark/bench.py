@@ -16,6 +16,7 @@ from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
 from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     GeneralRotor,
+    UncoupledRotor,
     WaveRotor,
     WholeRotor,
 )
@@ -226,12 +227,12 @@ def flight_operations(scene: Scene, scheme: str) -> int:
     tips = march.scheme.arrays.rotor
     if isinstance(tips, WaveRotor):
         step = 6 * int(tips.hub.shape[1])
-    elif isinstance(tips, WholeRotor):
+    elif isinstance(tips, WholeRotor | UncoupledRotor):
         step = 4 * len(tips.ahead)
     else:
         step = 11 * len(rotor) // passes.ROTOR_STATE
     step += 36 * len(ring) // passes.RING_STATE + 2 * (2 * k * wide) + 4 * wide
-    reads = isinstance(tips, GeneralRotor | WholeRotor)
+    reads = isinstance(tips, GeneralRotor | WholeRotor | UncoupledRotor)
     return step + (2 * len(tips.read) if reads else 2 * k)
 
 

@@ -91,7 +91,7 @@ class FreeDecay:
         self.ended = scheme.ended
         self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
         self.ring_items = passes.unpacked(scheme.arrays.casing.items)
-        self.ring = FreeModes(self.ring_items, 2, self.ring_items.shape[1], step)
+        self.ring = FreeModes(self.ring_items, self.ring_items.shape[1], step)
 
     @property
     def possible(self) -> bool:

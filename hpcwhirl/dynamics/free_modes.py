@@ -106,19 +106,17 @@ class ModesMotion:
             whole.imag[body.own] = flushed(values.imag)
             parts = state.reshape(body.shape)
             parts[place, :, 0] = whole.real.reshape(body.shape[1::2])
-            if body.phases == 2:
-                parts[place, :, 1] = whole.imag.reshape(body.shape[1::2])
+            parts[place, :, 1] = whole.imag.reshape(body.shape[1::2])
         return body.rate, np.abs(d + old) ** 2
 
 
 class FreeModes:
-    """Modes of a body in a kernel's state, with real or complex amplitudes.
+    """Modes of a body in a kernel's state, with complex amplitudes.
 
     Parameters
     ----------
     items : (ITEMS, modes), see `kernels.passes`
-    phases, width : the state has shape (3, rows, phases, width), modes = rows width;
-        real amplitudes have one phase
+    width : the state has shape (3, rows, 2, width), re and im, modes = rows width
     step : s
 
     Attributes
@@ -128,10 +126,10 @@ class FreeModes:
     decays : whether all their free motion dies out
     """
 
-    def __init__(self, items: Floats, phases: int, width: int, step: float) -> None:
-        self.phases, self.step = phases, step
+    def __init__(self, items: Floats, width: int, step: float) -> None:
+        self.step = step
         rows = items.shape[1] // max(width, 1)  # a rigid casing has no modes
-        self.shape = passes.ROTOR_STATE, rows, phases, width
+        self.shape = passes.ROTOR_STATE, rows, 2, width
         self.roots = roots_of(items)
         self.own, self.decays = self.roots.own, self.roots.decays
         self.log, self.radius = self.roots.log, self.roots.radius
@@ -145,7 +143,7 @@ class FreeModes:
         step : number of the last step
         """
         parts = state.reshape(self.shape)
-        both = parts[:, :, 0] + 1j * (parts[:, :, 1] if self.phases == 2 else 0.0)
+        both = parts[:, :, 0] + 1j * parts[:, :, 1]
         values = both.reshape(passes.ROTOR_STATE, self.size)[:, self.own]
         q, d = values[0], values[1 + (step & 1)]
         a, b = self.roots.waves(q, d)

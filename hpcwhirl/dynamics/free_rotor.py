@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.free_modes import FreeModes
-from hpcwhirl.dynamics.free_waves import FreeWaves, FreeWhole, complex_rows
+from hpcwhirl.dynamics.free_waves import FreeWaves, FreeWhole, tip_rows_of
 from hpcwhirl.dynamics.kernels import passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
-    GeneralRotor,
+    UncoupledRotor,
     WaveRotor,
     WholeRotor,
 )
@@ -51,13 +51,9 @@ def free_rotor(
     step : s
     """
     body: FreeModes | FreeWaves | FreeWhole
-    if isinstance(arrays.rotor, WholeRotor):
+    if isinstance(arrays.rotor, WholeRotor | UncoupledRotor):
         body = FreeWhole(arrays.rotor)
-        return body, _chosen(_whole(arrays.rotor, body.half), body.own)
-    if isinstance(arrays.rotor, GeneralRotor):
-        items = passes.unpacked(arrays.rotor.items)
-        body = FreeModes(items, 1, items.shape[1], step)
-        return body, _chosen(_general(arrays.rotor, blades), body.own)
+        return body, _chosen(_whole(arrays.rotor), body.own)
     slots, _ = widths(blades)
     if isinstance(arrays.rotor, WaveRotor):
         body = FreeWaves(arrays.rotor, slots)
@@ -67,7 +63,7 @@ def free_rotor(
     else:
         parts = passes.unpacked(arrays.rotor.items).reshape(passes.ITEMS, -1, 2, slots)
         items = parts[:, :, 0].reshape(passes.ITEMS, -1)
-        body = FreeModes(items, 2, slots, step)
+        body = FreeModes(items, slots, step)
         along = items[passes.SR] + 1j * items[passes.SI]
         radial = items[passes.RADIAL]
     columns = arrays.contact.turns.reshape(blades, 2 * slots)
@@ -79,18 +75,9 @@ def free_rotor(
     return body, _chosen(shapes, body.own)
 
 
-def _general(rotor: GeneralRotor, blades: int) -> Shapes:
-    radial, along = (
-        -rows.reshape(blades, -1) for rows in (rotor.radial, rotor.tangential)
-    )
-    hub = rotor.hub.reshape(2, -1)
-    whole = [rows.astype(np.complex128) for rows in (radial, along, hub)]
-    return Shapes(whole[0], whole[1], whole[2], np.abs(radial))
-
-
-def _whole(rotor: WholeRotor, half: int) -> Shapes:
+def _whole(rotor: WholeRotor | UncoupledRotor) -> Shapes:
     read = rotor.radial, rotor.tangential, rotor.hub
-    radial, along, hub = (complex_rows(rows, half) for rows in read)
+    radial, along, hub = (tip_rows_of(rotor, rows) for rows in read)
     return Shapes(-radial.conj(), -along.conj(), hub, np.abs(radial))
 
 

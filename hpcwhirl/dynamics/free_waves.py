@@ -16,7 +16,11 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.flights import all_die_out, die_out
 from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.kernels import waves
-from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor, WholeRotor
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    UncoupledRotor,
+    WaveRotor,
+    WholeRotor,
+)
 from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.dynamics.whole_waves import unpacked_form
 
@@ -144,24 +148,33 @@ class FreeWhole:
     Attributes
     ----------
     own, log, radius, decays, seen : as of `FreeWaves`; own among amplitudes
-    form : (2 w, 2 w), J: energy q^T form q of all re, then all im of the amplitudes
+    form : (2 w, 2 w), J: energy q^T form q of all re, then all im of the amplitudes; of
+        an `UncoupledRotor` (3, w), factors of re^2, 2 re im, im^2
     """
 
     seen = 1
 
-    def __init__(self, rotor: WholeRotor) -> None:
+    def __init__(self, rotor: WholeRotor | UncoupledRotor) -> None:
         self.half = len(rotor.drift)
         ahead = complex_rows(rotor.ahead, self.half)[0]
-        push, read = (complex_rows(r, self.half) for r in (rotor.push, rotor.radial))
+        push, read = (tip_rows_of(rotor, r) for r in (rotor.push, rotor.radial))
         self.own = np.flatnonzero(np.vstack([ahead, push, read]).any(axis=0))
         self.decays = die_out(ahead, push)
         self.log = np.log1p(ahead[self.own])
         self.radius = np.exp(self.log.real)
+        if isinstance(rotor, UncoupledRotor):
+            self.form = rotor.form.reshape(3, -1)[:, self.own]
+            return
         places = np.concatenate([self.own, self.half + self.own])
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
         """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        if len(self.form) == 3:
+            squares = a.real**2, 2 * a.real * a.imag, a.imag**2
+            return np.asarray(
+                sum(s @ f for s, f in zip(squares, self.form, strict=True))
+            )
         q = np.hstack([a.real, a.imag])
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
@@ -174,6 +187,13 @@ class FreeWhole:
         """Return the free motion from a state."""
         a = state[self.own] + 1j * state[self.half + self.own]
         return WavesMotion(np.abs(a), a, self)
+
+
+def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
+    """Return rows (r, half), re + i im, of those that a rotor reads or pushes by."""
+    if isinstance(rotor, UncoupledRotor):  # of real parts alone
+        return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
+    return complex_rows(rows, len(rotor.drift))
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:

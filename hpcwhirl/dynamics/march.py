@@ -19,7 +19,7 @@ from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, Strides, Tracks
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
@@ -101,7 +101,10 @@ class March:
     def _coast(self) -> FreeDecay | None:
         """Return the search for a certificate, if the plan includes one."""
         scene, model = self.lean.scene, self.lean.model
-        if self.scheme.ended is None or not self.case.plan.settles:
+        scheme = self.scheme
+        if scheme.ended is None or not self.case.plan.settles:
+            return None
+        if isinstance(scheme.arrays.rotor, GeneralRotor):  # some mode does not swing
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(first if scene.is_loaded else 1)

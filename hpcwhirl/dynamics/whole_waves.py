@@ -35,6 +35,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicCasing,
     GeneralContact,
     Load,
+    UncoupledRotor,
     WholeRotor,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
@@ -199,7 +200,9 @@ def reads_of(model: Model) -> tuple[Floats, Floats]:
     return -radial, -along
 
 
-def whole_arrays(model: Model, scene: Scene, waves: WholeWaves) -> Arrays:
+def whole_arrays(
+    model: Model, scene: Scene, rotor: WholeRotor | UncoupledRotor
+) -> Arrays:
     """Return the arrays of `kernels.general.march_whole`: round or rigid casing."""
     ring, lobe, _ = ring_arrays(model, scene)
     w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
@@ -207,7 +210,7 @@ def whole_arrays(model: Model, scene: Scene, waves: WholeWaves) -> Arrays:
         w[lost] -= rotor_compliance(model, scene)[lost]
     return Arrays(
         Load(scene.force, scene.pulse, lobe),
-        _rotor(model, scene, waves),
+        rotor,
         CyclicCasing(passes.packed(ring), *fold(scene.nodal_diameter, model.blades)),
         GeneralContact(w, *transforms(model.blades)),
     )
@@ -218,8 +221,8 @@ def padded_blades(blades: int) -> int:
     return -(-blades // EIGHT) * EIGHT
 
 
-def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
-    """Return the kernel's arrays of a rotor.
+def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
+    """Return the kernel's arrays of a rotor whose modes rotation couples.
 
     The last wave is constant, the circle of an unbalanced rotor.
     """
@@ -260,12 +263,12 @@ def _rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
         spread(waves.amplitudes(more, more).T),
         contact(radial @ waves.passing, radial @ more),
         contact(along @ waves.passing, along @ more),
-        _ring(model, scene), _upper(waves),
+        opened_by_ring(model, scene), _upper(waves),
     )  # fmt: skip
     return WholeRotor._make(all_aligned([np.ravel(array) for array in arrays]))
 
 
-def _ring(model: Model, scene: Scene) -> Floats:
+def opened_by_ring(model: Model, scene: Scene) -> Floats:
     """Return the gaps that unit multipliers open by the ring alone, m/N.
 
     (N, 2 wide) by multiplier and gap; gaps are folded, see `kernels.circulant`

@@ -56,7 +56,7 @@ from hpcwhirl.dynamics.kernels.cyclic import (
 )
 from hpcwhirl.dynamics.kernels.differences import (
     column_sums,
-    energies_of_modes,
+    energies_of,
     pass_modes,
     pass_ring,
     settle_ring,
@@ -67,6 +67,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     GeneralRotor,
     GeneralSpace,
+    UncoupledRotor,
     Wanted,
     WholeRotor,
 )
@@ -98,7 +99,6 @@ from hpcwhirl.dynamics.kernels.whole import (
     EIGHT,
     HELD,
     drift_of,
-    energies_of_whole,
     lower_all,
     note_slips_of_waves,
     open_whole,
@@ -299,7 +299,8 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
-    own = [modes, width, 2 * modes, width, blades]
+    longest = modes + -(-blades // EIGHT) * EIGHT  # a row of `WholeRotor.opens`
+    own = [longest, width, 2 * modes, width, blades]
     sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide, 2 * wide]
     (spare, spectrum, slip_b, slip_c, before, *sample, opened) = all_aligned(
         [*map(np.zeros, sizes)]
@@ -315,7 +316,8 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
     blades, rotor = len(state.impulse), arrays.rotor
     modes, (k, _) = len(rotor.hub) // 2, widths(blades)
     modes = modes // EIGHT * EIGHT
-    own = _of_waves if isinstance(rotor, WholeRotor) else _of_modes
+    waves = isinstance(rotor, WholeRotor | UncoupledRotor)
+    own = _of_waves if waves else _of_modes
     return [
         *own(rotor, state, modes, k), ("hub", rotor.hub, 2 * modes),
         ("radial", rotor.radial, blades * modes),
@@ -334,18 +336,28 @@ def _of_modes(rotor: GeneralRotor, state: CyclicState, modes: int, k: int) -> Wa
     ]  # fmt: skip
 
 
-def _of_waves(rotor: WholeRotor, state: CyclicState, modes: int, k: int) -> Wanted:
+def _of_waves(
+    rotor: WholeRotor | UncoupledRotor, state: CyclicState, modes: int, k: int
+) -> Wanted:
     blades = len(state.impulse)
     padded = -(-blades // EIGHT) * EIGHT
-    rows = blades * (modes + padded)
+    rows, drift = blades * (modes + padded), len(rotor.drift)
+    each = [
+        ("form", rotor.form, modes * (modes + FOUR) // 2),
+        ("drift", rotor.drift, modes // 2),
+    ]
+    if isinstance(rotor, UncoupledRotor):
+        each = [
+            ("form", rotor.form, 3 * modes), ("drift", rotor.drift, modes),
+            ("gives", rotor.gives, 2 * modes), ("moves", rotor.moves, 2 * modes),
+        ]  # fmt: skip
     return [
-        ("rotor", state.rotor, modes + padded), ("ahead", rotor.ahead, modes),
-        ("drift", rotor.drift, modes // 2), ("read", rotor.read, blades * modes),
+        *each, ("rotor", state.rotor, 2 * drift + padded),
+        ("ahead", rotor.ahead, 2 * drift), ("read", rotor.read, blades * modes),
         ("ring", rotor.ring, len(state.gaps) // 3 * blades),
         ("lam", state.lam, HELD * padded + 4 * k), ("sums_b", state.sums_b, 3),
         ("push", rotor.push, blades * modes), ("opens", rotor.opens, rows),
         ("slides", rotor.slides, rows),
-        ("form", rotor.form, modes * (modes + FOUR) // 2),
     ]  # fmt: skip
 
 
@@ -449,8 +461,8 @@ def marching(waves):
                         push, where, active, opening, rotor.ring, gaps, row, out
                     )
                     push_waves(
-                        push, where, active, rotor, s_b, mu, counter[STEP], out, gaps,
-                        row, before, sums_b, lam_b,
+                        rotor, push, where, active, s_b, spare, mu, counter[STEP], out,
+                        gaps, row, before, sums_b, lam_b,
                     )  # fmt: skip
                     drift = drift_of(s_b, rotor.drift)
                 else:
@@ -478,17 +490,13 @@ def marching(waves):
                     settle_whole(c_c, state, copies)
                     if touched:
                         read_all(gamma, space.rotor, blades, out)
-                    energies = energies_of_whole(
-                        space.rotor, rotor, space.ring, c_c, now, step
-                    )
-                    less = energies[0]
                 else:
                     settle_general(rotor.items, c_c, state, copies)
                     if touched:
                         read_tips(space.rotor, gamma, out)
-                    energies = energies_of_modes(
-                        rotor, space.rotor, space.ring, c_c, now, step
-                    )
+                energies = energies_of(rotor, space.rotor, space.ring, c_c, now, step)
+                if waves:
+                    less = energies[0]
                 sample_general(
                     step, mu, wall.gap, whole, place, rotor, c_c, wave, state, space,
                     energies, less, keep, judge, tracks,

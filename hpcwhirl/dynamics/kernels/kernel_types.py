@@ -403,6 +403,40 @@ class WholeRotor(NamedTuple):
     form: Floats
 
 
+class UncoupledRotor(NamedTuple):
+    """A rotor of unequal sectors as waves, one a mode, see `whole`; as `WholeRotor`.
+
+    Tips read the real parts of the m amplitudes alone; m is padded.
+
+    Attributes
+    ----------
+    ahead : (2 m,), re and im of z - 1
+    drift, reach : (m,), as of `WholeRotor`
+    read, radial, tangential, hub : (N, m) flat, (2, m) flat, of real parts
+    push : (N, m) flat, modal forces of a unit multiplier and its friction
+    gives : (2 m,), what a unit modal force adds to re and im
+    moves : (2 m,), d' + d of re and im, of amplitudes after a step without contact
+    opens, slides : (N, m + padded) flat, of d' + d of the modes and of multipliers
+    ring : as of `WholeRotor`
+    form : (3 m,), J: the energy's factors of re^2, 2 re im, im^2
+    """
+
+    ahead: Floats
+    drift: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+    push: Floats
+    gives: Floats
+    moves: Floats
+    opens: Floats
+    slides: Floats
+    ring: Floats
+    form: Floats
+
+
 class GeneralContact(NamedTuple):
     """W (N, N), m/N, whose column j is what blade j opens; turns, wave as in cyclic."""
 

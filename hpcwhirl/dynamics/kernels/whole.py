@@ -1,10 +1,13 @@
-"""A rotor of unequal sectors as waves that rotation leaves apart, in `general`'s loop.
+"""A rotor of unequal sectors as waves, in `general`'s loop.
 
 Each wave of the whole rotor has a complex amplitude that a step turns, a' = z a. Their
 real and imaginary parts are real amplitudes q (m,), re then im, of which tips are read
 as of modes. The multipliers lambda act at once: q += beta lambda; they stand behind q
 in the state, s = (q, lambda), so that a row times s is what a step with contact moves,
-or what it adds to energy and loss, see `dynamics.whole_waves`.
+see `dynamics.whole_waves`.
+
+Without rotation a wave is a mode, whose displacement is its real part: rows of tips and
+forces have half the length (`dynamics.mode_waves`). What differs are two verbs.
 
 Tips are read where they might touch: a sum over the waves bounds how far any moves in a
 step, so that each tip has a lower bound until it is read again. Where the blades of the
@@ -21,9 +24,21 @@ from __future__ import annotations
 import math
 
 from hpcwhirl.dynamics.kernels.circulant import place_of
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare, rare_kernel
+from hpcwhirl.dynamics.kernels.compiled import (
+    does,
+    inlined,
+    kernel,
+    rare,
+    rare_kernel,
+    verb,
+)
 from hpcwhirl.dynamics.kernels.contact import note_slip
-from hpcwhirl.dynamics.kernels.differences import energy_of_ring, settle_ring
+from hpcwhirl.dynamics.kernels.differences import (
+    energies_of,
+    energy_of_ring,
+    settle_ring,
+)
+from hpcwhirl.dynamics.kernels.kernel_types import UncoupledRotor, WholeRotor
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     load_both,
@@ -219,9 +234,23 @@ def add_two(rows, at, force, other, beside, s, modes):
 
 
 @inlined
-def push_waves(push, where, active, rotor, s, mu, step, tips, gaps, row, before, sums,
-               held):  # fmt: skip
-    """Add what the multipliers do to the amplitudes, and book their works.
+def add_rows(rows, push, where, active, s, modes):
+    """Add the active blades' rows (N, modes) flat, times their push, to the first of s.
+
+    modes : a multiple of 8
+    """
+    for i in range(0, active - 1, 2):
+        add_two(
+            rows, where[i] * modes, push[i], where[i + 1] * modes, push[i + 1], s, modes
+        )
+    if active % 2 == 1:
+        add_one(rows, where[active - 1] * modes, push[active - 1], s, modes)
+
+
+@inlined
+def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
+                sums, held):  # fmt: skip
+    """Book the works of the multipliers of a step, and complete the gaps before it.
 
     A blade that was in contact two steps before, too, as nearly all were, has moved as
     the casing has: its gap is closed in both. What others have is read off the waves.
@@ -229,18 +258,11 @@ def push_waves(push, where, active, rotor, s, mu, step, tips, gaps, row, before,
     Parameters
     ----------
     push, where : of `circulant.solved`
-    s : (m + padded,), state: amplitudes, multipliers of the last step with contact
+    s : (modes + padded,), what `opens` and `slides` are rows of; its last are set
     step : number of this step
-    tips : (2 wide,), folded, after contact, counted negative
-    gaps, row : of this step, after contact, but for the rotor's part
-    before : (N,), of the active blades: gaps of step n - 1 but for the rotor's part,
-        which is added: tips are not read in all steps
-    sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
-        has added to energy and loss, J
-    held : (HELD padded,), state: what places along the casing have slipped, d' + d,
-        and, of contacts in three steps in turn, the step two after it
+    tips, gaps, row, before, sums, held : as of `push_waves`
     """
-    modes, width, blades = len(rotor.ahead), len(s), len(before)
+    width, blades = len(s), len(before)
     padded = width - modes
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
     for i in range(modes, width):
@@ -261,13 +283,63 @@ def push_waves(push, where, active, rotor, s, mu, step, tips, gaps, row, before,
         sums[0] += push[i] * opened
         sums[1] += push[i] * held[j]
         sums[2] += 0.5 * push[i] * (opened + mu * held[j])
-    for i in range(0, active - 1, 2):
-        add_two(
-            rotor.push, where[i] * modes, push[i], where[i + 1] * modes, push[i + 1],
-            s, modes,
-        )  # fmt: skip
-    if active % 2 == 1:
-        add_one(rotor.push, where[active - 1] * modes, push[active - 1], s, modes)
+
+
+@verb
+def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
+               sums, held):  # fmt: skip
+    """Add what the multipliers do to the amplitudes, and book their works.
+
+    Parameters
+    ----------
+    push, where : of `circulant.solved`
+    s : state: amplitudes, multipliers of the last step with contact
+    spare : work space, as long as a row of `opens`
+    step : number of this step
+    tips : (2 wide,), folded, after contact, counted negative
+    gaps, row : of this step, after contact, but for the rotor's part
+    before : (N,), of the active blades: gaps of step n - 1 but for the rotor's part,
+        which is added: tips are not read in all steps
+    sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
+        has added to energy and loss, J
+    held : (HELD padded,), state: what places along the casing have slipped, d' + d,
+        and, of contacts in three steps in turn, the step two after it
+    """
+
+
+@does(push_waves, WholeRotor)
+@inlined
+def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
+               sums, held):  # fmt: skip
+    """Apply `push_waves` to waves that rotation couples."""
+    modes = len(rotor.ahead)
+    book_pushes(
+        rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before, sums,
+        held,
+    )  # fmt: skip
+    add_rows(rotor.push, push, where, active, s, modes)
+
+
+@does(push_waves, UncoupledRotor)
+@inlined
+def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
+               sums, held):  # fmt: skip
+    """Apply `push_waves` to modes; what moves them, and forces, are in `spare`."""
+    half = len(rotor.drift)
+    for m in range(0, half, FOUR):
+        (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
+        store(spare, m, fma(b, im, a * re))
+    book_pushes(
+        rotor, push, where, active, spare, half, mu, step, tips, gaps, row, before,
+        sums, held,
+    )  # fmt: skip
+    for m in range(0, half, FOUR):
+        store(spare, m, broadcast(0.0))
+    add_rows(rotor.push, push, where, active, spare, half)
+    for m in range(0, half, FOUR):
+        (re, im), (a, b) = load_both(s, half, m), load_both(rotor.gives, half, m)
+        force = load(spare, m)
+        store_both(s, half, m, (fma(a, force, re), fma(b, force, im)))
 
 
 @rare
@@ -298,9 +370,10 @@ def settle_whole(c_c, state, copies):
     settle_ring(state.ring, t_c, c_c, lam, k, state.counter, end_c)
 
 
+@does(energies_of, WholeRotor)
 @rare_kernel
-def energies_of_whole(t_b, rotor, t_c, c_c, now, step):
-    """Return the energies of rotor and ring from ended states, J; now : 0 or 1."""
+def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
+    """Apply `energies_of` to waves that rotation couples."""
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
     for i in range(modes):
         first, row = i - i % FOUR, broadcast(0.0)
@@ -308,4 +381,16 @@ def energies_of_whole(t_b, rotor, t_c, c_c, now, step):
             row = fma(load(rotor.form, at + m - first), load(t_b, m), row)
         own = fma(broadcast(t_b[i]), row, own)
         at += modes - first
+    return total_of(own), energy_of_ring(t_c, c_c, now, step)
+
+
+@does(energies_of, UncoupledRotor)
+@rare_kernel
+def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
+    """Apply `energies_of` to modes as waves."""
+    half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
+    for m in range(0, half, FOUR):
+        re, im = load_both(t_b, half, m)
+        first = fma(load(form, m), re, load(form, half + m) * im * broadcast(2.0))
+        own = fma(re, first, fma(load(form, 2 * half + m), im * im, own))
     return total_of(own), energy_of_ring(t_c, c_c, now, step)

@@ -15,8 +15,8 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the integrator of a scene.
 
     The cyclic kernel, or with terms of rotation that of waves, for three or more equal
-    sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where
-    there are terms of rotation and no two waves nearly coincide, else scheme `general`.
+    sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where no
+    two of them nearly coincide, else scheme `general`.
 
     beat : steps between rows of evidence
     """

@@ -1,4 +1,4 @@
-"""Rotors of unequal sectors that rotation couples: waves of the whole, in `general`."""
+"""Rotors of unequal sectors: waves of the whole rotor, in the loop of `general`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.differences import column_sums
+from hpcwhirl.dynamics.kernels.differences import column_sums, energies_of
 from hpcwhirl.dynamics.kernels.general import general_space, march_whole
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
-from hpcwhirl.dynamics.kernels.whole import HELD, energies_of_whole, settle_whole
+from hpcwhirl.dynamics.kernels.whole import HELD, settle_whole
+from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves, uncoupled_rotor
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
@@ -27,9 +28,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     ring_reader,
     with_space,
 )
-from hpcwhirl.dynamics.schemes.places import Held, RingPlaces
+from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
+    coupled_rotor,
     padded_blades,
     reads_of,
     whole_arrays,
@@ -61,6 +63,31 @@ class _WholePlaces:
         return np.asarray(waves.before @ parts)
 
 
+@dataclass(frozen=True)
+class _ModePlaces:
+    """Where a state has the waves of a rotor's modes; half : number of re, padded."""
+
+    waves: ModeWaves
+    half: int
+
+    def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
+        """Return amplitudes and rates of the modes from an ended state."""
+        re, im = self._parts(state)
+        rates = self.waves.rates
+        return re.copy(), rates.real * re - rates.imag * im
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0; return the amplitudes a step earlier."""
+        waves, (re, im) = self.waves, self._parts(state)
+        a = waves.amplitudes(q, rate, waves.rates)
+        re[:], im[:] = a.real, a.imag
+        return np.asarray((a / (1 + waves.ahead)).real)
+
+    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
+        modes, half = len(self.waves.omega), self.half
+        return state[:modes], state[half : half + modes]
+
+
 def _circling(
     march: Integrator, model: Model, scene: Scene, waves: WholeWaves
 ) -> Integrator:
@@ -83,23 +110,38 @@ def _circling(
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     """Return the integrator of the waves of a rotor of unequal sectors.
 
-    None without terms of rotation, for one of several equal sectors, and where two
-    waves nearly coincide; also in a ring of elements and on supports that differ by
-    direction or have a film, whose matrices are not constant in the rotating frame.
+    None for one of several equal sectors, and where two waves nearly coincide; also in
+    a ring of elements and on supports that differ by direction or have a film, whose
+    matrices are not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
-    if spin is None or elements or model.folds > 1 or not spin.support.is_plain:
+    plain = spin is None or spin.support.is_plain
+    if elements or model.folds > 1 or not plain:
         return None
+    if spin is None:
+        modes = mode_waves(model.rotor, scene.solver.time_step)
+        return _of_modes(model, scene, modes) if modes.is_basis else None
     waves, (radial, along) = whole_waves(model, scene), reads_of(model)
     forces = radial + friction_with_sign(scene) * along
     if not (waves.is_basis and waves.books(forces)):
         return None
-    return _march(model, scene, waves)
+    arrays = whole_arrays(model, scene, coupled_rotor(model, scene, waves))
+    whole = _march(model, scene, arrays, _WholePlaces(waves))
+    return _circling(whole, model, scene, waves)
 
 
-def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
-    arrays, step = whole_arrays(model, scene, waves), scene.solver.time_step
-    rotor, c_c, blades = arrays.rotor, arrays.casing.items, model.blades
+def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
+    """Return the integrator of a rotor without terms of rotation."""
+    arrays = whole_arrays(model, scene, uncoupled_rotor(model, scene, waves))
+    return _march(model, scene, arrays, _ModePlaces(waves, len(arrays.rotor.drift)))
+
+
+def _march(
+    model: Model, scene: Scene, arrays: Arrays, held_in: RotorPlaces
+) -> Integrator:
+    """Return the integrator with a rotor's arrays, and where states have its motion."""
+    step, rotor, c_c = scene.solver.time_step, arrays.rotor, arrays.casing.items
+    blades = model.blades
     k, _ = widths(blades)
     padded, march = padded_blades(blades), cast(Any, march_whole)
     ring = RING_STATE * (len(c_c) // ITEMS)
@@ -112,15 +154,15 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = ended(state)
         now = int(state.counter[STEP] & 1)
-        own, beside = energies_of_whole(s_b, rotor, s_c, c_c, now, step)
+        own, beside = energies_of(rotor, s_b, s_c, c_c, now, step)
         rotation, impact, drag, given = column_sums(sums_b, sums_c, step)
         return Balance(own + beside, given - own, rotation, friction * drag, impact)
 
     ring_places, places = RingPlaces(model, scene, c_c), circle(model, scene)
-    held = Held(_WholePlaces(waves), ring_places, places, beside=True)
+    held = Held(held_in, ring_places, places, beside=True)
     motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
 
-    whole = Integrator(
+    return Integrator(
         kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
         arrays=arrays,
         state=state_at_rest,
@@ -131,4 +173,3 @@ def _march(model: Model, scene: Scene, waves: WholeWaves) -> Integrator:
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
     )
-    return _circling(whole, model, scene, waves)
