@@ -120,7 +120,11 @@ class Case:
     def cost(self) -> float:
         """Predicted time on one core, s, if the run goes to its end."""
         scheme = SCHEMES[self.given.solver.scheme]
-        return self.steps * scheme.step_seconds(self.given.engine.rotation)
+        engine = self.given.engine
+        step = scheme.step_seconds(
+            engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven
+        )
+        return float(self.steps * step)
 
     def check(self) -> None:
         """Raise InputError, naming the limit, where the time step exceeds one."""

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+NOMINAL_BLADES = 22
+GROWTH = 1.6  # exponent of the time of a step over blades: `hpcwhirl bench --sizes`
 
 
 @dataclass(frozen=True)
@@ -19,7 +22,7 @@ class Scheme:
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
     order : order of a free mode's error in the time step; infinite: no error
-    nominal : computing time of a step, s, assumed before any measurement
+    nominal : computing time of a step of 22 blades, s, assumed before any measurement
     folds : whether one of many equal sectors may be computed alone; schemes that do
         not fold serve as reference for those that do
     settles : whether a run may end by a certificate, the rest in closed form
@@ -27,8 +30,8 @@ class Scheme:
     cyclic : whether it refuses rotors and rings that the cyclic kernel cannot compute
     matrices : whether it integrates coordinates with M, D and K, not modes
     stands : whether supports may differ by direction
-    turns : computing time of a step with engine.rotation = "full", s, taken for "auto",
-        too; only rotors of equal sectors fly or settle then
+    turns : `nominal` with engine.rotation = "full", s, taken for "auto", too
+    uneven : how many times as long a step of unequal sectors takes
     """
 
     name: str
@@ -42,15 +45,23 @@ class Scheme:
     matrices: bool = False
     stands: bool = True
     turns: float = 0.0
+    uneven: float = 1.0
 
-    def step_seconds(self, rotation: str) -> float:
-        """Return the assumed computing time of a step with engine.rotation, s."""
-        return self.nominal if rotation == "none" else self.turns
+    def step_seconds(self, rotation: str, blades: Any, *, uneven: bool) -> Any:
+        """Return the assumed computing time of a step, s, as `blades` one or (cases,).
+
+        rotation, blades : engine.rotation, N
+        uneven : whether blades differ
+        """
+        own = self.nominal if rotation == "none" else self.turns
+        more = self.uneven if uneven else 1.0
+        return own * more * (blades / NOMINAL_BLADES) ** GROWTH
 
 
 _TABLE = (
     Scheme(
         "modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True, turns=0.3e-6,
+        uneven=1.7,
     ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
@@ -58,8 +69,8 @@ _TABLE = (
     ),
     Scheme(
         "general",
-        "mode by mode, also takes over where modal cannot (unequal sectors, "
-        "ring of elements, fewer than 3 blades)", 2, 0.8e-6, turns=25e-6,
+        "mode by mode, also takes over where modal cannot (a ring of elements, "
+        "supports that differ by direction)", 2, 0.8e-6, turns=25e-6,
     ),
     Scheme(
         "paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True,

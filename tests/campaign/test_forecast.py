@@ -317,10 +317,17 @@ def test_a_dry_run_tells_the_wall_time_on_as_many_ranks_as_asked(tmp_path, capsy
     assert not (tmp_path / "o").exists()
 
 
-def test_the_nominal_cost_of_a_step_is_that_of_scheme_and_rotation(tmp_path):
-    sweep = {"scheme": ["modal", "general"], "rotation": ["none", "full"]}
+@pytest.mark.parametrize(
+    ("sweep", "distinct"),
+    [
+        ({"scheme": ["modal", "general"], "rotation": ["none", "full"]}, 4),
+        ({"scheme": ["modal", "paper"], "blades": [11, 22]}, 4),
+        ({"mistuning": [[], [0.01] * 22, [0.02] * 22]}, 2),
+    ],
+)
+def test_the_nominal_cost_of_a_step_is_that_of_its_kind(sweep, distinct, tmp_path):
     document = SHORT | {"sweep": sweep, "output": {"traces": "summary"}}
     design = design_of(document)
-    each = [design.predicted(case)[1] for case in range(4)]
-    assert len(set(each)) == 4
+    each = [design.predicted(case)[1] for case in range(len(design.settings))]
+    assert len(set(each)) == distinct
     assert forecast(design, tmp_path).seconds == pytest.approx(sum(each))

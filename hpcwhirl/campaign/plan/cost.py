@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address
-from hpcwhirl.scene.batch_validation import Many, end_times
+from hpcwhirl.scene.batch_validation import Columns, Many, end_times
+from hpcwhirl.scene.files import MISTUNING
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.table import Values, listed
 
@@ -215,22 +218,30 @@ def costs_of(design: Design, step: Floats | None = None) -> Costs:
     for cases in many.chunks():
         get = many.all(cases)
         steps[cases] = end_times(get) / step[cases]
-        seconds[cases] = steps[cases] * _nominal(
-            get("solver.scheme"), get("engine.rotation")
-        )
+        seconds[cases] = steps[cases] * _nominal(get)
     steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # they will fail as rows
     return Costs(seconds, Places(design), steps)
 
 
-def _nominal(schemes: Any, rotations: Any) -> Any:
-    """Return the nominal time of a step by scheme and rotation, s.
+def _nominal(get: Columns) -> Any:
+    """Return the nominal time of a step, s, one for all cases or (cases,).
 
-    Either is a word, or one for each case.
+    get : name of an input -> its value for all cases, or (cases,)
     """
-    if isinstance(schemes, str) and isinstance(rotations, str):
-        return SCHEMES[schemes].step_seconds(rotations)
-    each = (words.tolist() for words in np.broadcast_arrays(schemes, rotations))
-    return np.array([_nominal(*words) for words in zip(*each, strict=True)])
+    schemes, rotations, blades, changes, lost = (
+        np.asarray(get(name))
+        for name in (
+            "solver.scheme", "engine.rotation", "engine.rotor.blades", MISTUNING,
+            "engine.rotor.lost_blade",
+        )
+    )  # fmt: skip
+    uneven = (changes > 0) | (lost != NO_BLADE)
+    kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
+    return sum(
+        ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
+        * SCHEMES[scheme].step_seconds(rotation, blades, uneven=apart)
+        for scheme, rotation, apart in kinds
+    )
 
 
 def time_steps(design: Design) -> Floats:
