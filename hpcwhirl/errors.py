@@ -12,8 +12,8 @@ import unicodedata
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-LONGEST = 2000  # characters of a message, at most
-SHOWN = 100  # characters of a value that a message repeats, at most
+LONGEST = 2000  # largest number of characters of a message
+SHOWN = 100  # largest number of characters of a value repeated in a message
 # errno of failures that pass once someone frees space or remounts the file system; a
 # file server may report them in any call, as late as fsync or close
 PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
@@ -140,7 +140,7 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
     ----------
     what : name of the table in the message
     given : the value to check
-    known : the keys allowed; empty: any key is
+    known : allowed keys; empty: any key is allowed
 
     Raises
     ------

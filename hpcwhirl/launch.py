@@ -1,4 +1,4 @@
-"""How this process was started: alone, as one of several ranks, as a shard.
+"""How this process was started: alone, as one of several ranks, or as a shard.
 
 The only module that imports mpi4py, and only if several ranks were started or `doctor`
 inspects MPI. A single process never initializes MPI: it runs the code of rank 0 with
@@ -25,8 +25,8 @@ from hpcwhirl.errors import InputError, shown
 if TYPE_CHECKING:
     from mpi4py.MPI import Comm
 
-# environment variables in which a launcher sets: the number of ranks; anything of PMI
-# (prefixes); the number of this rank
+# Environment variables that MPI launchers set: the number of ranks (LAUNCHERS), any
+# setting of PMI (PMI: prefixes), the number of this rank (RANKS).
 LAUNCHERS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE")
 PMI = ("PMI_", "PMIX_", "OMPI_COMM_WORLD_", "MPI_LOCAL", "PALS_")
 RANKS = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
@@ -34,9 +34,9 @@ FAMILIES = {  # MPI family: words in the version text of its libraries and launc
     "Open MPI": ("open mpi", "openrte", "prte"),
     "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
 }
-READY = 13  # rank 0 to another, as a tag
-REST = 0.01  # s between looks for it
-HEARD_WITHIN = 2.0  # s in which a launcher has read what a rank printed last
+READY = 13  # tag of the message by which rank 0 wakes another rank
+REST = 0.01  # s between checks for that message
+HEARD_WITHIN = 2.0  # s, longest wait for the launcher to read a rank's last output
 MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
 
@@ -123,9 +123,10 @@ def communicator() -> Communicator:
 
 
 def rest_until_root(comm: Any) -> None:
-    """Return once rank 0 has called; every rank must call.
+    """Wait until rank 0 has called this function, too; every rank must call it.
 
-    The others sleep meanwhile. In a collective call they would spin, each on a core.
+    The other ranks sleep meanwhile: in a collective call of MPI each would keep a core
+    busy.
     """
     if comm.rank == 0:
         for rank in range(1, comm.size):
@@ -139,8 +140,8 @@ def rest_until_root(comm: Any) -> None:
 def end_all(comm: Communicator, code: int) -> None:
     """End all ranks, once the launcher has read what this one has printed.
 
-    MPICH's mpirun drops what it finds in a rank's pipes after an abort: the line that
-    says why would be lost.
+    After an abort, MPICH's mpirun discards output of a rank that it has not read yet,
+    so the line with the reason would be lost.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def end_all(comm: Communicator, code: int) -> None:
 
 
 def _unread(number: int) -> int:
-    """Return how many bytes of a pipe its reader has not taken; 0 for other files."""
+    """Return the number of bytes in a pipe that are not read yet; 0 for other files."""
     waiting = array.array("i", [0])
     try:
         if stat.S_ISFIFO(os.fstat(number).st_mode):
@@ -194,7 +195,7 @@ def library() -> str:
 
 
 def library_of(comm: Communicator) -> str:
-    """Return name and version of the MPI library, or ``none`` for a process alone."""
+    """Return name and version of the MPI library, or ``none`` for a single process."""
     return "none" if isinstance(comm, Alone) else library()
 
 

@@ -1,1 +1,1 @@
-"""Measure the program: times of a step, and cost and error of solver settings."""
+"""Benchmarks: time of a step, and cost and error of solver settings."""

@@ -1,4 +1,4 @@
-"""Time one step of each scheme, in flight and in contact."""
+"""Timing of one step of each scheme, in flight (without contact) and in contact."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
 OWN = "as given"  # name of the scene's own engine
-FULL = "rotation full"  # names of the variants with rotation begin so
+FULL = "rotation full"  # prefix of the names of variants with rotation
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
-STEPS = 5_000  # timed in a repeat; the same steps each time, so the same contacts
-ROUNDS = 200_000  # of the peak measurement; some 10 ms
+STEPS = 5_000  # steps timed in a repeat, the same each time, so with the same contacts
+ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,10 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march after its pulse, without samples, in contact or far from it."""
+    """Return a march after its pulse, set to take no samples.
+
+    contact : whether blades touch; otherwise the pulse is faint and the gap `FAR`
+    """
     step = scene.solver.time_step
     settings: dict[str, float | str] = {"scheme": scheme}
     settings |= {"duration": SETTLE + (STEPS + 1) * step, "revolutions": 0.0}
@@ -79,7 +82,7 @@ def restore(march: March, saved: Sequence[object]) -> None:
 
 @dataclass(frozen=True)
 class Asked:
-    """One timing to make: a scene, its scheme, with blades in contact or `FAR` off."""
+    """One timing to make: a scene, its scheme, with contact or with a gap of `FAR`."""
 
     scene: Scene
     scheme: str
@@ -90,7 +93,7 @@ class Asked:
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
     """Return the time of a step for each request; every repeat makes the same steps.
 
-    Requests take turns and processor time is measured, so that other load of the
+    Requests take turns, and processor time is measured, so that other load of the
     machine affects all of them alike.
     """
     marches = [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
@@ -140,8 +143,8 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     """Return the timings to make, each in flight and in contact.
 
-    All schemes on the scene's engine, the default scheme on the other engines, and with
-    rotation what jumps over steps without contact, too.
+    These are all schemes on the scene's engine and the default scheme on the other
+    engines; with rotation also the scheme that jumps over steps without contact.
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
     variants = [
@@ -158,13 +161,15 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: ratios of a step with rotation to one without}, default scheme.
+    """Return {engine: ratios of a step's time with rotation to that without}.
 
-    `in_flight` : ratio of a step without contact
-    `in_contact` : ratio of a step in which blades touch; the mean time of steps is not
-        compared, since the shares of such steps differ
-    `shares` : of steps with contact in the timed steps, with rotation and without
-    `touching` : mean number of blades in contact in such a step, of both
+    They are measured with the default scheme:
+
+    `in_flight` : ratio for steps without contact
+    `in_contact` : ratio for steps in which blades touch; mean times of all steps are
+        not compared, since the shares of such steps differ
+    `shares` : share of timed steps with contact, with rotation and without
+    `touching` : mean number of blades in contact in such a step, with and without
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -187,7 +192,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 def _apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
     """Return the time of a step in flight and of one in contact, us.
 
-    flight, mixed : timing without contact, and one in which some steps have contact
+    flight, mixed : a timing without contact, and one with contact in some steps
     """
     first = flight.microseconds_per_step
     return first, first + (mixed.microseconds_per_step - first) / mixed.contact
@@ -208,15 +213,15 @@ def fma_peak(repeats: int) -> float:
 def flight_operations(scene: Scene, scheme: str) -> int:
     """Return the number of floating-point operations of a step without contact.
 
-    Counted from `dynamics.kernels.passes`, padding included: 11 per real amplitude of
-    the rotor, 36 per complex one of the ring, 2 per entry of the transform, 4 per gap;
-    in `general` also 2 per entry of the matrix of tips by modes. With rotation a wave
-    of the rotor takes 12, of the whole one 8.
+    They are counted in `dynamics.kernels.passes`, padding included: 11 per real
+    amplitude of the rotor, 36 per complex amplitude of the ring, 2 per entry of the
+    transform, 4 per gap; in `general` also 2 per entry of the matrix of tips by modes.
+    With rotation a wave of the rotor takes 12, if all sectors are computed 8.
 
     Raises
     ------
     InputError
-        where this scheme uses neither the cyclic nor the general kernel
+        if this scheme uses neither the cyclic nor the general kernel
     """
     march = March(resolve(apply_settings(scene, {"scheme": scheme})))
     k, wide = cyclic.widths(march.lean.model.blades)

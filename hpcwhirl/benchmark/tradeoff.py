@@ -1,4 +1,4 @@
-"""Compare solver settings by cost and by error against a finer reference."""
+"""Comparison of solver settings by cost and by error against a finer reference."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from hpcwhirl.scene.words import word_of
 
 NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
 CONFIDENCE = 0.95
-LEAST = 0.01  # least scale of errors of displacements, over the gap
+LEAST = 0.01  # gaps, least displacement to which errors are related
 WARM = 200  # steps that compile a kernel before the timing
-# {number: scale of its error, see `difference`}
+# {name of a number: to what its error is related, see `difference`}
 NUMBERS = {
     "orbit_radius": "radius",
     "contact_impulse": "itself",
@@ -37,7 +37,11 @@ NUMBERS = {
     "line_frequency": "itself",
     "growth_rate": "window",
 }
-ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")  # for any duration
+ONLY_LATE = (
+    "orbit_radius",
+    "line_frequency",
+    "growth_rate",
+)  # comparable for any duration
 SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 
@@ -59,7 +63,7 @@ class Compared:
     scene, axis, label : names of scene and setting
     inputs : {name: value} of the setting
     seconds : processor time of each repeat, s
-    words : "regime whirl" of each repeat
+    words : "REGIME WHIRL" of each repeat
     agree : number of repeats with the reference's words
     errors : {number: relative error of the mean over the repeats}, see `NUMBERS`
     margins : {number: half the confidence interval of that error}
@@ -88,15 +92,15 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin: its force, or gap if unloaded, is larger by `twin` `NUDGE`s.
+    """Integrate a twin, with a force (gap, if unloaded) `twin` `NUDGE`s larger.
 
-    The timed run keeps the scene's traces; unless these are full, a second run with
+    The timed run keeps the scene's traces. Unless these are full, a second run with
     full traces gives the peak of the tips.
     """
     nudged = "force" if scene.is_loaded else "gap"
     larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
     scene = apply_settings(scene, {nudged: larger})
-    start = time.process_time()  # less sensitive to other load than wall time
+    start = time.process_time()  # depends less on other load than wall time
     result = simulate(scene)
     seconds = time.process_time() - start
     if scene.output.traces != "full":
@@ -124,7 +128,10 @@ def _warm(scene: Scene) -> None:
 
 
 def _possible(finest: Scene) -> Scene:
-    """Return the reference scene, compiled; by the default scheme if it is refused."""
+    """Return the reference scene, with its kernels compiled.
+
+    If its scheme is refused, the default scheme is taken instead.
+    """
     try:
         _warm(finest)
     except InputError:
@@ -140,7 +147,7 @@ def compare(
 
     Parameters
     ----------
-    name, scene : the scene and its name
+    name, scene : name of the scene, and the scene
     setting : inputs to set in it
     reference : twins of the scene integrated with the reference's settings
     repeats : number of twins to integrate and time
@@ -177,9 +184,9 @@ def difference(
 ) -> tuple[float, float] | None:
     """Return (relative error of the mean, half its confidence interval), or None.
 
-    Errors relate to the reference's mean, for displacements of the centre to `LEAST` of
-    the gap at least; a growth rate is multiplied with the window and so becomes a
-    change of ln amplitude. None where a value is not finite.
+    Errors are relative to the reference's mean, for displacements of the centre to at
+    least `LEAST` gaps. A growth rate is multiplied by the window, which makes it a
+    change of ln amplitude. None if a value is not finite.
 
     Parameters
     ----------
@@ -247,7 +254,7 @@ class Tradeoff:
     reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return all results as plain data, with the score of each row."""
+        """Return all results as data for JSON, with the score of each row."""
         rows = [asdict(row) | {"score": row.score} for row in self.compared]
         return asdict(self) | {"compared": rows}
 
@@ -270,7 +277,7 @@ def measure(
     Raises
     ------
     InputError
-        where a scene cannot be integrated as it is, or by the reference
+        if a scene cannot be integrated as it is, or with the reference's settings
     """
     out = Tradeoff([], {}, {}, trials()["reference"], {})
     for name, scene in scenes.items():

@@ -15,12 +15,12 @@ from hpcwhirl.scene.files import Value
 from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]
-A_BLADE = "modes_a_blade"  # name in a setting: fixed-interface modes over N
+A_BLADE = "modes_a_blade"  # in a setting: number of fixed-interface modes over N
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Inputs to compare, named by `axis` and `label`."""
+    """Inputs to try out: `axis` is what is varied, `label` the name of the setting."""
 
     axis: str
     label: str
@@ -40,9 +40,9 @@ def default_scenes(base: Scene) -> dict[str, Scene]:
 
 
 def applied(scene: Scene, inputs: Settings) -> Scene:
-    """Return the scene with inputs set; `modes_a_blade` is multiplied by N."""
+    """Return the scene with inputs set; `modes_a_blade` times N becomes `modes`."""
     settings: dict[str, Any] = {"until": "end", **inputs}
-    if "time_step" in inputs:  # else an accuracy would set it again
+    if "time_step" in inputs:  # or the input accuracy would set it again
         settings["accuracy"] = 0.0
     if inputs.keys() & {A_BLADE, "modes", "casing.harmonics", "casing.families"}:
         settings["truncation"] = 0.0
@@ -53,7 +53,7 @@ def applied(scene: Scene, inputs: Settings) -> Scene:
 
 def reference_of(scene: Scene) -> Scene:
     """Return the scene with the reference's settings, and traces of all tips."""
-    scene = resolve(scene).scene  # with modes and step chosen by its error bounds
+    scene = resolve(scene).scene  # modes and step are chosen by error bounds
     table, engine, solver = trials()["reference"], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
     most = MOST_DOF // (3 * engine.rotor.blades) - 1

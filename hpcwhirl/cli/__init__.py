@@ -22,7 +22,7 @@ COMMANDS = {
     "gather": "write results.h5 from the journals and traces of a campaign",
     "classify": "classify the regimes again with other thresholds, without integrating",
     "map": "draw regimes, whirl or a number over the swept inputs",
-    "basins": "list how many starts end on each motion, at each point of a sweep",
+    "basins": "list shares of starts that end on each motion, at each point",
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
     "margin": "list the ranges of an input in which all cases are damped",
@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         is the program, which may replace its standard streams
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    listens = words[:1] == ["campaign"]  # other commands die of a signal, as usual
+    listens = words[:1] == ["campaign"]  # a signal ends other commands
     if listens:
         early_signals.listen()
     try:

@@ -1,4 +1,4 @@
-"""`hpcwhirl basins`: how many starts end on each motion, at each point of a sweep."""
+"""`hpcwhirl basins`: share of starts that end on each motion, at each point."""
 
 from __future__ import annotations
 
@@ -75,8 +75,8 @@ def run(args: argparse.Namespace) -> int:
 def columns_of(found: xarray.Dataset) -> dict[str, Any]:
     """Return {name: (rows,)}: a row for each point and motion that occurs.
 
-    Of attractors those of the point alone; of regimes all that occur anywhere, since
-    none of so many starts tells something, too.
+    Of attractors, only those of the point are listed. Of regimes, all that occur at any
+    point are listed, since a share of zero is a result, too.
     """
     import numpy as np
 
@@ -95,7 +95,7 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 
 
 def summary(found: xarray.Dataset) -> str:
-    """Return a line on how many points have starts that end on several motions."""
+    """Return a line with the number of points whose starts end on several motions."""
     from hpcwhirl.store.reading.shares import interval
 
     along = str(found["count"].dims[1])

@@ -38,7 +38,7 @@ START = (
     "chosen = sizes | {'scheme': sys.argv[1]}\n"
     "March(resolve(apply_settings(named_scene('table2'), chosen))).warm()\n"
 )
-# name: inputs, of processes that take one step, one after the other with the same
+# {name: inputs} of processes that take one step each, one after the other, with one
 # cache of compiled functions, which is empty for the first
 STARTS: dict[str, tuple[str, ...]] = {
     "cold": (),
@@ -61,8 +61,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--compile",
         action="store_true",
-        help="also time starts: the very first, which compiles, one with another model "
-        "size, and the next",
+        help="also time the starts of processes: the first ever, which compiles, one "
+        "with another model size, and the next",
     )
 
 
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return time per step of each scheme, and FLOP rates without contact and at peak.
+    """Return time per step of each scheme, and FLOP rates, without contact and peak.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
-    """Return {name: scene} of variants: mistuned, with rotation, and from files.
+    """Return {name: scene} of engine variants: mistuned, with rotation, from files.
 
     Empty if the engine comes from a file or is mistuned already.
 
@@ -146,7 +146,10 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Integrate `CASES` by every scheme that folds; return regimes and times, s."""
+    """Integrate `CASES` by every scheme that folds; return a record for each run.
+
+    A record has speed, gap, scheme, words, steps, end time (s) and wall time (s).
+    """
     from hpcwhirl.campaign.simulate import simulate
 
     out = []
@@ -164,7 +167,7 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 def start_of(scheme: str) -> dict[str, Any]:
     """Time processes that take one step, the first with an empty cache.
 
-    The result has for each of `STARTS` wall and processor time, s, and the number of
+    The result has, for each of `STARTS`, wall and processor time, s, and the number of
     functions compiled.
     """
     facts: dict[str, Any] = {"scheme": scheme}

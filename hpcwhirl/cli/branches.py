@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each change of word, and at how many points words differ."""
+    """Print a row for each change of word, and how many points have several words."""
     from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
     from hpcwhirl.report.figures.kinds import cases_at
     from hpcwhirl.scene.quantities import INPUTS, variable_name
@@ -53,7 +53,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
-    """Return {name: values (folds,)} of the table; others : inputs of each branch."""
+    """Return the columns of the table, {name: (folds,)}.
+
+    others : inputs that all cases of a branch share
+    """
     rows = [list(fold.branch.others.values()) for fold in folds]
     out = {name: np.array([row[n] for row in rows]) for n, name in enumerate(others)}
     out["branch"] = np.array([fold.branch.name for fold in folds], dtype=str)

@@ -52,7 +52,7 @@ __all__ = ["arguments", "run"]
 
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all ranks; return the exit code."""
-    with Stopping() as stopping:  # to the end: a signal must not kill the gathering
+    with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
         from hpcwhirl.campaign.session import together
 
         comm = communicator()
@@ -98,7 +98,7 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print what is left to compute, learned from the directory; return exit code 0."""
+    """Print a forecast of the rest, learned from the directory; return exit code 0."""
     from hpcwhirl.campaign.foresight.forecast import age, forecast
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
@@ -124,7 +124,7 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 
 def _tell_inputs(design: Design) -> None:
-    """Warn of inputs; after all checks: an error stays a single line."""
+    """Print warnings on inputs, after all checks, so that an error is one line."""
     tell_load(design.columns)
     tell_remarks(design.columns)
 
@@ -160,7 +160,7 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return the inputs that --regimes-only sets: traces, and when a case ends.
+    """Return the inputs that --regimes-only sets: traces, and the end of a case.
 
     A case ends when its word is certain, unless the campaign asks for ``until =
     decided``, which stays.
@@ -174,14 +174,14 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Print on stderr what the plans of the cases leave out, each kind of plan once."""
+    """Print on stderr what the cases' plans leave out, once for each kind of plan."""
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}
     for case in range(len(design.settings)):
         try:
             plan = design.resolved(case).plan
-        except WhirlError:  # the case will be a row with status failed
+        except WhirlError:  # this case gets a row with status failed
             continue
         kinds.setdefault((plan.folds, plan.settles), []).append(case)
     for cases in kinds.values():
@@ -195,7 +195,7 @@ def _conclude(
 ) -> int:
     """Print how the campaign ended, draw map and page, and return the exit code.
 
-    A pilot that had its time prints what is left instead.
+    A pilot whose time is over prints a forecast of the rest instead.
     """
     if ending.piloted and not ending.complete:
         return _foretell(args, session, prepared)
@@ -260,9 +260,9 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
 
 
 def _maps(ending: Any, out: Path) -> list[Path]:
-    """Return the files of the map, drawn unless newer than results that did not change.
+    """Draw the map unless it is newer than unchanged results; return its files.
 
-    If the map cannot be drawn without options, say so in one line.
+    If the map cannot be drawn without options, print one line.
     """
     files = [out / "map.png", out / "map.svg"]
     if not ending.gathered and _is_after(ending.results, files):
@@ -295,7 +295,7 @@ def _tell_stopped(out: Path, reason: str) -> None:
 
 
 def _failures(ending: Any) -> str:
-    """Return a sentence on how many cases failed, and where the reasons are."""
+    """Return a sentence: how many cases failed, and where the reasons are."""
     text = f"{ending.failed} of {ending.cases} cases failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
@@ -306,8 +306,9 @@ def _failures(ending: Any) -> str:
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
     """Print that this shard is complete while others are not; return the exit code.
 
-    The code is 0 unless a case of this shard has no result: cases of other shards are
-    no failure. The last shard to finish gathers, and returns 1 if any case failed.
+    The code is 0 unless a case of this shard has no result; missing cases of other
+    shards are no failure. The last shard to finish gathers, and returns 1 if any case
+    failed.
     """
     if ending.failed:
         print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)

@@ -39,8 +39,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     before.add_argument(
         "--pilot", type=float, metavar="SECONDS",
-        help="compute for so many seconds, keep the results, and predict what is left "
-        "from them; the same command without --pilot continues",
+        help="compute for this number of seconds, keep the results, and predict the "
+        "rest from them; the same command without --pilot continues",
     )  # fmt: skip
     parser.add_argument(
         "--ranks", type=int, metavar="N",
@@ -52,7 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         _add_option(fails if name == "max_fails" else parser, name, field)
     fails.add_argument(
         "--fail-fast", dest="max_fails", action="store_const", const=1,
-        help="end at the first case without a result, as --max-fails 1",
+        help="end at the first case without a result, like --max-fails 1",
     )  # fmt: skip
     parser.add_argument(
         "--fresh", action="store_true",
@@ -131,7 +131,7 @@ def extension(args: argparse.Namespace) -> float | None:
 
 
 def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
-    """Return for how many ranks a time is predicted, --ranks or those of this call.
+    """Return the number of ranks for a prediction: --ranks, or that of this call.
 
     Raises
     ------

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from hpcwhirl.analysis.columns import Source
 
-SHOWN = 200  # rows of the printed table
+SHOWN = 200  # default number of rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
-ENDS = ("outcome", "stop")  # why there is a word, or none
+ENDS = ("outcome", "stop")  # why a case has its word, or none
 TWINS = ("word_majority", "word_share", "twin_count")
 Columns = dict[str, NDArray[Any]]
 
@@ -92,9 +92,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
-    """Return the columns of lists as short texts, ``#2 [0.1, …`` of the second list.
+    """Return the columns with lists shortened: ``#2 [0.1, …`` for the second list.
 
-    ``--at`` takes the number for the list.
+    ``--at`` accepts this number instead of the list.
     """
     from hpcwhirl.report.map.axes import short_names
     from hpcwhirl.store.reading.select import swept_of
@@ -112,9 +112,10 @@ def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Column
 def _print_first(
     columns: Columns, units: dict[str, str], limit: int, named: set[str]
 ) -> None:
-    """Print the first `limit` rows (0: all), and the number of the rest.
+    """Print the first `limit` rows (0: all), and the number of further rows.
 
-    What is the same in all rows is said once above, but for the columns `named`.
+    A value that is the same in all rows is printed once above, except for the columns
+    `named`.
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)
@@ -130,14 +131,14 @@ def _print_first(
 
 
 def _is_same(values: NDArray[Any]) -> bool:
-    """Return whether two values or more are one."""
+    """Return whether there are several values and all are equal."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 
 def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
-    """Return the case numbers that --at and --where choose, in the order of --sort."""
+    """Return the numbers of the cases that --at and --where select, by --sort."""
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where
 

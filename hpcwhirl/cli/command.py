@@ -28,7 +28,7 @@ from hpcwhirl.launch import launched_first, launched_ranks, without_mpi
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 INTERRUPTED = 130  # exit code after SIGINT, as a shell reports it
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000 OpenBLAS may
+LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
 # retry for ever without a message
 # commands that only print
 TELL = {"cases", "doctor", "inputs", "manual", "margin", "model", "status"}
@@ -82,7 +82,7 @@ def run_command(words: Sequence[str]) -> int:
     except BrokenPipeError:
         return _unread(words)
     except SystemExit as left:
-        if isinstance(left.__context__, BrokenPipeError):  # Rich exits so
+        if isinstance(left.__context__, BrokenPipeError):  # Rich exits then
             return _unread(words)
         raise
     except Exception as failed:  # noqa: BLE001 - Python's exit code 1 has a meaning here
@@ -92,7 +92,7 @@ def run_command(words: Sequence[str]) -> int:
 def code_of(failed: BaseException) -> int:
     """Return the exit code of an error: `STOPPED` if a repetition may succeed.
 
-    That holds for a full disk or quota, see `PASSING`; else `WRONG_INPUT`.
+    This is so for a full disk or quota, see `PASSING`; otherwise it is `WRONG_INPUT`.
     """
     passing = isinstance(failed, OSError) and failed.errno in PASSING
     return STOPPED if passing or isinstance(failed, NoRoomError) else WRONG_INPUT
@@ -111,8 +111,8 @@ def tell_error(failed: BaseException | str) -> None:
 def tell_failure(failed: Exception) -> int:
     """Print an unexpected exception on stderr; return the exit code.
 
-    A lack of memory or a refused file is one line; any other exception is an error of
-    the program and printed with its traceback.
+    Lack of memory, or a file that cannot be written, is one line; any other exception
+    is a defect of the program and printed with its traceback.
     """
     message = str(failed).lower()
     lacking = isinstance(failed, ImportError | OSError) and any(

@@ -1,6 +1,6 @@
-"""`hpcwhirl edge`: follow the motion between two words, from two pulses.
+"""`hpcwhirl edge`: follow the motion on the edge between two words, from two pulses.
 
-Given a campaign swept over the pulse, the edge of each of its lines.
+For a campaign swept over the pulse, the edge of each of its lines is followed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-EVERY = 5.0  # s between lines on the progress
+EVERY = 5.0  # s between progress lines
 TIMES = {"span": 1.0, "look": 1.0}
 NEAR = {"near": 1e-6, "far": 1e-3}
 UNITS = {
@@ -40,11 +40,14 @@ COLUMNS = (
     "contact_share", "leaving_rate", "message",
 )  # fmt: skip
 
-NONE = {"word_high": "", "message": ""}  # of a line without an edge; numbers: NaN
+NONE = {
+    "word_high": "",
+    "message": "",
+}  # columns of a line without an edge; numbers are NaN
 
 
 class Asked(NamedTuple):
-    """A line of a campaign ({} for a scene), its scene and both pulses, N."""
+    """An edge to follow: line of a campaign ({} for a scene), scene, both pulses, N."""
 
     fixed: dict[str, Any]
     scene: Scene
@@ -67,10 +70,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="of a campaign: only lines with this value of another swept input",
     )  # fmt: skip
     helps = {
-        "span": "how long the edge is followed, s",
-        "look": "time after which a motion's word is judged, s; up to 3 times as long",
-        "near": "relative distance down to which states are bisected",
-        "far": "relative distance from which they are bisected again",
+        "span": "time over which the edge is followed, s",
+        "look": "time after which a motion gets its word, s; if undecided up to 3 times",
+        "near": "relative distance of the two states at which bisection ends",
+        "far": "relative distance of the two states at which they are bisected again",
     }
     for name, value in (TIMES | NEAR).items():
         parser.add_argument(
@@ -78,7 +81,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
             help=f"{helps[name]} (default {value:g})",
         )  # fmt: skip
     parser.add_argument(
-        "--plot", type=Path, metavar="FILE.png", help="draw radius and orbit of it"
+        "--plot",
+        type=Path,
+        metavar="FILE.png",
+        help="draw radius and orbit of the edge",
     )
     add_units(parser, "numbers")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
@@ -105,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
-    """Return an edge and what is printed of it."""
+    """Follow an edge; return it, and {name: value} of what is printed."""
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
@@ -117,7 +123,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
 
 def _asked(args: argparse.Namespace) -> list[Asked]:
-    """Return the scenes and pulses asked for: one, or those of a campaign's lines."""
+    """Return the edges to follow: one of a scene, or those of a campaign's lines."""
     from hpcwhirl.store.reading.select import number_of
 
     given = {side: number_of(text, "force", f"--{side}")
@@ -141,7 +147,10 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
 
 
 def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
-    """Return the first change of each line of a campaign over force that has one."""
+    """Return an edge to follow for each line of a campaign over force that has one.
+
+    It lies between the pulses of the line's first change of word.
+    """
     import numpy as np
 
     from hpcwhirl.analysis.first_changes import first_changes
@@ -168,12 +177,12 @@ def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
 
 
 def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
-    """Return the first of some cases that has the wanted values of swept inputs."""
+    """Return the first of some cases whose swept inputs have the wanted values."""
     return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
 
 
 def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
-    """Print a row for each line of a campaign; one whose edge is lost says why."""
+    """Print a row for each line of a campaign, with the reason if its edge was lost."""
     import numpy as np
 
     from hpcwhirl.analysis.edge_tracking import LostEdgeError
@@ -208,7 +217,7 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def in_shown(name: str) -> tuple[str, float]:
-    """Return the unit that a number is shown in, "" for none, and the factor to it."""
+    """Return the unit in which a number is shown, "" for none, and the factor to it."""
     from hpcwhirl.scene.units import shown_in
     from hpcwhirl.store.reading.select import UNITS as INPUTS
 
@@ -219,7 +228,7 @@ def in_shown(name: str) -> tuple[str, float]:
 
 
 def _teller(*, quiet: bool) -> Any:
-    """Return a function that prints a line on stderr now and then."""
+    """Return a function that prints a progress line on stderr every `EVERY` s."""
     last = [0.0]
 
     def tell(text: str) -> None:

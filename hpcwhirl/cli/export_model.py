@@ -20,7 +20,7 @@ from hpcwhirl.scene import NAMED, to_toml
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
-RIGID = 1e-5  # frequency, over the highest, below which a mode may be rigid
+RIGID = 1e-5  # of the highest frequency: a mode below may be a rigid one
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
     "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
@@ -60,12 +60,13 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
 def turning_arrays(
     mass: Floats, stiffness: Floats, spin: Spin, omega: Floats
 ) -> dict[str, Any]:
-    """Return {array of the group rotor: array} of the terms of rotation.
+    """Return {name in the group rotor: array} of the terms of rotation.
 
-    Stress stiffness and softening where K(Omega) has no term of Omega^4: the softening
-    is then the whole mass, and what a file took for it is part of their difference.
+    The change of stiffness is written as stress stiffness and softening if K(Omega) has
+    no term of Omega^4. The softening written is then the whole mass matrix, and the
+    stress stiffness is such that their difference is right.
     """
-    own = spin.support.at(0.0)  # a film is an input, no part of the file
+    own = spin.support.at(0.0)  # a squeeze film is an input, no part of the file
     out = {
         "coriolis": spin.coriolis,
         "centrifugal_load": spin.load,
@@ -84,7 +85,7 @@ def turning_arrays(
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {path in the file: array} of all that is exported of a model."""
+    """Return {path in the file: array} of everything that is exported from a model."""
     tips = 2 * np.arange(model.blades)
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
     radial, tangential = tip_rows(model.rotor, model.blades)

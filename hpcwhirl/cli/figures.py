@@ -30,7 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--transient", action="store_true",
-        help="show the whole run, not only its last part, on which regimes are judged",
+        help="show the whole run, not only its last part, which decides the regime",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
@@ -42,7 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Draw the figures; print for each its path, or why it cannot be drawn.
 
-    If none can be drawn, the request is wrong: exit code 2.
+    If none can be drawn, the exit code is 2.
     """
     from hpcwhirl.errors import InputError, WhirlError
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures

@@ -1,4 +1,4 @@
-"""What `campaign --dry-run`, `--pilot` and `job` predict: time, core-hours, bytes."""
+"""Printing of what `campaign --dry-run`, `--pilot` and `job` predict."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     Parameters
     ----------
     cost : forecast of what the job computes
-    ranks : of the job, of an array of all its elements
-    request : of the job
+    ranks : number of ranks of the job, for an array of all its elements together
+    request : options of the job
     """
     usual, span = cost.wall(ranks)
     hours = f"{cost.seconds / 3600:.3g} core-hours, {_duration(usual)}"
@@ -135,7 +135,7 @@ def _more(cost: Forecast, design: Design) -> str:
 
 
 def _twins(design: Design) -> str:
-    """Return a clause on the twins, whose number depends on words not known yet."""
+    """Return a clause on twins whose number depends on words not known yet."""
     twins = design.twins
     if twins is None:
         return ""
@@ -147,14 +147,14 @@ def _twins(design: Design) -> str:
 
 
 def _how(cost: Forecast) -> str:
-    """Return a text on which cases the predicted time of a step rests."""
+    """Return a text that says from what the time of a step was predicted."""
     if cost.finished:
         return f"learned from {cost.finished} finished cases"
     return "nominal; --pilot SECONDS computes some of the cases and learns from them"
 
 
 def _wall(cost: Forecast, ranks: int) -> str:
-    """Return the line on the wall time and on its serial part."""
+    """Return the line on the wall time and its serial part."""
     usual, span = cost.wall(ranks)
     serial = sum(cost.before.values()) + sum(cost.after.values())
     overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"

@@ -27,8 +27,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--over", default="speed", metavar="NAME",
-        help="swept input whose safe ranges are listed (default speed); each: that "
-        "around the point of --at along every input of it",
+        help="swept input whose safe ranges are listed (default speed); each: for "
+        "every input of --at, the safe range around that point",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V",
@@ -42,8 +42,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--first", action="store_true",
-        help="list only how far the input may grow from its least value with all "
-        "cases damped, with --at also in multiples of it: how strong a pulse may be",
+        help="list only up to which value of the input, from its least one, all cases "
+        "are damped, with --at also in multiples of that value: how strong a pulse may "
+        "be",
     )  # fmt: skip
     parser.add_argument(
         "--plot", type=Path, metavar="FILE.png",
@@ -53,7 +54,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each safe range, first change, or input of a point."""
+    """Print a row for each safe range, each first change, or each input of a point."""
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of

@@ -1,4 +1,4 @@
-"""What `hpcwhirl margin` prints of a limit (--first) and of a point (--over each)."""
+"""What `hpcwhirl margin` prints with --first (limits) and --over each (a point)."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
     from hpcwhirl.analysis.first_changes import Along, FirstChange
 
-TOLD = 12  # lines up to which each is told as a sentence
+TOLD = 12  # number of lines up to which each has a sentence
 ENDS = ("low", "high", "below", "above")
 
 
 def first_change(
     args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
 ) -> int:
-    """Print how far an input may grow from its least value, a row for each line.
+    """Print up to which value of an input cases are damped, a row for each line.
 
     Parameters
     ----------
     args : options of `hpcwhirl margin`
-    data : results, of the cases chosen
-    over : the input
-    point : its value to compare with; None: none
+    data : results of the selected cases
+    over : name of the input
+    point : a value of it to compare with; None: none
     """
     from hpcwhirl.analysis.first_changes import first_changes
 
@@ -56,7 +56,7 @@ def first_change(
 
 
 def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
-    """Return {name: values (lines,)}; `point` adds multiples of it."""
+    """Return the table's columns, {name: (lines,)}; `point` adds multiples of it."""
     out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
     out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
     out["changes"] = [f.changes for f in found]
@@ -67,7 +67,7 @@ def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, A
 
 
 def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
-    """Return a line for each of few limits; for many, of the nearest one."""
+    """Return a sentence for each limit, or if many, one for the nearest limit."""
     told = setting_text(over, point)
     if len(found) <= TOLD:
         return [f"{_place(f)}safe {f.times(point)} times {told}{_then(f)}"
@@ -86,7 +86,7 @@ def _place(found: FirstChange) -> str:
 
 
 def _then(found: FirstChange) -> str:
-    """Return what comes beyond the limit, as the end of a sentence."""
+    """Return the end of a sentence on what follows above the limit."""
     if not found.word:
         return ", the strongest tried"
     more = found.changes - (not np.isnan(found.safe))
@@ -134,7 +134,7 @@ def _point(settings: list[str]) -> dict[str, float]:
 
 
 def _each_columns(found: list[Along]) -> dict[str, Any]:
-    """Return {name: values (inputs,)} in SI."""
+    """Return the columns of the table of inputs, {name: (inputs,)}, in SI."""
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]
@@ -147,7 +147,7 @@ def _each_columns(found: list[Along]) -> dict[str, Any]:
 
 
 def _line(along: Along) -> str:
-    """Return the other inputs' values of the line that was taken."""
+    """Return the values of the other inputs on the chosen line, as text."""
     return ", ".join(setting_text(n, v) for n, v in along.found.fixed.items())
 
 

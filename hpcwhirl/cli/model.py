@@ -33,7 +33,7 @@ from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
 
-MOST_ORDERS = 10_000  # super-harmonics, at most
+MOST_ORDERS = 10_000  # largest number of super-harmonics
 SHOWN_HZ = 300.0  # highest frequency printed by default
 SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed at other diameters
 
@@ -59,7 +59,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    foreign = engine.file != ""  # from file: only the tips of its blades are known
+    foreign = (
+        engine.file != ""
+    )  # of an engine from file only the tips of the blades are known
     return {
         "engine": title_of(engine.name, engine.file),
         "modes": as_records(table),
@@ -185,7 +187,7 @@ def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
 
 
 def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
-    """Return {quantity with unit: number} of an unbalanced rotor's circle, if any."""
+    """Return {quantity with unit: number} of the circle caused by unbalance, if any."""
     if circle is None:
         return {}
     return {
@@ -195,9 +197,9 @@ def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
 
 
 def told_circle(circle: dict[str, Any]) -> str:
-    """Return the text on an unbalanced rotor's circle.
+    """Return a sentence on the circle of an unbalanced rotor's centre.
 
-    circle : of `case.unbalance.facts_of_unbalance`
+    circle : result of `case.unbalance.facts_of_unbalance`
     """
     share = circle["over_gap"]
     back = circle["backward"]
@@ -207,8 +209,8 @@ def told_circle(circle: dict[str, Any]) -> str:
     return (
         f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
         f" circles with {1e3 * circle['radius']:.4g} mm{ellipse}"
-        f", {math.degrees(circle['lag']):.1f} degrees behind it; blades reach "
-        f"{1e3 * circle['reach']:.4g} mm{of_gap}"
+        f", {math.degrees(circle['lag']):.1f} degrees behind the unbalance; blades "
+        f"reach {1e3 * circle['reach']:.4g} mm{of_gap}"
     )
 
 
@@ -229,7 +231,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return rows of the modal table: one a family for modes that leave the centre.
+    """Return rows of the modal table; modes that do not move the centre share a row.
 
     Columns: body, family, nodal diameters, frequencies in Hz, share of the centre.
 
@@ -253,7 +255,7 @@ def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
 
 
 def spans_of(numbers: list[int]) -> str:
-    """Return ascending whole numbers as text, neighbours as a span: "0, 2 to 9"."""
+    """Return ascending integers as text, consecutive ones as a range: "0, 2 to 9"."""
     spans: list[list[int]] = []
     for number in numbers:
         if spans and number - spans[-1][1] <= 1:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 RPM = 30.0 / math.pi  # rpm per rad/s
-GAPS = (0.5, 1.0, 2.0, 4.0)  # in the sweep, of the gap
+GAPS = (0.5, 1.0, 2.0, 4.0)  # values of the sweep, in multiples of the gap
 NOTES = 30  # column of comments
 SPEEDS = 20  # approximate number of speeds in the sweep
 OPTIONS = {  # name: unit, metavar, help
@@ -135,7 +135,7 @@ def told_of_model(checked: Checked) -> str:
 
 
 def told_of_pulse(scene: Scene, checked: Checked) -> str:
-    """Return a line on how fast and how far the pulse moves the ring."""
+    """Return a line on the speed and the distance that the pulse gives the ring."""
     return (
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
         f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "
@@ -163,9 +163,9 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
 
     Parameters
     ----------
-    fan : the dimensions given
-    scene : its inputs
-    checked : properties of its model
+    fan : dimensions of the fan
+    scene : inputs of the fan's scene
+    checked : properties of the fan's model
     """
     rotor, casing = scene.engine.rotor, scene.engine.casing
     ring = {f"casing_{name}": value for name, value in casing.model_dump().items()}

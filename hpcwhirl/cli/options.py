@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
 OF_CAMPAIGN = "directory of a campaign"
 UNTOUCHED = (
-    "no blade touched the casing: words tell of free motion alone; lengths are in m, "
+    "no blade touched the casing: words describe free motion only; lengths are in m, "
     "force in N, pulse in s"
 )
 
 
 class _Preset(argparse.Action):
-    """Insert a preset's inputs before those of ``--set``, so that the latter win."""
+    """Insert a preset's inputs before those of ``--set``, so that ``--set`` wins."""
 
     def __call__(
         self, parser: Any, namespace: Any, name: Any, option: Any = None
     ) -> None:
-        """Keep the preset's name; put its inputs before the settings given so far."""
+        """Store the preset's name; put its inputs before the settings so far."""
         del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
@@ -101,7 +101,7 @@ def tell_load(cases: Many | Scene) -> None:
 
 
 def tell_remarks(cases: Many | Scene) -> None:
-    """Warn on stderr, a line each, of inputs that look as if in another unit."""
+    """Warn on stderr, a line each, of inputs that seem to be in another unit."""
     from hpcwhirl.scene.remarks import remarks
 
     for line in remarks(cases):
@@ -112,14 +112,14 @@ def add_take_over(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--take-over``."""
     parser.add_argument(
         "--take-over", action="store_true",
-        help="take DIR over at once from a process on another machine that is known to "
+        help="take over DIR at once from a process on another machine that you know to "
         "be dead; without this option it counts as dead 2 minutes after its last sign "
         "of life",
     )  # fmt: skip
 
 
 def add_units(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the option ``--units``; `what` says what is shown in them."""
+    """Add the option ``--units``; `what` names what is shown in these units."""
     parser.add_argument(
         "--units", metavar="UNIT[,UNIT]",
         help=f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "

@@ -40,7 +40,7 @@ BALANCE = {
     "energy": "energy at the end",
     "residual": "energy at the end + out - in",
 }
-PLAIN_EVERY = 5.0  # s between progress lines where there is no terminal
+PLAIN_EVERY = 5.0  # s between progress lines if stderr is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a row: those of `notes_on`, and slip against the rotation."""
+    """Return warnings on a row, one of them if tips may slip backward."""
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -117,7 +117,7 @@ def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:
-    """Print on stderr why a rotor from file with unequal sectors is marched slower."""
+    """Print on stderr that unequal sectors make a rotor slower to integrate."""
     from hpcwhirl.case.explain import facts_of_file
 
     if march.case.given.engine.file and not (quiet or march.model.rotor.cyclic):
@@ -130,8 +130,8 @@ def _explained(march: March) -> dict[str, Any]:
     Returns
     -------
     left_out : records of what the plan left out
-    marched : number of steps that were marched
-    work_share : amplitudes times steps, over those of the whole model
+    marched : number of steps that were integrated
+    work_share : amplitudes times steps integrated, over those of the whole model
     """
     from hpcwhirl.case.explain import amplitudes, notes_of
 
@@ -142,7 +142,7 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row with the energy ledger's terms as one mapping `ledger`."""
+    """Return the row with the terms of the energy ledger in a mapping `ledger`."""
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}
@@ -192,7 +192,7 @@ def _plain(course: Course) -> Callable[[], None]:
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
-    """Return one line on the motion of a case that was asked for its chaos."""
+    """Return a line on the word and exponent of the motion, for `output.chaos` > 0."""
     if "exponent" not in facts:
         return f"motion {facts['motion']}: nothing measured"
     turn = 2 * math.pi / abs(facts["speed"])

@@ -14,8 +14,13 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-FARTHEST = 64  # times the draws there are, to which the number needed is told
-RESTS = ("draws", "dropped", "mean", "deviation")  # columns without an input
+FARTHEST = 64  # largest estimate of the draws needed, in multiples of those made
+RESTS = (
+    "draws",
+    "dropped",
+    "mean",
+    "deviation",
+)  # columns that do not depend on an input
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
 
 EVERY = 5.0  # s between updates of --watch
-FEWEST = 0.2  # s between updates, at least
-MOST_SHOWN = 8  # ranks printed, at most
+FEWEST = 0.2  # s, shortest time between updates
+MOST_SHOWN = 8  # largest number of ranks printed
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,9 +63,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _twins(folder: Path) -> str:
-    """Return a sentence on how many cases keep their word in all their twins; "": none.
+    """Return a sentence on how many cases keep their word in all their twins.
 
-    Read from results.h5; empty without that file or without twins.
+    It is read from results.h5; "" without that file or without twins.
     """
     if not (folder / "results.h5").exists():
         return ""
@@ -90,7 +90,7 @@ def _stale(folder: Path) -> str:
     try:
         return f"{NAME}: hpcwhirl report {folder}" if is_stale(folder) else ""
     except WhirlError as failed:
-        return f"not known of {NAME}: {failed}"
+        return f"{NAME} cannot be checked: {failed}"
 
 
 def _watch(args: argparse.Namespace, found: Progress) -> int:

@@ -11,7 +11,7 @@ from hpcwhirl.errors import PASSING, unwritable
 
 
 class _Deaf(io.FileIO):
-    """Raw stream whose writes never fail: data that cannot be written are lost."""
+    """Raw stream whose writes never fail: data that cannot be written are dropped."""
 
     def write(self, data: Any) -> int:
         """Write data, or drop them if that fails."""
@@ -22,10 +22,10 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """Raw stdout: a failed write is a `MissingFileError`, a closed pipe stays one."""
+    """Raw stdout: failed writes raise MissingFileError, closed pipes stay errors."""
 
     def write(self, data: Any) -> int:
-        """Write some of the data and return the number of bytes, as `io.FileIO`."""
+        """Write some of the data and return the number of bytes, like `io.FileIO`."""
         try:
             return super().write(data)
         except BrokenPipeError:
@@ -64,7 +64,8 @@ def stand_in() -> None:
 def _tell_late(number: int) -> None:
     """Raise the error of a full disk that a file server reports only at close.
 
-    Closing a duplicate of the descriptor asks the server, and leaves the stream open.
+    Closing a duplicate of the descriptor makes the server report it, and leaves the
+    stream open.
     """
     try:
         os.close(os.dup(number))

@@ -1,4 +1,4 @@
-"""Print columns as a table or as CSV, or turn them into records for JSON."""
+"""Printing of columns as a table, as CSV or as JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def add_format(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-units",
         action="store_true",
-        help="head CSV columns by names without units",
+        help="write CSV headers without units",
     )
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--csv", action="store_true", help="print comma-separated values")
@@ -49,7 +49,7 @@ def in_units(
 
     Parameters
     ----------
-    args : with the options of `add_format`
+    args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}, in SI
     units : {name: unit}, empty without one
     """
@@ -65,7 +65,7 @@ def in_units(
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
-    """Return values in another unit, by the 15 digits that a change of unit keeps."""
+    """Return values in another unit, rounded to the 15 digits that are exact."""
     if factor == 1.0:
         return values
     return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])
@@ -78,7 +78,7 @@ def print_data(
 
     Parameters
     ----------
-    args : with the options of `add_format`
+    args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}
     units : {name: unit}, empty without one
     rows : key of the rows in JSON
@@ -109,7 +109,7 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
     ----------
     columns : {name: values (rows,)}
     units : {name: unit}, empty without one
-    headed : whether heads are ``name [unit]``, not names alone
+    headed : whether headers are ``name [unit]`` instead of ``name``
     """
     out = csv.writer(sys.stdout, lineterminator="\n")
     out.writerow(f"{n} [{units[n]}]" if headed and units[n] else n for n in columns)
@@ -121,7 +121,7 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:
-    """Print the first `shown` rows as an aligned table, headed by names and units."""
+    """Print the first `shown` rows as an aligned table, with names and units above."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -133,7 +133,7 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
         table.add_column(Text(head), justify="right" if right else "left")
     for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
         table.add_row(*(Text(cell(value)) for value in row))
-    wide = None if sys.stdout.isatty() else 100_000  # a pipe gets whole lines
+    wide = None if sys.stdout.isatty() else 100_000  # lines in a pipe are not wrapped
     Console(width=wide).print(table)
 
 
@@ -142,7 +142,7 @@ def _plain(value: Any) -> Any:
 
 
 def cell(value: Any) -> str:
-    """Return a value as it stands in a table; nothing for NaN."""
+    """Return a value as text for a table, "" for NaN."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))

@@ -45,7 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--repeats", type=int, default=3, metavar="N",
-        help="timed runs of each setting, whose force differs by 1e-7 (default 3)",
+        help="timed runs of each setting, with forces that differ by 1e-7 (default 3)",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, metavar="DIR",

@@ -372,7 +372,7 @@ def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
 _FRAMES = (
     "a translation of tips and centre must strain the shaft's springs alone, and "
     "strains {:.2g} of the wheel's stiffness (at most {:g}): look at blades, indices "
-    "(from 0), their order (against the clock), angles (rad) and cuts; or say [centre] "
+    "(from 0), their order (anticlockwise), angles (rad) and cuts; or say [centre] "
     "held = true if something else holds the wheel"
 )
 

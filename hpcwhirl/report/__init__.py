@@ -1,5 +1,5 @@
-"""Pictures of results: maps, figures, one HTML page. Matplotlib lives here alone.
+"""Pictures of results: maps, figures, an HTML page. Only this room uses Matplotlib.
 
-Nothing is integrated: a figure that needs traces which a campaign did not keep is
-refused in one line.
+Nothing is integrated here: a figure that needs traces which a campaign did not keep is
+refused with one line.
 """

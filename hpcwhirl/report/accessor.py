@@ -1,4 +1,4 @@
-"""The xarray accessor `hpcwhirl` of results: conditions on cases, and figures."""
+"""The xarray accessor `hpcwhirl` of results: selection of cases, and figures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them
 
 
 def plot_result(result: Result, *, transient: bool = False) -> Any:
-    """Return two axes with the orbit of `simulate`'s result, see `Whirl.orbit`."""
+    """Return two axes with the orbit of a result of `simulate`, see `Whirl.orbit`."""
     from hpcwhirl.report.figures.motions import orbits_of
 
     if NEEDED not in result.traces:
@@ -50,9 +50,9 @@ def _asked(wish: dict[str, Any]) -> Any:
 
 
 class WordsPlot(DataArrayPlotAccessor):
-    """The method `plot` of a DataArray, extended to words, which are text to xarray.
+    """The method `plot` of a DataArray, extended to words, which xarray cannot draw.
 
-    Everything else is drawn as xarray does.
+    Everything else is drawn by xarray.
     """
 
     __slots__ = ()
@@ -62,7 +62,7 @@ class WordsPlot(DataArrayPlotAccessor):
 
         Parameters
         ----------
-        wish : of xarray's own plot, such as x, y, ax
+        wish : options of xarray's own plot, such as x, y, ax
 
         Raises
         ------
@@ -102,13 +102,13 @@ xarray.DataArray.plot = UncachedAccessor(WordsPlot)
 
 @xarray.register_dataset_accessor("hpcwhirl")  # type: ignore[no-untyped-call]
 class Whirl:
-    """Conditions on results of `hpcwhirl.open_results`, and pictures of them.
+    """Selection of cases from `hpcwhirl.open_results`, and pictures of them.
 
     A picture is returned as its axes, whose attribute `figure` is the figure.
 
     Parameters
     ----------
-    data : of `open_results`, or some of its cases by `isel`
+    data : results from `open_results`, or some of their cases by `isel`
     """
 
     def __init__(self, data: xarray.Dataset) -> None:
@@ -119,8 +119,9 @@ class Whirl:
 
         Parameters
         ----------
-        wish : x, y: swept inputs; panels, at: tuples, as ("gap=1e-4",); colour:
-            "regime", "whirl" or a number; rpm, critical: bool; as `hpcwhirl map`
+        wish : options as of `hpcwhirl map`: x, y: swept inputs; panels, at: tuples,
+            such as ("gap=1e-4",); colour: "regime", "whirl" or the name of a number;
+            rpm, critical: bool
         """
         from hpcwhirl.report.map.maps import drawing_of
 
@@ -128,16 +129,16 @@ class Whirl:
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
     def hover(self, **wish: Any) -> Any:
-        """Return the map by plotly, with the numbers of the case under the mouse.
+        """Return the map as a plotly figure with the numbers of the case at the mouse.
 
         Parameters
         ----------
-        wish : as of `map`, but critical
+        wish : options as of `map`, except critical
 
         Raises
         ------
         InputError
-            where plotly is not there, or the map is one of shares
+            where plotly is not installed, or the map is one of shares
         """
         from hpcwhirl.report.map.hover import hover_map
 
@@ -146,11 +147,11 @@ class Whirl:
     def where(self, condition: str) -> xarray.Dataset:
         """Return the cases that satisfy a condition, as `hpcwhirl cases --where`.
 
-        A word that a variable cannot have is refused, for which `==` finds no case.
+        A word that the variable cannot have is refused, instead of finding no case.
 
         Parameters
         ----------
-        condition : such as ``"regime == sustained and speed > 400"``
+        condition : for example ``"regime == sustained and speed > 400"``
         """
         from hpcwhirl.analysis.columns import matching, source_of
 
@@ -208,11 +209,11 @@ class Whirl:
             source = variable.encoding.get("source")
             if source:
                 return Path(source)
-        msg = "these results have no file: use those of hpcwhirl.open_results"
+        msg = "these results have no file: use the result of hpcwhirl.open_results"
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the campaign, and the case if it has an orbit."""
+        """Return the results file, and the case after checking that it has an orbit."""
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

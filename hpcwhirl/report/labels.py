@@ -16,27 +16,27 @@ from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
 
-FIXED = ("speed", "nodal_diameter", "gap", "friction")  # told first in a title
-DIGITS = 6  # of a number in another unit than SI, and in a title of a case
-SEQUENTIAL = "cividis"  # perceptual, and the same to the colour-blind
+FIXED = ("speed", "nodal_diameter", "gap", "friction")  # first in a title
+DIGITS = 6  # of a number in a unit other than SI, and in the title of a case
+SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 
 
 def name_of(name: str) -> str:
-    """Return a name with blanks and, if it has one, the symbol."""
+    """Return a variable's name with spaces and, if it has one, its symbol."""
     symbol = NAMED[name].symbol if name in NAMED else ""
     return f"{name.replace('_', ' ')} {symbol}".strip()
 
 
 def axis_of(name: str) -> str:
-    """Return a symbol, or else a name, with the SI unit."""
+    """Return the label of an axis: symbol, or else name, and SI unit."""
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
 def eq13_of(family: str) -> str:
-    """Return the name of a critical speed, with the family unless it is 1F."""
+    """Return the label of a critical speed of Eq. 13; 1F is not named."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 
@@ -45,9 +45,9 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 
     Parameters
     ----------
-    name : of a variable
-    value : number or text; a long text is cut
-    unit : of the value where it is not that of `scene.quantities`
+    name : name of a variable
+    value : number or text; a long text is shortened
+    unit : unit of the value, if it differs from that in `scene.quantities`
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
@@ -60,7 +60,7 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 
 
 def title_of(row: Any) -> str:
-    """Return speed, lobes, gap, friction and words of a row."""
+    """Return the title of a case: speed, lobes, gap, friction and words."""
     words = f"{row['regime']}, {row['whirl']}"
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
     words = lost.get(str(row["outcome"]), words)

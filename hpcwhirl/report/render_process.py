@@ -1,8 +1,8 @@
 """The map of a campaign, drawn in a process of its own.
 
 Importing Matplotlib and drawing a map takes some 90 MB, which would be the largest part
-of the memory of rank 0. The process is a new interpreter, never a fork of a process
-that has initialized MPI, and it ends with its parent. It ignores the signals that end a
+of rank 0's memory. The process is a new interpreter, never a fork of a process that has
+initialized MPI, and it ends with its parent. It ignores the signals that stop a
 campaign, so that the map of a finished campaign is completed.
 """
 
@@ -26,7 +26,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.launch import fate, interpreter, without_mpi
 
-# the first that an error is one of tells what it is
+# an error is reported as the first of these classes that it belongs to
 TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
         MemoryError, ImportError)  # fmt: skip
 
@@ -34,19 +34,19 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
 def draw_apart(results: Path, out: Path) -> list[Path]:
     """Draw map.png and map.svg by `report.map.maps.draw_map` in another process.
 
-    If Matplotlib is loaded already, or no process can be started, this one draws.
+    If Matplotlib is loaded already, or no process can be started, this process draws.
 
     Raises
     ------
     WhirlError, MemoryError, ImportError
-        as `draw_map` has raised it there; `StoreError` where that process was killed
+        as raised by `draw_map` there; `StoreError` if that process was killed
     RuntimeError
-        where it failed otherwise: it has printed its traceback
+        if it failed in another way; it has printed the traceback
     """
     if not {"matplotlib", "xarray"} <= sys.modules.keys():
         try:
             process = _begun(results, out)
-        except OSError:  # no more processes, or no memory for one
+        except OSError:  # too many processes, or too little memory
             pass
         else:
             return _drawn(process, out)
@@ -75,13 +75,13 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
         return [Path(path) for path in paths]
     text = f"the map is not drawn: its process {fate(process.returncode)}"
     if process.returncode < 0:
-        msg = f"{text}; the results are whole: hpcwhirl map {out}"
+        msg = f"{text}; the results are complete: hpcwhirl map {out}"
         raise StoreError(msg)
     raise RuntimeError(text)
 
 
 def main() -> None:
-    """Draw the map of some results into a directory; whatever prints goes to stderr."""
+    """Draw a map; standard output carries the reply only, prints go to stderr."""
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)
         threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 def _end_with_parent() -> None:
-    """Exit when standard input ends, which it does as the parent process ends."""
+    """Exit when standard input ends, as it does when the parent process ends."""
     while os.read(0, 1):
         pass
     os._exit(1)

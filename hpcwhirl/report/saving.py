@@ -11,11 +11,11 @@ from typing import Any
 from hpcwhirl.errors import legible
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
 
-LONGEST = 80  # characters of a text in a file's name
+LONGEST = 80  # largest number of characters of a text in a file's name
 
 
 def part_of_name(text: str) -> str:
-    """Return a text as part of a file name, of bounded length and unique."""
+    """Return a text as part of a file name: safe characters, bounded length, unique."""
     plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", text).strip("-")
     if len(plain) <= LONGEST:
         return plain
@@ -26,9 +26,9 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
     """Write a figure in the format of the file's name, and return its path."""
     with telling(path):
         make_folders(path.parent)
-        sweep_idle(path.parent, path.name)  # of a process that was killed
+        sweep_idle(path.parent, path.name)  # files left by a killed process
         with replacing(path, held=True) as part, warnings.catch_warnings():
-            # an engine's name may be of any script: a box in PNG, itself in SVG
+            # an engine's name may be in any script: boxes in a PNG, readable in an SVG
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font")
             _tidy(figure)
             figure.savefig(part, format=path.suffix[1:], dpi=dpi, **options)

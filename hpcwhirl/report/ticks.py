@@ -17,8 +17,8 @@ STEPS = (1, 2, 2.5, 5, 10)
 def tell_in_units(figure: Any) -> None:
     """Label the axes of a figure in the units of `scene.units.shown_in`.
 
-    The data stay in SI; labels name the unit, and ticks are at its round numbers. Only
-    linear axes whose label contains a unit are changed.
+    The data stay in SI; labels name the unit, and ticks are at round numbers of it.
+    Only linear axes whose label contains a unit are changed.
     """
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):

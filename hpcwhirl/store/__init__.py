@@ -1,69 +1,75 @@
 """Files: journals and traces while a campaign runs, `results.h5` when it is done.
 
-Its rooms: `directory`, a campaign's directory while it runs; `results`, how
-`results.h5` is written; `reading`, what either tells; `models`, files of engines and
-wheels. Any of them may use what lies here.
+Its subpackages: `directory`, a campaign's directory while the campaign runs;
+`results`, writing of `results.h5`; `reading`, reading of results; `models`, files of
+engines and wheels. All of them may use the modules directly in `store`.
 
-What a campaign's directory holds; `format` in `campaign.json` holds for all of it but
-`results.h5`, which has one of its own, and an unknown one is refused:
+A campaign's directory holds the following files. Their format number is `format` in
+`campaign.json`; `results.h5` has a format number of its own. Unknown formats are
+refused.
 
 campaign.json
-    the plan: inputs, axes of what is swept or every case and its digest, `format`.
-    Begins with the SHA-256 of the rest: an edited one is refused. Replaced whole.
+    the plan: inputs, axes of the swept inputs (or every case with its digest), and
+    `format`. It begins with the SHA-256 of the rest, so that an edited file is
+    refused; it is replaced as a whole.
 journal/RUN-RANK.log
-    a record per finished case, of fixed size, with its CRC-32, behind a header that
-    tells its fields (`directory.record`); appended and synced in groups, at most a
-    second apart. One of a case that went on, or of a twin, has a digest of its own and
-    names that of the case it is `of`.
+    a header that lists the fields of the records (`directory.record`), then one
+    record of fixed size with CRC-32 for each finished case; appended and synced in
+    groups, at most a second apart. The record of an extended case or of a twin has a
+    digest of its own; its field `of` is the digest of the planned case.
 traces/RUN-RANK.bin
-    raw little-endian float64, one block a case, synced before its record, which tells
-    offset, bytes, CRC-32 and shapes.
+    raw little-endian float64, one block for each case, synced before its record, which
+    holds offset, number of bytes, CRC-32 and shapes.
 states/DIGEST.state
-    a case on its way: a line of JSON with its CRC-32, then raw bytes; replaced whole,
-    gone when the case has ended, unless it is undecided and `keep_states` is wanted:
-    then the state at its last row of evidence stays, from which a longer run goes on.
-    One that is damaged, or of another model, kernel or compiler, is dropped with one
-    line.
+    saved state of an unfinished case: a line of JSON with its CRC-32, then raw bytes;
+    replaced as a whole, and removed when the case has ended. With `keep_states`, the
+    state of an undecided case at its last row of evidence stays, so that a longer run
+    can continue from it. A state that is damaged, or belongs to another model, kernel
+    or compiler, is dropped, and one line says so.
 running/RUN-RANK.log
-    what a rank computes now and since when; a file left over means that a process died.
+    the case that a rank computes now, and since when; a file left behind means that a
+    process died.
 owners/
-    who computes or gathers here; gone when it has ended. One run computes in a
-    directory at a time (shards of one division share it), a second one is refused by
-    name. A dead owner is taken over, on its machine at once, on another 2 minutes after
-    its last sign of life. Gathers and `classify` wait for each other.
+    one file for each process that computes or gathers here, removed when it ends. One
+    run computes in a directory at a time (shards I/N with the same N share it); a
+    second run is refused, and the message names the first. The claim of a dead process
+    is taken over: on its own machine at once, from another machine 2 minutes after its
+    last sign of life. Gathering and `classify` wait for each other.
 runs/RUN.json
-    what each rank did with its time, and why it stopped early; missing after a kill.
+    how each rank used its time, and why the run stopped early; missing after a kill.
 results.h5
-    gathered under `results.h5.*.part`, a name of its own each time, synced and renamed;
-    `runs/results.stamp` has its size and time.
+    written under a new temporary name `results.h5.*.part` each time, synced and
+    renamed; `runs/results.stamp` holds its size and time.
 
-No file is written by two runs. A record that is not whole or has another checksum is
-dropped, so is one whose block is not all there: a torn tail costs its group at most.
-The newest whole record of a case counts. The CRC is for accidents: a torn write, a
-flipped bit, a copy cut short. It is no signature: who may write in the directory can
-add rows that were never computed, and they are gathered; rights of the file system keep
-others out, nothing else does.
+No file is written by two runs. A record is dropped if it is incomplete, if its checksum
+is wrong, or if its block of traces is incomplete: an interrupted write costs one group
+at most. The newest complete record of a case counts. The CRC detects accidents: an
+interrupted write, a flipped bit, a truncated copy. It is no signature: anyone who may
+write in the directory can add rows that were never computed, and they are gathered;
+only the permissions of the file system prevent that.
 
-`results.h5` is netCDF-4 (HDF5), CF-1.11 (from 1.9 CF knows integers of 64 bits), as
-`compliance-checker` finds it (`pytest tests/store/test_cf.py`): dimension `case`, units
-and long names on every variable (`scene.quantities`), words as integers with
-`flag_values` and `flag_meanings` (`scene.words`), by which files are read, so that one
-of a version with other words is read rightly; swept inputs under their own name or with
-their table's (`casing_thickness`); version, scene, command, preset and what it loses,
-hosts and libraries as attributes. Traces over (`case`, `time`, ...). The group `twins`
-has the rows of each case's twins, by which `classify` gives their words and shares
-anew. The group `performance` has seconds, rank and host of each case and, over
-`worker`, what each rank did with its time (`busy_fraction`, `worker_*`). All but this
-group is the same bit for bit for any number of ranks and after any kill and resume.
+`results.h5` is netCDF-4 (HDF5) and follows CF-1.11 (64-bit integers need CF 1.9), as
+`compliance-checker` confirms (`pytest tests/store/test_cf.py`). Its dimension is
+`case`; every variable has a unit and a long name (`scene.quantities`). Words are
+integers with `flag_values` and `flag_meanings` (`scene.words`); a reader uses those of
+the file, so that files of versions with other words are read correctly. Swept inputs
+have their own name or that of their table in front (`casing_thickness`). Version,
+scene, command, preset and its accuracy loss, hosts and libraries are attributes. Traces
+are over (`case`, `time`, ...). The group `twins` holds the rows of each case's twins,
+from which `classify` determines their words and shares again. The group `performance`
+holds computing time, rank and host of each case and, over `worker`, how each rank used
+its time (`busy_fraction`, `worker_*`). Everything outside this group is equal bit for
+bit for any number of ranks and after any kill and resume.
 
-The serial and the MPI-IO writer are one code under two ways to open a file. Gathering
-keeps 24 to 48 bytes a case and 32 MB of traces (at least one case's) in memory. HDF5
-writes much of a file as it is closed, and where that fails it crashes as the process
-ends: files are flushed first, and the library never sees a full disk. Before gathering,
-the room is checked: MPI-IO waits for ever where one rank's write fails. Traces
-packed through MPI-IO need HDF5 1.10.2 or newer.
+The serial and the MPI-IO writer share their code and differ in how they open the file.
+Gathering keeps 24 to 48 bytes for each case and 32 MB of traces (those of at least one
+case) in memory. HDF5 writes much of a file while closing it, and if that fails it
+crashes at the end of the process; so files are flushed first, and errors of a full disk
+are kept from the library. Free space is checked before gathering, since MPI-IO waits
+for ever if the write of one rank fails. Compressed traces through MPI-IO need HDF5
+1.10.2 or newer.
 
-An engine's HDF5 file is read in `engine_file`, which knows arrays and no mechanics;
-matrices of finite elements, from which `import-model` makes one, in `sparse_file`, what
-their unknowns are in `wheel_file`.
+`engine_file` reads an engine's HDF5 file, `sparse_file` the matrices of finite elements
+that `import-model` turns into one, `wheel_file` the description of their unknowns. They
+handle arrays, not mechanics.
 """

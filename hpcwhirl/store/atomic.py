@@ -1,7 +1,7 @@
 """Atomic replacement of files, each written under a temporary name of its own.
 
-A file system stores names apart from contents: after a crash of the machine, a synced
-file is certain to exist only if its directory has been synced, too.
+A file system stores names separately from contents: after a crash of the machine, a
+synced file is certain to exist only if its directory has been synced, too.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from hpcwhirl.safe_open import open_regular
 
 NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 Check = Callable[[], None]
-YOUNG = 2.0  # s after which a file that is being written is held
-LONGEST = 200  # bytes of a file's name that its temporary one repeats
+YOUNG = 2.0  # s, age from which a file being written is certain to be locked
+LONGEST = 200  # bytes of a file's name that its temporary name repeats
 # Temporary names, those of older versions too.
 PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 
@@ -37,7 +37,7 @@ def part_of(path: Path) -> Path:
     handle = os.open(part, NEW, 0o666)
     try:
         os.close(handle)
-    except OSError:  # as a file server says that it is full
+    except OSError:  # a file server may report here that it is full
         with suppress(OSError):
             part.unlink()
         raise
@@ -54,7 +54,7 @@ def keep_names(folder: Path) -> None:
     Raises
     ------
     OSError
-        where it cannot be; not on a file system that syncs no directories
+        where that fails; not on a file system that cannot sync directories
     """
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
@@ -67,7 +67,7 @@ def keep_names(folder: Path) -> None:
 
 
 def make_folders(folder: Path) -> None:
-    """Make a directory and missing parents, so that they survive a crash.
+    """Make a directory and its missing parents, synced, so that they survive a crash.
 
     Raises
     ------
@@ -86,12 +86,12 @@ def telling(what: Path | str) -> Iterator[None]:
 
     Parameters
     ----------
-    what : the file that is written, or "in" and a directory, for the message
+    what : the file, or "in DIRECTORY", as the message names it
 
     Raises
     ------
     MissingFileError
-        naming it; `NoRoomError` where that may pass
+        if the block raises OSError; its subclass `NoRoomError` if the cause may pass
     """
     try:
         yield
@@ -112,13 +112,14 @@ def replacing(
     ----------
     path : file to replace
     check : raises if this process may no longer publish, see `publish`
-    held : whether the file is locked meanwhile, for `sweep_idle`
+    held : whether the temporary file is locked meanwhile, so that `sweep_idle` in
+        another process does not remove it
     """
     part = part_of(path)
     try:
         with part.open("rb") if held else nullcontext() as file:
             if file is not None:
-                with suppress(OSError):  # no locks here: then it is never swept
+                with suppress(OSError):  # a file system without locks: never swept
                     fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
             yield part
             publish(part, path, check)
@@ -142,7 +143,7 @@ def publish(part: Path, path: Path, check: Check = anyone) -> None:
         check()
         part.replace(path)
         keep_names(path.parent)
-    except FileNotFoundError:  # who has taken over has swept it
+    except FileNotFoundError:  # the process that took over has removed it
         check()
         raise
 
@@ -160,7 +161,7 @@ def write_whole(
     Raises
     ------
     MissingFileError
-        where it cannot be written; what the file held before stays
+        where it cannot be written; the former content stays
     """
     with telling(path):
         make_folders(path.parent)
@@ -199,7 +200,8 @@ def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
     ----------
     folder : directory, without those inside it
     stem : beginning of their names
-    older : only those last written before then, s since 1970 on its file system
+    older : remove only files last written before this time, s since 1970 by the clock
+        of the file system
     """
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:

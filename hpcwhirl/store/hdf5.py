@@ -2,8 +2,9 @@
 
 HDF5 writes much of a file when its objects are closed, possibly by the garbage
 collector. A failure there is not reported: the library keeps the object, tries again at
-the end of the process, and crashes. So it never sees a failure: every write pretends to
-succeed, and the first error is raised once the file, useless by then, is closed.
+the end of the process, and crashes. So failures are hidden from it: every write
+pretends to succeed, and the first error is raised after the file, useless by then, is
+closed.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ def utf8(text: str) -> NDArray[np.bytes_]:
 
 
 class _Patient(io.FileIO):
-    """A file whose writes always seem to succeed; it stores the first error."""
+    """A file whose writes always seem to succeed; it keeps the first error."""
 
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all or store the error; return the number of bytes given."""
+        """Write some bytes or keep the error; return their number in any case."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -51,7 +52,7 @@ class _Patient(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the file's size; store the error if that fails."""
+        """Set the file's size or keep the error; return the size."""
         try:
             return super().truncate(size)
         except OSError as failed:
@@ -61,14 +62,16 @@ class _Patient(io.FileIO):
 
 @contextmanager
 def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
-    """Open a file, write it, flush and close it; options : of `h5py.File`.
+    """Open an HDF5 file for the block; flush and close it at the end.
+
+    options : further arguments of `h5py.File`
 
     Raises
     ------
     OSError, RuntimeError
-        where the disk takes no more; the file is closed and useless then
+        where a write failed, as on a full disk; the file is closed and useless then
     """
-    if "driver" in options:  # MPI-IO writes by itself
+    if "driver" in options:  # MPI-IO needs the path, not a Python file
         with h5py.File(path, mode, **options) as file:
             yield file
             file.flush()
@@ -79,7 +82,7 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
                 yield file
                 file.flush()
         finally:
-            if disk.failed is not None:  # whatever it has led to in the library
+            if disk.failed is not None:  # the cause of whatever the library reports
                 raise disk.failed
 
 
@@ -114,6 +117,6 @@ def refusal(path: Path, failed: Exception) -> MissingFileError:
 
 
 def _number(failed: BaseException) -> int:
-    """Return the errno of an error, 0 for none; HDF5 has it in its text."""
+    """Return the errno of an error, which HDF5 hides in its text; 0 for none."""
     found = re.search(r"errno = (\d+)", str(failed))
     return getattr(failed, "errno", None) or (int(found[1]) if found else 0)

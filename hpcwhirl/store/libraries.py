@@ -10,7 +10,7 @@ import h5py
 
 
 def hdf5_facts() -> dict[str, Any]:
-    """Return versions, whether HDF5 is parallel, and its locking variable."""
+    """Return the versions of h5py and HDF5, and how HDF5 is built and locks files."""
     return {
         "h5py": h5py.version.version,
         "hdf5": h5py.version.hdf5_version,

@@ -1,4 +1,4 @@
-"""Storage of a quantity in `results.h5`: its type and its missing value."""
+"""How a quantity is stored in `results.h5`: its type and its value for "missing"."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def dtype(quantity: Quantity) -> np.dtype[Any]:
 
 
 def missing(quantity: Quantity) -> float | int | bytes:
-    """Return the value that is stored where a case has none, e.g. NaN."""
+    """Return the value that is stored if a case has none, such as NaN."""
     empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
     return empty.get(quantity.kind, b"")
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return a row's value as it is stored; raise for an unknown word."""
+    """Return a value as it is stored; raise for an unknown word."""
     if quantity.kind == "enum":
         if value not in ENUMS[name]:
             raise unknown(name, str(value), ENUMS[name])
         return ENUMS[name].index(str(value))
     if quantity.kind.startswith("S"):
         cut = str(value).encode()[: dtype(quantity).itemsize]
-        return cut.decode(errors="ignore").encode()  # no half letter at the end
+        return cut.decode(errors="ignore").encode()  # drops a truncated character
     return float(value) if quantity.kind == "f8" else int(value)

@@ -532,7 +532,7 @@ TABLES = [
     ({"tips__y": [i + 1 for i in TIPS[1]]}, "a translation of tips and centre"),
     ({"tips__x": TIPS[1], "tips__y": TIPS[0]}, "a translation of tips and centre"),
     ({"tips__angle": 0.1, "centre__angle": 0.0}, "a translation of tips and centre"),
-    ({"tips__angle": [-i * 1.0 for i in range(N)]}, "against the clock"),
+    ({"tips__angle": [-i * 1.0 for i in range(N)]}, "anticlockwise"),
     ({"tips__radial": TIPS[0]}, "x, y or radial, tangential, got both"),
     ({"centre__x": LAST, "centre__y": LAST + 1}, "they count from 0"),
     ({"centre__x": -1}, f"be 0 to {LAST}, got -1"),

@@ -236,7 +236,9 @@ def test_points_are_drawn_where_the_plane_does_not_tell_all(made):
 def test_an_input_that_goes_with_another_is_told(made):
     map_ = drawn(made("zip"))
     assert map_.picture.y.name == ""
-    assert any("gap goes with speed: 0.0002 to 0.0006" in t for t in texts(map_.figure))
+    assert any(
+        "gap varies with speed: 0.0002 to 0.0006" in t for t in texts(map_.figure)
+    )
 
 
 def test_axes_panels_and_cases_may_be_chosen_as_the_toml_names_them(tmp_path):

@@ -281,7 +281,9 @@ def test_scattered_cases_are_no_grid(tmp_path):
         )
     ]
     data = hpcwhirl.open_results(synthetic(tmp_path / "out", rows))
-    with pytest.raises(InputError, match=r"31 cases over speed x gap are no grid"):
+    with pytest.raises(
+        InputError, match=r"31 cases over speed x gap do not fill a grid"
+    ):
         hpcwhirl.grid(data)
 
 

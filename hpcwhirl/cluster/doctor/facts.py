@@ -41,14 +41,15 @@ LIMIT = 60  # s, longest time that a probing process may take
 def mpi_facts() -> Facts:
     """Initialize MPI here; return its version text and the libmpi files loaded."""
     name = library()
-    hdf5_facts()  # loads h5py after MPI, as a campaign does: it may add another libmpi
+    hdf5_facts()  # loads h5py after MPI, as a campaign does; it may add another libmpi
     return {"mpi": name, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
 def ranks_of(launched: int) -> tuple[Communicator, Facts]:
     """Return the communicator to use and the facts of MPI, see `mpi_facts`.
 
-    It is MPI's world if the launcher fits mpi4py's library, else this process alone.
+    The communicator is MPI's world if the launcher matches mpi4py's library, else that
+    of a single process.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ def vector_bits(flags: str) -> int:
 
 
 def machine_facts() -> Facts:
-    """Return host, usable cores, CPU, vector width, thread variables and versions."""
+    """Return host, usable cores, CPU, vector width, thread settings and versions."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

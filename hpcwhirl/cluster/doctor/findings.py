@@ -1,4 +1,4 @@
-"""Turn the facts of all ranks into findings with remedies, by pure functions."""
+"""Findings with remedies from the facts of all ranks, by pure functions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hpcwhirl.launch import family
 
 Facts = dict[str, Any]
 FINE, SLOW, BREAKS = "fine", "slow", "breaks"
-LEAST_FREE = 100e6  # bytes of free space, fewer of which break a campaign
-LITTLE_FREE = 5e9  # bytes of free space, fewer of which deserve a warning
+LEAST_FREE = 100e6  # bytes of free space below which a campaign breaks
+LITTLE_FREE = 5e9  # bytes of free space below which there is a warning
 SITE = (
     "build mpi4py with the site's compiler in an environment without an MPI wheel: "
     "pip install --no-binary mpi4py mpi4py; or name the library: MPI4PY_LIBMPI=PATH"
@@ -31,7 +31,7 @@ class Finding:
     ----------
     what : name of the thing checked
     level : `FINE`, `SLOW` (works, but wastes time) or `BREAKS`
-    got : the state in which it is, for the user
+    got : what was found, as text for the user
     remedy : what to do; empty if it is fine
     """
 
@@ -57,7 +57,7 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Check that MPI starts, and that the mpirun on PATH is of the same MPI."""
+    """Check that MPI starts, and that the mpirun on PATH belongs to the same MPI."""
     if not facts["mpi"]:
         level = BREAKS if facts["launched"] > 1 else SLOW
         remedy = "for more than one process: pip install 'hpcwhirl[mpich]', or " + SITE
@@ -102,7 +102,7 @@ def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def hdf5(facts: Facts) -> Iterator[Finding]:
-    """Check whether HDF5 is parallel, and if so, built for mpi4py's MPI."""
+    """Check whether HDF5 is parallel and, if so, was built for mpi4py's MPI."""
     got = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']}"
     if not facts["mpi_io"]:
         text = f"{got}, serial: rank 0 gathers, with equal results"
@@ -115,7 +115,7 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that each host has a core for each of its ranks; say the vector width."""
+    """Check that each host has a core for each of its ranks; report vector widths."""
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)
@@ -148,7 +148,7 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks can write numba's cache; say how many functions it has."""
+    """Check that all ranks can write numba's cache; report how full it is."""
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
         got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
@@ -187,7 +187,7 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that file locks hold, which HDF5 takes unless the environment forbids."""
+    """Check that file locks work; HDF5 uses them unless the environment forbids it."""
     states = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
     off = ranks[0]["locking"].upper() in {"FALSE", "0", "BEST_EFFORT"}
     variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"

@@ -103,7 +103,8 @@ def _tried(path: Path, state: str) -> str:
     Parameters
     ----------
     path : the locked file
-    state : of rank 0, its result of `_held`, returned if it could not lock; else ""
+    state : what `_held` returned on rank 0 if it could not lock; it is returned again.
+        Else ""
     """
     if state and state != "held":
         return state

@@ -22,13 +22,13 @@ TIME = re.compile(r"(?:(\d{1,3})-)?(\d{1,3}):([0-5]\d):([0-5]\d)")
 WORDS = {"name": WORD, "partition": PLACE, "account": PLACE, "mpi": WORD, "pe": WORD}
 SIZE = re.compile(r"[1-9]\d{0,11}[KMGT]?")
 FEATURES = re.compile(r"[A-Za-z0-9_(\[][A-Za-z0-9_.:,&|*()\[\]@-]{0,199}")
-SLURM = {  # options of Slurm alone: their form, what it is
+SLURM = {  # options of Slurm only: (form, its description)
     "mem": (SIZE, "a size such as 4G"),
     "qos": (WORD, "the name of a quality of service"),
     "constraint": (FEATURES, "features of nodes such as 'milan&ib'"),
 }
-MOST_TASKS = 10_000_000  # ranks of a job, at most
-LONGEST = 365 * 86400  # s, time limit of a job, at most
+MOST_TASKS = 10_000_000  # largest number of ranks of a job
+LONGEST = 365 * 86400  # s, longest time limit of a job
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class Request:
     name : name of the job
     partition, account : queue and project; empty: the site's default
     mem, qos : of Slurm: memory of each node, quality of service; empty: the default
-    constraint : of Slurm: features, all of which nodes must have; one may have & and |
+    constraint : of Slurm: features that nodes must have, all of them; a feature may be
+        an expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
     shard : ``I/N``, the single shard that this job computes; empty: all
     launcher : program that starts the ranks; empty: the first of `LAUNCHERS`
@@ -55,7 +56,7 @@ class Request:
     modules : environment modules to load, in this order
     requeues : how often the job may be started again while there is more to do
     warning : time before the limit at which the campaign is signalled to stop, s
-    script : path at which the script will lie; empty: unknown
+    script : path of the script that will be submitted; empty: unknown
     """
 
     scheduler: str
@@ -105,7 +106,7 @@ class Request:
         self._check_together()
 
     def _check_slurm(self) -> None:
-        """Check the options of Slurm alone."""
+        """Check the options of Slurm, and that other schedulers have none of them."""
         for name, (pattern, what) in SLURM.items():
             given = getattr(self, name)
             for value in (given,) if isinstance(given, str) else given:

@@ -75,7 +75,7 @@ def _slurm(request: Request) -> Lines:
         *_given("--account=", request.account),
         *_given("--mem=", request.mem),
         *_given("--qos=", request.qos),
-        # it takes these quotes away, as a shell would
+        # LSF removes these quotes, as a shell would
         *_given("--constraint=", features and f'"{features}"'),
         *_given("--array=1-", request.array),
         f"--signal=B:USR1@{request.warning}",
@@ -95,7 +95,7 @@ def _slurm_launch(request: Request) -> str:
 
 
 def _slurm_again(request: Request) -> Lines:
-    # of an array, SLURM_JOB_ID of one element is the number of the whole array
+    # in an array, SLURM_JOB_ID of one of the elements is the number of the whole array
     job = '"$SLURM_JOB_ID"'
     if request.array:
         job = '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"'
@@ -143,7 +143,7 @@ def _pbs_again(request: Request) -> Lines:
     return [
         "used=${HPCWHIRL_REQUEUES:-0}",
         'if [ "$used" -lt "$most_requeues" ]; then',
-        "  # qrerun is for operators: a new job goes on, an array's element by itself",
+        "  # qrerun is for operators: submit a new job, of an array only this element",
         f"  sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
         f"    qsub -v {variables}"
         + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
@@ -188,9 +188,9 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return a function that writes the lines of a job script which requeue the job.
+    """Return a function from a request to shell lines that requeue the job.
 
-    For schedulers that requeue a job by its exit code.
+    It is for schedulers that requeue a job by its exit code.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ SCHEDULERS = {
     "flux": Scheduler(
         "# flux: ", "flux batch", "",
         _flux, lambda _: 'flux run -n "$ranks"', _flux_again,
-        # Flux itself forwards USR1 to the ranks; sent to flux run, it would end it
+        # Flux itself forwards USR1 to the ranks; the signal would end flux run
         stop='[ "$again" = yes ] || flux cancel --all', traps=("USR1", "TERM INT HUP"),
     ),
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Figures of basins: which start leads where, and fractions over a swept input."""
+"""Figures of basins: the attractor of each start, and their shares over an input."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from hpcwhirl.store.reading.results_file import Results
 if TYPE_CHECKING:
     import xarray
 
-PANELS = 6  # points that have a panel each: of more, those with the largest entropy
+PANELS = 6  # largest number of panels, those of the points with the largest entropy
 
 
 def draw_fractions(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw the shares of starts into basins.png and basins.svg; return their paths.
+    """Draw shares of starts by attractor: basins.png and basins.svg; return the paths.
 
     Parameters
     ----------
     data : results
-    found : of `analysis.basins`
+    found : result of `analysis.basins`
     out : directory of the figures
 
     Raises
@@ -46,16 +46,16 @@ def draw_fractions(
 
 
 def draw_basins(results: Results, cases: list[int]) -> Any:
-    """Return the figure of which start leads where, coloured by attractor.
+    """Return the figure of all starts, coloured by the attractor that each one reaches.
 
-    With two inputs that differ between starts, these are the axes, with a panel for
-    each point of the sweep, or the six points whose starts end most differently. With
-    one, the axes are the first swept input and the start.
+    If two inputs differ between starts, these are the axes, and each point of the sweep
+    has a panel, at most the six points with the largest entropy. If one input differs,
+    the axes are the first swept input and this one.
 
     Parameters
     ----------
-    results : of a campaign
-    cases : those that are shown
+    results : results of a campaign
+    cases : numbers of the cases to show
     """
     with open_results(results.path) as whole:
         data = with_attractors(whole).isel(case=cases)
@@ -78,7 +78,7 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
 
 
 def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:
-    """Return the cases of the points whose starts end most differently."""
+    """Return the cases of the points of the sweep with the largest basin entropy."""
     found = basins(data)
     if found.sizes["point"] <= PANELS or not varied(found):
         return data

@@ -1,4 +1,4 @@
-"""The figure of branches: words up and down, and orbit radius over the input."""
+"""The figure of branches: words and orbit radius over the input, up and down."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _look(branch: Branch) -> tuple[str, str]:
 
 
 def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
-    """Return handles and labels: words, directions, and where a branch changes."""
+    """Return handles and labels of the legend: words, directions, changes of word."""
     from matplotlib.lines import Line2D
 
     words = dict.fromkeys(word for branch in branches for word in branch.words)

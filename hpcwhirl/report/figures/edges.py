@@ -1,4 +1,4 @@
-"""Figure of the motion on the edge between two words, and of both sides leaving it."""
+"""Figure of the motion on the edge between two words, and of motions that leave it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-SETTLED = 0.5  # share of the motion, its last part, whose orbit is drawn
-ROOM = 3.0  # times the edge's largest radius that the axis of radii shows
+SETTLED = 0.5  # last part of the motion whose orbit is drawn
+ROOM = 3.0  # end of the axis of radii, in largest radii of the edge
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 ORDERS = {"first": "alone (first order)", "total": "with others (total)"}
 LOOKS = {"first": "#2F6DB3", "total": "#F0AE45"}
-MOST_BARS = 6  # points of a sweep that have a row of bars each
-MOST_LINES = 7  # inputs that lines tell, those of the largest indices
-HIGH = 0.38  # of a bar
+MOST_BARS = 6  # points of a sweep up to which bars are drawn, else lines
+MOST_LINES = 7  # largest number of inputs with lines, those of the largest indices
+HIGH = 0.38  # height of a bar, in rows
 
 
 def title_of(quantity: str) -> str:
-    """Return the title of a quantity; of a regime, that of its probability."""
+    """Return the title of a quantity; for a regime it names its probability."""
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 
@@ -44,7 +44,7 @@ def draw_sensitivity(
     Parameters
     ----------
     data : results
-    found : of `analysis.sensitivity`
+    found : result of `analysis.sensitivity`
     out : directory of the figures
 
     Raises
@@ -69,7 +69,7 @@ def draw_sensitivity(
 
 
 def _is_told(one: xarray.Dataset) -> bool:
-    """Return whether a quantity has indices, from enough draws."""
+    """Return whether a quantity varies and has indices from enough draws."""
     return bool(np.isfinite(one["total"]).any()) and not pairs_needed(one)
 
 
@@ -119,7 +119,7 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
-    """Return an index and the lengths of its interval to both sides."""
+    """Return indices and the distances to both ends of their intervals."""
     value, low, high = (
         one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
     )
@@ -127,7 +127,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write why there is no index."""
+    """Write into a panel why there is no index."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

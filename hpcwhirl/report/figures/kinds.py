@@ -18,8 +18,8 @@ from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
-FULL = {"tips", "blade_impulse"}  # traces that `full` alone keeps
+MOST_CASES = 12  # up to which all figures of a kind are drawn without being named
+FULL = {"tips", "blade_impulse"}  # traces that only `full` keeps
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,12 @@ class Kind:
 
     Attributes
     ----------
-    draw : (results, line or case) -> figure
+    draw : function (results, line or case) -> figure
     needs : traces that it requires
-    of : subject: a case; speeds, a line of cases that differ in speed alone; branches
-        of the same other inputs; or the engine, once
+    of : what a figure shows: a case; a line of cases that differ only in speed; the
+        branches that share all other inputs; or the engine (one figure)
     transient : whether `draw` takes `transient`, to show the time before the window
-    asked : whether it is drawn only where it is asked for
+    asked : whether it is drawn only if it is named
     """
 
     draw: Callable[..., Any]
@@ -91,9 +91,9 @@ def draw_figures(
     ----------
     folder : directory of a finished campaign
     out : directory of the figures
-    kinds : names of `KINDS`; if None all that need not be asked for, `branches` only
-        of a campaign with a table [branch]
-    only : cases of the figures that show one case
+    kinds : names of `KINDS`; None: all that need not be named, `branches` only for a
+        campaign with a table [branch]
+    only : cases for which figures of one case are drawn; None: all
     transient : also show the time before the window
     units : of titles and axes, see `scene.units.showing`
     """
@@ -129,7 +129,7 @@ def cases_at(folder: Path, settings: list[str]) -> list[int]:
 
 
 def _default_kinds(results: Results) -> list[str]:
-    """Return the kinds of figures that are drawn of a campaign without being named."""
+    """Return the kinds of figures that are drawn if the user names none."""
     return [
         name
         for name, kind in KINDS.items()
@@ -154,7 +154,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return why a campaign does not allow a kind of figure, "" if it does."""
+    """Return why a kind of figure cannot be drawn for a campaign, "" if it can."""
     if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
     lacking = [name for name in kind.needs if name not in results.kept]
@@ -167,7 +167,7 @@ def _lacking(results: Results, kind: Kind) -> str:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {part of the file name: line or case} of a kind, or why too many."""
+    """Return {part of the file name: line or case}, or why there are too many."""
     finished = only or results.finished()
     if kind.of == "engine":
         return {"": finished}
@@ -194,7 +194,7 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Return the path of the figure of a line or a case, or the reason for none."""
+    """Draw the figure of a line or a case; return its path, or why there is none."""
     kind = KINDS[name]
     try:
         more = {"transient": transient} if kind.transient else {}

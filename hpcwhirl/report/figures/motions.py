@@ -27,24 +27,24 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
-TURNED = np.radians(15.0)  # of an orbit from sample to sample, from which it is coarse
+TURNED = np.radians(15.0)  # turn between samples above which an orbit is coarse
 DECADES = 6  # of the axis of energies
-WINDOW = "window of the words"  # steady or not: a divergent orbit is not
+WINDOW = "window of the words"  # not "steady state": divergent orbits have it, too
 
 
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
-    """Return the centre in the rotating frame, (n, 2), m: the inverse of Eq. (12)."""
+    """Return the centre in the rotating frame, (n, 2), m, the inverse of Eq. (12)."""
     z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
     return np.column_stack([z.real, z.imag])
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window, on which the regime is judged."""
+    """Return which samples lie in the window that decides the regime, (n,)."""
     return np.asarray(time > row["end_time"] - row["window"])
 
 
 def unit_of(largest: float) -> tuple[float, str]:
-    """Return (factor, unit) for lengths up to `largest`, m."""
+    """Return (factor, unit) in which to show lengths up to `largest`, m."""
     for factor, unit in ((1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
         if largest * factor >= 0.1:
             return factor, unit
@@ -52,11 +52,11 @@ def unit_of(largest: float) -> tuple[float, str]:
 
 
 def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the orbit in the static and in the rotating frame, in the window alone.
+    """Return a figure of the centre's orbit in the window, static and rotating frame.
 
     Parameters
     ----------
-    cases, case : a campaign with traces, and a case of it
+    cases, case : results with traces, and the number of a case
     transient : also draw the time before the window
     """
     return orbits_of(cases.traces(case), cases.rows[case], transient=transient)
@@ -86,7 +86,7 @@ def orbits_of(
 def is_coarse(path: Floats) -> bool:
     """Return whether a path (n, 2) turns by more than `TURNED` at half its samples.
 
-    It is then not resolved: lines between samples would look like polygons.
+    Lines between so few samples would look like polygons.
     """
     steps = np.diff(path @ np.array([1.0, 1j]))
     steps = steps[np.abs(steps) > 0.0]
@@ -107,11 +107,11 @@ def draw_orbit(
 
     Parameters
     ----------
-    axes : of matplotlib
-    path : (n, 2), m
+    axes : axes of matplotlib
+    path : (n, 2), m, positions of the centre
     late : (n,), whether a sample is in the window
     gap : m
-    transient : whether the others are drawn
+    transient : whether samples before the window are drawn
     """
     shown = path if transient else path[late]
     factor, unit = unit_of(float(np.abs(shown).max(initial=0.0)))
@@ -129,7 +129,7 @@ def draw_orbit(
 
 
 def draw_contributions(cases: Results, case: int) -> Any:
-    """Return |q_k|, k = 0 .. N // 2, of 1F and of the suspension (Figs. 10, 12, 14)."""
+    """Return a figure of |q_k| over time, of 1F and suspension (Figs. 10, 12, 14)."""
     traces, row = cases.traces(case), cases.rows[case]
     amplitude = family_amplitudes(
         traces["tips"],
@@ -158,7 +158,7 @@ def draw_contributions(cases: Results, case: int) -> Any:
 
 
 def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
-    """Draw |q_k| (n, diameters): 0 and 1 in front, the others thin."""
+    """Draw |q_k|, (n, diameters), over time: k = 0 and 1 in front, the others thin."""
     step = max(1, len(time) // MOST_POINTS)
     colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
@@ -168,7 +168,7 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
 
 
 def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return which blade touches where on the casing and when, with what impulse."""
+    """Return a figure of contacts: which blade, where on the casing, when."""
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start = 0.0 if transient else row["end_time"] - row["window"]
@@ -201,7 +201,7 @@ def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the once-per-revolution section of the static-frame orbit."""
+    """Return a figure of the centre, static frame, once a revolution."""
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
@@ -219,7 +219,7 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _motion(row: Mapping[str, Any]) -> str:
-    """Return the word of a motion with its period, "" where it was not asked for."""
+    """Return the word of a motion with its period, "" if `output.chaos` was off."""
     if row.get("motion", "none") == "none":
         return ""
     number = f", {row['period']} revolutions" * (row["motion"] == "periodic")
@@ -269,7 +269,7 @@ def draw_case(
     folder : directory of the figures
     traces : `time` (n,), s; `centre` (n, 2), m, static frame; `energy`, `fed`,
         `lost` (n,), J; perhaps `tips` (n, N, 2), m
-    row : numbers and words of the case
+    row : numbers and words of the case, by the names of `ROW`
     """
     orbit = Figure(figsize=(6, 6), layout="constrained")
     axes, late = orbit.subplots(), in_window(traces["time"], row)
@@ -283,7 +283,7 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return time traces: centre, energy and, if kept, the tips' extremes."""
+    """Return a figure over time: centre, energy and, if kept, the tips' extremes."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure = Figure(figsize=(9, 2.6 * panels), layout="constrained")

@@ -21,25 +21,26 @@ COLUMNS = {
     "line_frequency": "line",
     "growth_rate": "ln amplitude",
 }
-SMALLEST = 1e-7  # of an error, in the figure
+SMALLEST = 1e-7  # smallest error that the figure shows
 
 
 @dataclass(frozen=True)
 class Row:
-    """A setting over all scenes.
+    """Cost and accuracy of a setting, over all scenes.
 
     Attributes
     ----------
-    axis, label : its name
+    axis, label : what is varied, and the setting's name
     cost : computing time over that of the scenes as given
     spread : range of the repeats' times, over their median
     agree, runs : number of runs with the words of the reference, and of all runs
-    errors : {number: (median over the scenes, largest)}, relative
-    score : median over the scenes of the largest error of a scene
+    errors : {variable: (median over the scenes, largest)}, relative
+    score : median over the scenes of the largest error of each scene
     ledger : largest |ledger_error|
-    refused : why scenes refused the setting
+    refused : messages of scenes that do not allow the setting
     unstable : whether a run was unstable
-    front : whether no other setting is faster and closer with as many right words
+    front : whether the setting is on the Pareto front: none is at least as good in
+        cost, words and score
     """
 
     axis: str
@@ -61,7 +62,8 @@ def table_of(facts: Facts) -> list[Row]:
 
     Parameters
     ----------
-    facts : of `benchmark.tradeoff.Tradeoff.facts`; the first setting is the scene's own
+    facts : from `benchmark.tradeoff.Tradeoff.facts`; the first setting is the scene's
+        own
     """
     found: dict[tuple[str, str], list[Facts]] = {}
     for row in facts["compared"]:
@@ -104,7 +106,7 @@ def _row(
 
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no other one beats in cost, words and score; by cost."""
+    """Return the Pareto front in cost, words and score, sorted by cost."""
     whole = [
         row
         for row in rows
@@ -123,7 +125,10 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {number: (median, largest)} over the scenes of differences of twins."""
+    """Return {variable: (median, largest)} of the twins' differences, over the scenes.
+
+    They show by how much results differ by chance alone.
+    """
     floors, out = facts["floors"].values(), {}
     for name in COLUMNS:
         values = [floor[name] for floor in floors if name in floor]
@@ -133,7 +138,7 @@ def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
 
 
 def percent(value: float) -> str:
-    """Return a relative number in per cent, two digits."""
+    """Return a ratio as text in per cent, with two digits."""
     if not math.isfinite(value):
         return "—"
     return "0" if value == 0.0 else f"{100 * value:.2g} %"
@@ -147,7 +152,7 @@ def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
 
 
 def markdown(facts: Facts) -> str:
-    """Return the table in Markdown: one line a setting, the front in bold."""
+    """Return the table in Markdown: a line for each setting, the front in bold."""
     rows, kinds = table_of(facts), len(facts["words"])
     names = " | ".join(COLUMNS.values())
     lines = [
@@ -180,7 +185,7 @@ def markdown(facts: Facts) -> str:
 
 
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
-    """Draw cost against error, by axis, with front and floor; return the path."""
+    """Draw error over cost, with Pareto front and twins; return the path."""
     from matplotlib.figure import Figure
 
     rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]

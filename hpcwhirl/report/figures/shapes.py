@@ -16,12 +16,12 @@ from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
 Floats = NDArray[np.float64]
-NODE = 3  # DoF a node: radial, tangential, rotation
-LARGEST = 0.2  # of a drawn displacement, tip radii
+NODE = 3  # DoF of a node: radial, tangential, rotation
+LARGEST = 0.2  # largest drawn displacement, tip radii
 MIN_BLADES = 3
-HUB = 10.0  # the centre is amplified so much more
+HUB = 10.0  # additional amplification of the centre
 AROUND, SWING = 1.22, 0.12  # the casing's drawn radius and its motion, tip radii
-ACROSS = 4  # panels
+ACROSS = 4  # panels in a row
 BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
 
 
@@ -30,13 +30,13 @@ def draw_shapes(
     diameters: tuple[int, ...] = (0, 1, 3, 4),
     model: Model | None = None,
 ) -> Any:
-    """Return a figure of the first family's mode shapes, amplified, by diameter.
+    """Return a figure of the mode shapes of family 1F, amplified, by nodal diameter.
 
     Parameters
     ----------
-    rotor : its blades equal
-    diameters : k, a panel each
-    model : whose casing's first mode of k is drawn around the rotor's, if it has one
+    rotor : rotor with equal blades
+    diameters : nodal diameters k, one panel each
+    model : model whose casing's first mode of the same k is drawn, too, if it has one
     """
     whole = bladed_disk(rotor.model_copy(update={"centre": "free"}))
     own = modal_model(whole, 0.0)
@@ -68,7 +68,7 @@ def draw_shapes(
 
 
 def draw_shapes_of(scene: Scene) -> Any:
-    """Return the shapes of 1F of a scene's rotor, if its blades are equal."""
+    """Return the figure of 1F mode shapes of a scene whose blades are equal."""
     rotor = scene.engine.rotor
     if scene.engine.file or rotor.is_uneven or rotor.blades < MIN_BLADES:
         msg = f"shapes need equal blades, {MIN_BLADES} at least, and no rotor from file"
@@ -77,10 +77,10 @@ def draw_shapes_of(scene: Scene) -> Any:
 
 
 def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
-    """Draw a shape (n,): blades by their nodes, the disk, and where they rest.
+    """Draw a mode shape (n,): blades, disk, and their positions at rest.
 
-    The disk is that of the model: spokes from the centre to the roots, and the rim
-    from root to root.
+    Blades are drawn through their nodes; the disk as spokes from the centre to the
+    roots, and as a rim from root to root.
     """
     size = NODE * (rotor.elements + 1)
     motion = shape[: size * rotor.blades].reshape(rotor.blades, -1, NODE)
@@ -106,7 +106,7 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
 def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
     """Draw the casing's first mode of k around the rotor; return its frequency, Hz.
 
-    None, and nothing drawn, where it has no such mode.
+    None if it has no such mode; nothing is drawn then.
     """
     casing, ring = model.casing, model.ring
     if casing is None or ring is None:
@@ -122,6 +122,6 @@ def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
     moved = radius * (AROUND + scale * (w + 1j * u)) * np.exp(1j * angle)
     axes.plot(rest.real, rest.imag, c=PALE, lw=1.0)
     axes.plot(moved.real, moved.imag, c=ORANGE, lw=1.8, label="casing, first mode of k")
-    marks = moved[:-1:20]  # a turn of the whole ring is seen by these alone
+    marks = moved[:-1:20]  # they alone show rotation of a whole ring
     axes.plot(marks.real, marks.imag, ".", c=ORANGE, ms=4)
     return float(casing.omega[mode] / (2 * np.pi))

@@ -34,18 +34,18 @@ from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
-FEW_TURNS = 50  # drawn as larger dots
-PLAIN = 10.0  # of shares of power: up to here an axis is linear
-DECADES = 4.0  # shown below the largest amplitude
-AT_REST = 1e-9  # mm
+FEW_TURNS = 50  # revolutions, up to which dots are larger
+PLAIN = 10.0  # ratio of powers up to which an axis is linear
+DECADES = 4.0  # of amplitudes shown below the largest one
+AT_REST = 1e-9  # mm, amplitude that counts as rest
 
 
 def _mesh(
     axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
 ) -> Any:
-    """Draw amplitudes (m, speeds) on a logarithmic scale of `DECADES` decades.
+    """Draw amplitudes (m, speeds), mm, on a logarithmic scale of `DECADES` decades.
 
-    A column nowhere above `least` is taken as at rest and not drawn.
+    If none exceeds `least`, a text says that the structure is at rest.
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
@@ -68,14 +68,14 @@ def frequency_spectra(
 
     Parameters
     ----------
-    cases : a campaign with `tips`
-    line : its cases, in order
+    cases : results with the trace `tips`
+    line : numbers of the cases, by speed
     """
     out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
-        if len(traces["time"][part]) < 16:  # ended before
+        if len(traces["time"][part]) < 16:  # the run ended before
             part = slice(0, None)
         signals = {
             "tip": traces["tips"][part, 0, 1],
@@ -140,7 +140,7 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
 def draw_bifurcation(
     cases: Results, line: list[int], *, transient: bool = False
 ) -> Any:
-    """Return X_o and |Z| once a revolution over the speed, in the window."""
+    """Return a figure over the speed: X_o and |Z| once a revolution in the window."""
     figure = Figure(figsize=(10, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     for case in line:
@@ -152,8 +152,8 @@ def draw_bifurcation(
         look = {"c": colour, "mew": 0, "ms": 4 if len(points) > FEW_TURNS else 6}
         upper.plot(at, 1e3 * points[:, 0], ".", **look)
         lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
-    gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # of a gap of 0, too
-    linear = 10.0 ** np.ceil(np.log10(gap))  # a power of ten: ticks do not crowd
+    gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # also if the gap is 0
+    linear = 10.0 ** np.ceil(np.log10(gap))  # a power of ten: ticks fit
     upper.set_yscale("symlog", linthresh=linear)
     lower.axhline(gap, c="k", ls="--", lw=0.8)
     lower.set(yscale="log", xlabel=axis_of("speed"), ylabel="|Z|, mm (dashed: gap)")
@@ -166,10 +166,10 @@ def draw_bifurcation(
 
 
 def draw_growth(cases: Results, line: list[int]) -> Any:
-    """Return growth over the speed, measured and by linear theory, and energy input.
+    """Return a figure of growth rates, measured and linear, and of energy input.
 
-    Linear theory: contacts of nodal diameter k held closed, and replaced by the springs
-    with which motion grows fastest; both for roots below `SLOW`.
+    Linear theory takes the contacts of nodal diameter k as closed, or as the springs
+    with which motion grows fastest; both count only roots with |omega| below `SLOW`.
     """
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]
@@ -202,7 +202,7 @@ def _linear(cases: Results, case: int) -> dict[str, float]:
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
-    """Draw work of friction and of transport over the losses, in the window."""
+    """Draw the work of friction and of transport in the window, over the losses."""
     touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
     speeds = [r["speed"] for r in touching]
     for name, label, marker in (

@@ -1,4 +1,4 @@
-"""Diagrams of frequencies over the speed, Campbell and interaction, and their axes."""
+"""Frequencies over the speed: Campbell, stability and interaction diagrams."""
 
 from __future__ import annotations
 
@@ -40,23 +40,23 @@ MARGIN = 1.2
 POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")
 COLOURS = dict(zip(FAMILIES, ("#0072B2", "#56B4E9", "#009E73"), strict=True))
-INWARD = 0.75  # of a span of speeds, behind which names stand to the left
-MOST_ORDERS = 12  # of the engine, and of the casing's super-harmonics
+INWARD = 0.75  # part of the span of speeds beyond which names are left of their point
+MOST_ORDERS = 12  # engine orders, and super-harmonics of the casing
 
 
 def draw_campbell(scene: Scene, speeds: Floats) -> Any:
-    """Return frequencies over the speed: blades, casing as blades see it, orders.
+    """Return the Campbell diagram in the rotating frame: rotor, casing, engine orders.
 
-    A wave of the casing with k lobes passes the blades at |omega_c -+ k Omega|; where
-    one meets 1F or the suspension of the same k against the rotation is Eq. 13. With
-    full rotation the rotor's frequencies depend on the speed; those without it are
-    dotted, and speeds are marked at which an unbalance excites a wave, and from which a
-    free motion grows.
+    The blades see a wave of the casing with k lobes at |omega_c -+ k Omega|. Eq. 13
+    holds where such a wave against the rotation meets 1F or the suspension of the same
+    k. With full rotation the rotor's frequencies depend on the speed; frequencies
+    without rotation are dotted, and marks show the speeds where an unbalance excites a
+    wave, and from which a free motion grows.
 
     Parameters
     ----------
     scene : engine and nodal diameter
-    speeds : (n,), rad/s, of the campaign
+    speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
     table, k = modal_table(case.model), scene.nodal_diameter
@@ -87,7 +87,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
 
 def _families(axes: Any, bands: Waves, span: Floats) -> float:
-    """Draw the rotor's families as bands over all k; return the top of the axis, Hz."""
+    """Draw the rotor's families as bands over all k; return the end of the axis, Hz."""
     top = 0.0
     for name, colour in COLOURS.items():
         if name in bands:
@@ -99,7 +99,7 @@ def _families(axes: Any, bands: Waves, span: Floats) -> float:
 
 
 def _of_centre(axes: Any, case: Case, span: Floats) -> float:
-    """Draw both waves of k = 1, which move the centre; return the axis' top, Hz."""
+    """Draw both waves of k = 1, which move the centre; return the axis' end, Hz."""
     top = 0.0
     for name, waves in waves_over(case, 1, span).items():
         ways = ("-", "forward"), ("--", "backward")
@@ -124,7 +124,7 @@ def _beside(axes: Any, case: Case, span: Floats) -> None:
 
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
-    """Mark speeds of unbalance, and that from which a free motion grows."""
+    """Mark speeds where unbalance excites a wave, and where free motions grow."""
     unstable = unstable_from(case.model.rotor, case.model.blades)
     marks = [("unbalance", unbalance_speeds(case.model.rotor)),
              ("unstable from", [unstable] if unstable else [])]  # fmt: skip
@@ -135,7 +135,7 @@ def _at_speed(axes: Any, case: Case, most: float) -> None:
 
 
 def _orders(axes: Any, span: Floats, top: float) -> None:
-    """Draw engine orders n Omega / 2 pi, named where they leave the axes."""
+    """Draw engine orders n Omega / 2 pi, with a name where each leaves the axes."""
     for n in range(1, MOST_ORDERS + 1):
         line = n * span / (2 * np.pi)
         axes.plot(span, line, c="#999999", lw=0.5)
@@ -146,7 +146,7 @@ def _orders(axes: Any, span: Floats, top: float) -> None:
 
 
 def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
-    """Draw the casing's first wave of k as seen by the blades, both directions."""
+    """Draw the casing's first wave of k as the blades see it, in both directions."""
     first = first_family(table, "casing").get(k)
     if first is None:
         return
@@ -159,7 +159,7 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
 def _marks(axes: Any, case: Case, first: float, most: float) -> None:
     """Mark the coincidences of Eq. 13 on the rotor's families.
 
-    first : omega of the casing's 1F, rad/s
+    first : rad/s, frequency of the casing's first mode of the scene's k
     """
     k = case.given.nodal_diameter
     for row in critical_of(case, 1):
@@ -173,17 +173,17 @@ def _marks(axes: Any, case: Case, first: float, most: float) -> None:
 
 
 def draw_stability(scene: Scene, speeds: Floats) -> Any:
-    """Return growth rates of the rotor's free motions over the speed, no contact.
+    """Return a figure of the growth rates of the rotor's free motions, no contact.
 
-    Above 0 a motion grows by damping that turns with the rotor, by cross-coupled
-    stiffness, or by two waves that meet. The motion of largest growth of all nodal
-    diameters is drawn with and without the effects of rotation; with them also the
-    waves of k = 1, which move the centre.
+    A motion with a growth rate above 0 grows by rotating damping, by cross-coupled
+    stiffness, or where two waves meet. The largest growth rate over all nodal diameters
+    is drawn with and without the effects of rotation; with them also those of the waves
+    of k = 1, which move the centre.
 
     Parameters
     ----------
     scene : engine
-    speeds : (n,), rad/s, of the campaign
+    speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
@@ -215,8 +215,9 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
 def draw_interaction(cases: Results, line: list[int]) -> Any:
     """Return the interaction diagram: waves and regimes over the speed (Eq. 13).
 
-    Casing's frame, n omega_c = |k Omega +- omega_bd|; strips below are the regimes.
-    With full rotation omega_bd depends on the speed; waves without it are dotted.
+    In the casing's frame, waves coincide where n omega_c = |k Omega +- omega_bd|. The
+    strip below shows regimes. With full rotation omega_bd depends on the speed; waves
+    without rotation are dotted.
     """
     scene = cases.scene(line[0])
     case = resolve(scene)
@@ -261,7 +262,7 @@ def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
 
 
 def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
-    """Draw the waves without the effects of rotation, dotted, where they are drawn."""
+    """Draw the waves without the effects of rotation, dotted, if these are on."""
     other = None if case.model.rotor.spin is None else beside(case)
     if other is None:
         return
@@ -273,7 +274,7 @@ def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
-    """Draw the casing's frequency and its multiples, for waves in both directions."""
+    """Draw the casing's frequency and its multiples for waves in both directions."""
     told = {1: "±ω$_c$", 2: f"±n ω$_c$, n = 2..{orders}"}
     for n in range(1, orders + 1):
         look = {"lw": 1.2} if n == 1 else {"lw": 0.6, "alpha": 0.4}
@@ -283,9 +284,9 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
 
 
 def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
-    """Mark the coincidences of 1F, and of other families those of n = 1.
+    """Mark the coincidences of 1F, and those with n = 1 of other families.
 
-    With full rotation those of Eq. 13 and its super-harmonics alone.
+    With full rotation only those of Eq. 13 and its super-harmonics are marked.
     """
     table, k = modal_table(case.model), case.given.nodal_diameter
     casing = first_family(table, "casing")
@@ -313,7 +314,7 @@ def _marked(
     first: float,
     span: Floats,
 ) -> None:
-    """Mark coincidences; write the speed at the first and the last one in view."""
+    """Mark coincidences; write the speed at the first and the last one on the axes."""
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
     for row in seen:
@@ -324,7 +325,7 @@ def _marked(
         if row["side"] == -1 and n in {named[0], named[-1]}:
             name = eq13_of(family) if n == 1 else f"n = {n}"
             up = -34 if n == named[0] else 18
-            main = family == "1F"  # the others' names stand on the line's other side
+            main = family == "1F"  # other names are on the other side of the line
             left = not main or speed > span[0] + INWARD * (span[-1] - span[0])
             axes.annotate(f"{name}: {_speed(speed)}", (speed, height),
                           (-6 if left else 6, up if main else 26),
@@ -340,7 +341,7 @@ def _speed(speed: float) -> str:
 
 
 def heading(cases: Results, line: list[int]) -> str:
-    """Return the inputs that the cases of a line share."""
+    """Return a title with the inputs that the cases of a line share."""
     row = cases.rows[line[0]]
     shared = ("nodal_diameter", "gap", "friction")
     told = [value_of(name, row[name]) for name in shared]
@@ -348,14 +349,14 @@ def heading(cases: Results, line: list[int]) -> str:
 
 
 def shown_word(row: dict[str, Any]) -> str:
-    """Return the word by which a finished case is shown."""
+    """Return the word that stands for a finished case in figures."""
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
 def legend_below(figure: Any, *panels: Any, more: Sequence[Any] = ()) -> None:
-    """Add one legend of all panels below a figure, where it covers nothing.
+    """Add one legend for all panels below a figure, where it hides nothing.
 
-    more : further entries
+    more : further handles of the legend
     """
     keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
     figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=4,
@@ -378,8 +379,8 @@ def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) ->
 def rotating_top(cases: Results, line: Sequence[int]) -> float:
     """Return the highest frequency of a map in the rotating frame, Hz.
 
-    It lies above both bending families of the blades and the suspension, but at most
-    at the Nyquist frequency.
+    It lies above the suspension and both bending families of the blades, but not above
+    the Nyquist frequency.
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
@@ -389,7 +390,7 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 def centre_top(cases: Results, line: Sequence[int]) -> float:
     """Return the highest |omega| of a cascade of the static-frame centre, rad/s.
 
-    The centre moves with nodal diameter 1, at omega_bd +- Omega, and at Omega.
+    It covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and Omega.
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [
@@ -408,7 +409,7 @@ def nyquist(cases: Results, line: Sequence[int]) -> float:
 
 
 def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} of the moving families of a nodal diameter."""
+    """Return {family: omega, rad/s} of a nodal diameter's families with omega > 0."""
     found = moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 
@@ -423,7 +424,7 @@ def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
 
 
 def highest_order(first: float, limits: tuple[float, float]) -> int:
-    """Return how many of the casing's harmonics lie within limits, at least 1."""
+    """Return the number of casing harmonics within limits, at least 1."""
     if first <= 0.0:
         return 1
     return int(np.clip(max(map(abs, limits)) // first, 1, MOST_ORDERS))

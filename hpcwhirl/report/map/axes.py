@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from hpcwhirl.store.reading.select import value_text
 
 Floats = NDArray[np.float64]
-WIDEST = 5.0  # largest over least value, from which an axis may be logarithmic
-MOST_TICKS = 14  # values told one by one
-LONGEST = 26  # characters of a text on an axis
-WIDE, HIGH = 6.5, 13.0  # points of a letter and of a line
-TOLD = 0.6  # share of the levels for which there must be room, else ticks are even
-ALONE = 0.5  # half the width of a cell that has no neighbour, over its value
+WIDEST = 5.0  # ratio of largest to least value from which an axis may be logarithmic
+MOST_TICKS = 14  # number of values up to which each has a tick
+LONGEST = 26  # largest number of characters of a text on an axis
+WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
+TOLD = 0.6  # share of the levels that must have room for a tick, else ticks are even
+ALONE = 0.5  # half the width of a cell without neighbours, over its value
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class Axis:
     Attributes
     ----------
     name : variable of the file, "" if nothing is swept
-    label : with unit
+    label : label with unit
     place : (n,), position of each case
     levels : (m,), distinct positions, ascending
-    names : (m,), names of texts; empty if the axis is to scale
+    names : (m,), texts of the levels, for an input of texts; empty for numbers
     scale : "linear" or "log"
     whole : whether the input takes whole numbers only
-    factor : from the input's own unit to that of the label
+    factor : from the input's SI unit to the unit of the label
     """
 
     name: str
@@ -50,32 +50,32 @@ class Axis:
         return np.searchsorted(self.levels, self.place)
 
     def edges(self) -> Floats:
-        """Return the edges of cells, (m + 1,), midway between levels to scale."""
+        """Return the edges of cells, (m + 1,), midway between levels as drawn."""
         return cell_edges(self.levels, self.scale)
 
     def middles(self, rows: NDArray[np.intp]) -> Floats:
-        """Return the middle on paper of the cells of some cases."""
+        """Return the middle, on the axis' scale, of the cells of some cases."""
         edges = straight(self.edges(), self.scale)
         middle = (edges[:-1] + edges[1:]) / 2
         where = np.exp(middle) if self.scale == "log" else middle
         return np.asarray(where[self.index[rows]])
 
     def scaled(self) -> Floats:
-        """Return the positions of the cases, (n,), where the axis is straight."""
+        """Return the positions of the cases, (n,); their logarithms on a log scale."""
         return np.log(self.place) if self.scale == "log" else self.place
 
     def widths(self, points: float) -> Floats:
-        """Return the size of each level's cell on an axis of so many points, (m,)."""
+        """Return the width of each level's cell, (m,), if the axis has `points`."""
         edges = straight(self.edges(), self.scale)
         return points * np.diff(edges) / np.ptp(edges)
 
     def ticks(self, points: float, *, upright: bool) -> tuple[Floats, tuple[str, ...]]:
-        """Return the levels that have a tick each, and their texts; none if they crowd.
+        """Return the levels with a tick, and their texts; none without room for them.
 
         Parameters
         ----------
-        points : length of the axis
-        upright : whether texts stand above each other, as on a vertical axis
+        points : length of the axis in points
+        upright : whether the axis is vertical, with texts one above the other
         """
         many = len(self.levels) > MOST_TICKS and not self.names
         if not self.name or many:
@@ -94,12 +94,12 @@ class Axis:
 
 
 def straight(values: Floats, scale: str) -> Floats:
-    """Return positions of values along an axis: logarithms on a log scale."""
+    """Return positions of values along an axis: their logarithms on a log scale."""
     return np.log(values) if scale == "log" else values
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return the shortest texts of ascending numbers that are all different."""
+    """Return the shortest texts of ascending numbers by which all differ."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])
@@ -122,7 +122,7 @@ def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
 
 
 def scale_of(levels: Floats) -> str:
-    """Return "log" where levels are spread more evenly by their logarithms."""
+    """Return "log" if the logarithms of the levels are spread more evenly."""
     if len(levels) < 3 or levels[0] <= 0 or levels[-1] < WIDEST * levels[0]:
         return "linear"
     return min(("linear", "log"), key=lambda s: _unevenness(straight(levels, s)))
@@ -140,8 +140,8 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
     Parameters
     ----------
     name, values : variable, and its value in each case, (n,)
-    label : of the axis
-    factor : of numbers, to the unit of the label
+    label : label of the axis
+    factor : from the SI unit of numbers to the unit of the label
     """
     if values.dtype.kind in "iufb":
         place = factor * values.astype(float)
@@ -150,7 +150,7 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
         scale = "linear" if whole else scale_of(levels)
         return Axis(name, label, place, levels, scale=scale, whole=whole, factor=factor)
     texts = values.astype(str)
-    order = list(dict.fromkeys(texts.tolist()))  # as the campaign lists them
+    order = list(dict.fromkeys(texts.tolist()))  # in the order of the campaign
     number = {text: i for i, text in enumerate(order)}
     place = np.array([number[text] for text in texts.tolist()], dtype=float)
     levels = np.arange(len(order), dtype=float)
@@ -158,12 +158,12 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
 
 
 def no_axis(count: int) -> Axis:
-    """Return the axis of one level on which cases lie where nothing is swept."""
+    """Return an axis with one level for all cases, for lack of a swept input."""
     return Axis("", "", np.zeros(count), np.zeros(1))
 
 
 def short_names(texts: list[str]) -> tuple[str, ...]:
-    """Return texts that fit an axis; a shortened one has its number in front."""
+    """Return texts short enough for an axis, numbered if one of them is shortened."""
     if all(len(text) <= LONGEST for text in texts):
         return tuple(texts)
     return tuple(

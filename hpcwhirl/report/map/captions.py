@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     import xarray
 
 NO_BREAK = "\xa0"
-LETTERS_AN_INCH = 13  # of a title
+LETTERS_AN_INCH = 13  # letters of a title in an inch
 NAMED = {"regime": "regimes", "whirl": "whirl", "both": "regimes and whirl"}
-KEY = 0.7  # in, of a key of a legend without its words
-LETTERS_OF_KEY = 14  # an inch, of these
+KEY = 0.7  # in, width of a legend entry without its text
+LETTERS_OF_KEY = 14  # letters of a legend in an inch
 
 
 def engine_of(data: xarray.Dataset) -> str:
-    """Return the name of the engine, from the scene or the title of the file."""
+    """Return the name of the engine, from the file's scene or title."""
     try:
         scene = tomllib.loads(str(data.attrs["scene"]))
         own = scene["engine"]
@@ -45,14 +45,14 @@ def engine_of(data: xarray.Dataset) -> str:
 
 
 def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
-    """Return engine, inputs that all cases share, duration, preset; notes below.
+    """Return the title: engine, inputs shared by all cases, duration, notes.
 
-    For a campaign with twins a note has the share of cases whose twins agree.
+    For a campaign with twins, a note gives the share of cases whose twins agree.
     """
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
     parts = shared(data, names, picture.case)
-    if "duration" not in shown:  # some may have gone on for longer
+    if "duration" not in shown:  # extended cases may have others
         end = np.unique(data["duration"].to_numpy()[picture.case])
         parts.append(" to ".join(value_text(t) for t in np.unique(end[[0, -1]])) + " s")
     if data.attrs.get("preset"):
@@ -68,7 +68,7 @@ def shared(
     names: Sequence[str],
     case: NDArray[np.intp] | slice = slice(None),
 ) -> list[str]:
-    """Return ``symbol = value unit`` of the inputs that some cases have in common."""
+    """Return ``symbol = value unit`` of each input that has one value in the cases."""
     parts = []
     for name in names:
         known = set(data[name].to_numpy()[case].tolist())
@@ -85,12 +85,14 @@ def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
     if found is None or not found.cases:
         return []
-    by = ["coloured by most of twins and case"] * (picture.colours.name == "regime")
+    by = ["coloured by the most frequent word of case and twins"] * (
+        picture.colours.name == "regime"
+    )
     return ["; ".join([*by, str(found)])]
 
 
 def _confirming(data: xarray.Dataset) -> str:
-    """Return a note on the preset that confirms boundaries, if any."""
+    """Return a note on the preset that confirms boundaries, "" if none does."""
     if "fidelity" not in data or not (data["fidelity"] == 1).any():
         return ""
     second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
@@ -109,9 +111,9 @@ def add_legend(
 
     Parameters
     ----------
-    figure : of the map
-    picture : its content
-    more : further entries
+    figure : figure of the map
+    picture : content of the map
+    more : further handles
     lettered : whether letters and markers of whirl are drawn in the cells
     """
     colours = picture.colours
@@ -130,9 +132,9 @@ def add_legend(
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:
-    """Return how many columns of a legend, as wide as its longest text, fit a width.
+    """Return the number of legend columns, as wide as the longest text, that fit.
 
-    width : of the figure, in
+    width : width of the figure, in
     """
     longest = max(len(str(key.get_label())) for key in keys)
     return max(int(width / max(1.6, KEY + longest / LETTERS_OF_KEY)), 1)
@@ -182,12 +184,12 @@ def _whirl_keys(found: set[str]) -> list[Any]:
 def twin_keys(
     data: xarray.Dataset, picture: Picture, unsure: NDArray[np.bool_]
 ) -> list[Any]:
-    """Return legend lines: unsure cells, and cells coloured by their twins' word.
+    """Return legend entries: unsure cells, and cells coloured by the twins' word.
 
     Parameters
     ----------
-    data, picture : the results, and the part that is shown
-    unsure : (n,), whether too few twins of a case share its word
+    data, picture : the results, and the content of the map
+    unsure : (n,), whether too few twins of a case have its word
     """
     labels = {}
     if unsure.any():

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     import xarray
 
 Floats = NDArray[np.float64]
-DECADES = 100.0  # largest over least number from which a scale is logarithmic
-KEPT = 1e-4  # of the largest, down to which a signed scale is logarithmic
+DECADES = 100.0  # ratio of largest to least number from which a scale is logarithmic
+KEPT = 1e-4  # part of the largest number down to which a signed scale is logarithmic
 INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
-UNSURE = "\\\\\\\\", "#3A3A3A"  # of cases whose word too few of their twins share
-TINT = "#FFFFFF70"  # over these
+UNSURE = "\\\\\\\\", "#3A3A3A"  # hatch of cases whose word too few of their twins have
+TINT = "#FFFFFF70"  # colour laid over these cases
 ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
     "sustained": ("#F2DC3A", "#6B9E1F", "#C9A800", "#B6D97A", "#7A6A00", "#F7EFA0"),
     "divergent": ("#C63D0F", "#8E1B4A", "#F08A5D", "#5E1208", "#E05A8A", "#A86A3D"),
@@ -45,9 +45,9 @@ class Colours:
     Attributes
     ----------
     name, label : quantity shown, and its name with unit
-    kind : (n,), the word by which a case is coloured; "" if by its number
-    number : (n,) or None
-    looks : look of each possible word
+    kind : (n,), word that gives a case its colour; "" if its number does
+    number : (n,), number that gives a case its colour; None if words do
+    looks : {word: look}, of all possible words
     """
 
     name: str
@@ -62,7 +62,7 @@ class Colours:
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
-        """Return the fill of a word; beside a colour bar, white under a hatch."""
+        """Return the fill colour of a word, or white under a hatch beside numbers."""
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
@@ -75,7 +75,7 @@ class Colours:
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm of the numbers: logarithmic over decades."""
+        """Return Matplotlib's norm of the numbers, logarithmic if they span decades."""
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()
@@ -118,10 +118,10 @@ def colours_of(
     Parameters
     ----------
     data : results
-    name : "regime", with twins the one of their majority, "whirl", "attractor", see
-        `analysis.attractors`, "motion" where the file has it, or a number: an
-        expression over the file's variables
-    case, word, whirl : (n,), numbers and own words of the cases shown
+    name : "regime" (with twins, the majority's word), "whirl", "attractor" (see
+        `analysis.attractors`), "motion" if the file has it, or an expression over the
+        file's numbers
+    case, word, whirl : (n,), numbers of the cases shown, and their own words
     """
     bad = np.isin(word, list(BAD))
     if name == "regime":
@@ -162,13 +162,13 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
 def by_majority(
     data: xarray.Dataset, case: NDArray[np.intp], word: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the word of the majority of each case and its twins.
+    """Return the most frequent word of each case and its twins, (n,).
 
     Parameters
     ----------
-    data : of `open_results`
-    case, word : (n,), numbers of some cases, and their own words, which count for cases
-        without twins
+    data : results from `open_results`
+    case, word : (n,), numbers of some cases, and their own words, which are returned
+        for cases without twins
     """
     if MAJORITY not in data:
         return word
@@ -177,7 +177,7 @@ def by_majority(
 
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
-    """Return (values of all cases, label) of an expression."""
+    """Return the values of an expression, one for each case, and its label."""
     source = source_of(data)
     known = [
         str(n) for n, v in data.variables.items()
@@ -188,7 +188,7 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
         if name in data:
             if data[name].dims == ("case",):
                 return name
-            msg = f"'{name}' is not one number a case"
+            msg = f"'{name}' has not one number for each case"
             raise InputError(msg)
         try:
             return variable_of(name, known, "number")
@@ -205,7 +205,7 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
 def _label(
     data: xarray.Dataset, text: str, variable: Callable[[str], str]
 ) -> tuple[str, float]:
-    """Return the label of a colour bar, with unit if known, and the factor to it."""
+    """Return the label of a colour bar, with unit, and the factor to this unit."""
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
         return text.strip(), 1.0

@@ -19,16 +19,16 @@ from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.reading.results_file import Results
 
-ORDERS = 12  # of the casing's super-harmonics, as far as the axis goes
-CLOSE = 0.035  # of the axis: nearer than that, names would be over each other
-MOST_MODELS = 7  # along the other axis; between them the curve is straight
+ORDERS = 12  # highest super-harmonic of the casing
+CLOSE = 0.035  # part of the axis within which names would overlap
+MOST_MODELS = 7  # models made along the other axis; between them lines are straight
 Floats = NDArray[np.float64]
-Rows = list[dict[str, Any]]  # of `critical_of_families`
+Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
 
 @dataclass(frozen=True)
 class _Level:
-    """A level of the axis across the speed: ends of its cell, and a case there."""
+    """A level of the axis that is not the speed: ends of its cell, and a case in it."""
 
     low: float
     high: float
@@ -36,11 +36,11 @@ class _Level:
 
 
 def mark_critical(panels: Iterable[Any], picture: Picture, folder: Path) -> None:
-    """Draw where Omega = (omega_bd + n omega_c) / k in every panel, named by family.
+    """Draw Omega = (omega_bd + n omega_c) / k in every panel, named by family.
 
     Parameters
     ----------
-    panels : axes; surplus ones are not used
+    panels : axes of matplotlib; surplus ones are not used
     picture : content of the map
     folder : the campaign's directory, whose plan has the scenes
     """
@@ -59,13 +59,13 @@ def mark_critical(panels: Iterable[Any], picture: Picture, folder: Path) -> None
 
 
 def speeds_of(scene: Scene) -> Rows:
-    """Return `critical_of` the scene's own nodal diameter."""
+    """Return the critical speeds of a scene at its own nodal diameter."""
     k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return the levels at which models are made: all if few, else some."""
+    """Return the levels for which models are made: all if few, else some."""
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]
     chosen = np.unique(index)
@@ -85,7 +85,7 @@ def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
 def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
     """Return lower and upper ends of cells around some levels of an axis.
 
-    They end half way between the chosen levels, the first and last at the axis' ends.
+    Cells end half way between the chosen levels; the outer ones at the axis' ends.
     """
     at = straight(across.levels[chosen], across.scale)
     middle = (at[1:] + at[:-1]) / 2
@@ -97,20 +97,20 @@ def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
 def _draw(
     axes: Any, lines: list[tuple[_Level, Rows]], factor: float, *, upright: bool
 ) -> None:
-    """Draw a piece of line for each level and wave, within the axis of the speed.
+    """Draw a line segment for each level and critical speed that the axis covers.
 
     Parameters
     ----------
-    axes : matplotlib's
+    axes : axes of matplotlib
     lines : (level, its critical speeds) of each level
     factor : from rad/s to the unit of the axis
-    upright : whether the speed is along x, so that lines are upright
+    upright : whether the speed is along x, so that lines are vertical
     """
     along, across = axes.get_xlim(), axes.get_ylim()
     along, across = (along, across) if upright else (across, along)
     low, high = sorted(along)
     named: dict[str, float] = {}
-    for level, rows in lines[::-1]:  # names stand where the lines end
+    for level, rows in lines[::-1]:  # names are at the ends of the lines
         for row in rows:
             at = factor * row["speed"]
             if not low <= at <= high:
@@ -126,7 +126,7 @@ def _draw(
 def _piece(
     axes: Any, row: dict[str, Any], at: float, level: _Level, *, upright: bool
 ) -> None:
-    """Draw a critical speed across a level."""
+    """Draw the segment of a critical speed across the cell of a level."""
     ends, order = ([at, at], [level.low, level.high]), row["order"]
     main = row["family"] == "1F"
     axes.plot(
@@ -141,7 +141,7 @@ def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> No
     """Write the name of a line at its end, on white."""
     look = {"fontsize": 6.5, "textcoords": "offset points"}
     box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
-    if upright:  # two lines: a wide name is over the neighbours'
+    if upright:  # two lines, since wide names would overlap
         axes.annotate(text.replace(", ", ",\n"), at, (0, -2), ha="center", va="top",
                       bbox=box, **look)  # fmt: skip
     else:

@@ -31,24 +31,24 @@ from hpcwhirl.store.results.cells import Refined
 if TYPE_CHECKING:
     import xarray
 
-AUTOMATIC = 12  # panels drawn without being asked for
+AUTOMATIC = 12  # largest number of panels if none are named
 MOST_PANELS = 60
-FEW = 12  # values of an input that may be panels
+FEW = 12  # number of values up to which an input becomes panels
 Columns = dict[str, NDArray[Any]]
 Cells = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Wish:
-    """Options of a map; missing ones are chosen.
+    """Options of a map; those not given are chosen automatically.
 
     Attributes
     ----------
     x, y, panels : names of swept inputs
-    at : settings that a case must have, ``NAME=V``
-    colour : "regime", "whirl", a number of the file, or one over another
-    rpm : speeds in revolutions a minute, as with "rpm" in `units`
-    critical : mark the speeds of Eq. 13
+    at : settings ``NAME=V`` that select cases
+    colour : "regime", "whirl", a number of the file, or an expression of numbers
+    rpm : whether speeds are in revolutions per minute, as with "rpm" in `units`
+    critical : whether the speeds of Eq. 13 are marked
     units : of axes, panels, title and numbers: names of units, "practical" (mm, kN) or
         "si", see `scene.units.showing`
     """
@@ -64,7 +64,7 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Units that numbers are shown in, the first of each kind."""
+        """Units in which numbers are shown; of each kind the first one counts."""
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
@@ -78,14 +78,15 @@ class Picture:
     inputs : {swept variable: (n,)}
     x, y : axes
     panel : (n,), number of each case's panel
-    panels : values of the panels' inputs, {variable: value} each
+    panels : {variable: value} of each panel's inputs
     word, whirl : (n,), words of each case
-    majority : (n,), word of the majority of a case and its twins; None without twins
+    majority : (n,), most frequent word of each case and its twins; None without twins
     colours : meaning of the colours
-    along : notes on inputs that differ and are neither axis nor panel
+    along : notes on inputs that vary and are neither axis nor panel
     scattered : whether the cases form no grid
-    free : whether an input varies that is no axis and no panel
-    refined : cells and boundaries of a refined campaign; None: each case has its own
+    free : whether an input varies that is neither axis nor panel
+    refined : cells and boundaries of a refined campaign; None: each case has a cell of
+        its own
     """
 
     case: NDArray[np.int64]
@@ -150,7 +151,7 @@ def with_cells(
 ) -> Picture:
     """Return a picture with the cells of a refined campaign.
 
-    Only where an axis is a refined input; otherwise the picture is returned unchanged.
+    It is returned unchanged if no axis is a refined input.
     """
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
@@ -159,7 +160,7 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis with the scale of its coarse values, not of refined ones."""
+    """Return an axis with the scale of the coarse values of its input."""
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -168,9 +169,10 @@ def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
 
 
 def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
-    """Return which cases a map shows: of a refined campaign the finest of each point.
+    """Return which cases a map shows, (cases,).
 
-    If three inputs are refined, panels are coarse values of the one that is no axis,
+    Of a refined campaign, the case with the highest fidelity at each point is shown. If
+    three inputs are refined, panels are the coarse values of the one that is no axis,
     unless `at` selects others.
     """
     found = np.ones(data.sizes["case"], dtype=bool)
@@ -195,13 +197,13 @@ def varied(inputs: Columns) -> list[str]:
 
 
 def levels(values: NDArray[Any]) -> list[Any]:
-    """Return distinct values: numbers ascending, texts in their order."""
+    """Return the distinct values: numbers ascending, texts in order of occurrence."""
     found = list(dict.fromkeys(values.tolist()))
     return found if isinstance(found[0], str) else sorted(found)
 
 
 def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
-    """Return the variables of both axes, "" for none."""
+    """Return the variables of the x and y axis, "" for none."""
     asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
     taken = {variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
@@ -218,7 +220,7 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
-    """Return inputs in order: numbers before texts, those with most values first."""
+    """Return inputs sorted: numbers before texts, those with most values first."""
 
     def key(name: str) -> tuple[bool, int]:
         values = inputs[name]
@@ -228,10 +230,10 @@ def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
 
 
 def _follows(inputs: Columns, name: str, by: str) -> bool:
-    """Return whether an input is a function of another, as in [zip].
+    """Return whether input `name` is a function of input `by`, as in [zip].
 
-    If no value of `by` occurs twice, everything would be; then it must rise or fall
-    with `by`.
+    If no value of `by` occurs twice, any input would be one; then it must rise or fall
+    monotonically with `by`.
     """
     pairs = set(zip(inputs[by].tolist(), inputs[name].tolist(), strict=True))
     known = {value for value, _ in pairs}
@@ -255,7 +257,7 @@ def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], lis
             continue
         by = next((n for n in (x, y) if n and _follows(inputs, name, n)), None)
         if by:
-            along.append(f"{name} goes with {by}: {span(inputs[name])}")
+            along.append(f"{name} varies with {by}: {span(inputs[name])}")
         else:
             left.append(name)
     for name in left:
@@ -264,14 +266,14 @@ def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], lis
             panels.append(name)
         else:
             along.append(f"{name} differs from case to case: {span(inputs[name])}")
-    if len(panels) == 2 and not wish.panels:  # the one with fewer values goes down
+    if len(panels) == 2 and not wish.panels:  # rows are the input with fewer values
         panels.sort(key=lambda name: len(levels(inputs[name])))
     _check_panels(inputs, panels, [x, y], asked=bool(wish.panels))
     return panels, along
 
 
 def span(values: NDArray[Any]) -> str:
-    """Return the range of values as text."""
+    """Return the range of numbers, or the number of different texts, as text."""
     known = levels(values)
     if isinstance(known[0], str):
         return f"{len(known)} values"
@@ -279,7 +281,7 @@ def span(values: NDArray[Any]) -> str:
 
 
 def _hidden(inputs: Columns, names: Sequence[str]) -> int:
-    """Return how many cases share all named inputs with an earlier one."""
+    """Return the number of cases whose named inputs equal those of an earlier case."""
     keys = [inputs[n].tolist() for n in names if n]
     count = len(next(iter(inputs.values()), np.zeros(1)))
     return count - len(set(zip(*keys, strict=True))) if keys else count - 1
@@ -288,7 +290,7 @@ def _hidden(inputs: Columns, names: Sequence[str]) -> int:
 def _check_panels(
     inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
-    """Raise InputError if there are too many panels; it names the --at needed."""
+    """Raise InputError if there are too many panels; it names the --at that helps."""
     count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
     most = MOST_PANELS if asked else AUTOMATIC
     if count > most:
@@ -311,7 +313,7 @@ def _some(values: NDArray[Any]) -> str:
 def _numbered(
     inputs: Columns, panels: list[str], count: int
 ) -> tuple[Cells, list[dict[str, Any]]]:
-    """Return the panel number of each case, and the shared inputs of each panel."""
+    """Return the panel number of each case, and {variable: value} of each panel."""
     if not panels:
         return np.zeros(count, dtype=np.intp), [{}]
     order = [{v: i for i, v in enumerate(levels(inputs[n]))} for n in panels]

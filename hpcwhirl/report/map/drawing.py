@@ -19,12 +19,12 @@ from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene.words import BAD, WHIRLS
 
 FEW_LEVELS = 12
-COVER = 0.35  # share of a panel that points cover, if they may be so large
-RASTER = 480, 320  # cells on which the nearest of scattered cases is shown
+COVER = 0.35  # share of a panel that points cover, unless they would be too large
+RASTER = 480, 320  # cells along x and y that show the nearest of scattered cases
 FAINT = 0.45  # opacity of that raster, behind the points
 NO_CELL = -1
-NARROW = 9.0  # points that a letter or a marker needs
-MOST_DRAWN = 2000  # shapes drawn as such in an SVG; more are one image
+NARROW = 9.0  # points, width of a letter or a marker
+MOST_DRAWN = 2000  # largest number of vector shapes in an SVG; more become an image
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -37,10 +37,10 @@ class Part:
     Attributes
     ----------
     x, y : axes of the whole map
-    rows : (n,), positions of the panel's cases among those of the map
+    rows : (n,), indices of the panel's cases among those of the map
     colours : meaning of the colours
-    whirl : (n,), of these cases
-    size : of the panel, points
+    whirl : (n,), whirl words of these cases
+    size : width and height of the panel, points
     lettered : whether letters and markers repeat the meaning of the colours
     """
 
@@ -72,7 +72,7 @@ class Mesh:
     Attributes
     ----------
     x, y : (m + 1,) and (k + 1,), edges of the cells
-    case : (k, m), position among the cases of the part; `NO_CELL` for none
+    case : (k, m), index of a case among those of the part; `NO_CELL` for none
     """
 
     x: Floats
@@ -81,14 +81,14 @@ class Mesh:
 
 
 def grid_of(part: Part) -> Mesh:
-    """Return the cells of a grid, to scale, one for each case."""
+    """Return the cells of a grid on the axes' scales, one for each case."""
     case = np.full((len(part.y.levels), len(part.x.levels)), NO_CELL)
     case[part.y.index[part.rows], part.x.index[part.rows]] = range(len(part.rows))
     return Mesh(part.x.edges(), part.y.edges(), case)
 
 
 def raster_of(part: Part) -> Mesh:
-    """Return small cells that each show the nearest case with a result.
+    """Return a raster of small cells, each with the nearest case that has a result.
 
     Distances are measured with both axes scaled to length 1.
     """
@@ -110,10 +110,10 @@ def raster_of(part: Part) -> Mesh:
 
 
 def limits_of(axis: Axis) -> tuple[float, float]:
-    """Return limits of an axis a little beyond its scattered cases."""
+    """Return the ends of an axis, a little beyond its scattered cases."""
     at = np.unique(axis.scaled())
     more = 0.02 * np.ptp(at) or 0.5
-    if len(at) <= FEW_LEVELS:  # as far as the cells of a grid would reach
+    if len(at) <= FEW_LEVELS:  # as for the cells of a grid
         more = 0.5 * np.ptp(at) / max(len(at) - 1, 1) or 0.5
     low, high = at[0] - more, at[-1] + more
     return (np.exp(low), np.exp(high)) if axis.scale == "log" else (low, high)
@@ -129,10 +129,12 @@ def draw_grid(axes: Any, part: Part) -> Any:
 
 
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
-    """Draw a point for each case, over the nearest one; return the artist of numbers.
+    """Draw a point for each case over a raster of nearest cases.
 
-    free : whether an input varies that is no axis, so that the plane between cases has
-        no meaning
+    Return the artist of numbers for a colour bar, None for words.
+
+    free : whether an input varies that is no axis; then there is no raster, as the
+        plane between cases has no meaning
     """
     axes.set(xlim=limits_of(part.x), ylim=limits_of(part.y))
     if not free:
@@ -145,10 +147,10 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
 
     Parameters
     ----------
-    axes : matplotlib's
+    axes : axes of matplotlib
     part : cases of one panel
     mesh : cells, and the case that each one shows
-    name : beginning of the identifier of the coloured words in the SVG
+    name : prefix of the words in the identifier of the SVG element
     look : keyword arguments of matplotlib's `pcolormesh`
 
     Returns
@@ -182,7 +184,7 @@ def _codes(words: Sequence[str], kind: NDArray[np.str_]) -> Ints:
 
 
 def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
-    """Return rectangles that cover chosen cells, one for each run in a row."""
+    """Return rectangles that cover chosen cells, one for each run of cells in a row."""
     boxes = []
     for row in np.flatnonzero(wanted.any(axis=1)):
         ends = np.flatnonzero(np.diff(np.r_[0, wanted[row].astype(int), 0]))
@@ -201,10 +203,10 @@ def hatch(
     name: str,
     tint: str = "none",
 ) -> None:
-    """Hatch polygons as one patch, which costs little more than one polygon.
+    """Hatch polygons as one patch, which costs little more than a single polygon.
 
-    look : pattern and colour
-    tint : a colour laid over them
+    look : pattern and colour of the hatch
+    tint : colour laid over the polygons
     """
     whole = Path.make_compound_path(*(Path(p, closed=False) for p in polygons))
     axes.add_artist(PathPatch(whole, facecolor=tint, edgecolor=look[1], lw=0.0,
@@ -218,7 +220,7 @@ def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return which cells have room for letter over marker, and for both in a row."""
+    """Return which cells fit a letter above a marker, and which both side by side."""
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
     stacked = (wide >= NARROW) & (high >= 2 * NARROW)
@@ -226,7 +228,7 @@ def rooms(part: Part) -> tuple[Mask, Mask]:
 
 
 def _letters(axes: Any, part: Part) -> None:
-    """Write a letter into each cell, and a marker of whirl below or beside it."""
+    """Write a letter into each cell, with a marker of whirl below or beside it."""
     x, y = part.x.middles(part.rows), part.y.middles(part.rows)
     stacked, beside = rooms(part)
     plain = part.colours.number is None
@@ -236,7 +238,7 @@ def _letters(axes: Any, part: Part) -> None:
             axes.annotate(look.letter, (x[i], y[i]), (right, up), fontsize=8,
                           color=look.ink if plain else INK, ha="center", va="center",
                           textcoords="offset points")  # fmt: skip
-        if part.colours.name == "whirl":  # the letter tells it
+        if part.colours.name == "whirl":  # the letter says it
             continue
         marked = chosen & ~np.isin(part.kind, list(HATCHES))
         shift = ScaledTranslation(-right / 72 * plain, -up / 72 * plain,

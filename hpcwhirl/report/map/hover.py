@@ -1,4 +1,4 @@
-"""A map as a figure of plotly, with the numbers of the case under the mouse."""
+"""A map as a plotly figure, with the numbers of the case at the mouse."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from hpcwhirl.store.reading.reader import open_results
 if TYPE_CHECKING:
     import xarray
 
-TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")  # of a case
-WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels of a panel, and of titles and legend
-LETTERS = 7.0  # in, see `captions.title_of`
-POINT = 9  # pixels
+TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")  # in the label
+WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels: a panel; title and legend above
+LETTERS = 7.0  # in, width for `captions.title_of`
+POINT = 9  # pixels, size of a point
 
 
 def hover_map(results: Path, wish: Wish) -> Any:
-    """Return the map of a campaign as a figure of plotly.
+    """Return the map of a campaign as a plotly figure.
 
     Parameters
     ----------
-    results : `results.h5`
-    wish : axes, panels and colour, as of `maps.drawing_of`; critical is not shown
+    results : path of `results.h5`
+    wish : options of the map; `critical` has no effect
 
     Raises
     ------
     InputError
-        where plotly is not there, or the map would be one of shares
+        where plotly is not installed, or the map would be one of shares
     """
     try:
         from plotly.subplots import make_subplots
@@ -78,7 +78,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
 
 
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
-    """Return the text for each case under the mouse, (n,)."""
+    """Return the text shown when the mouse is at a case, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
     columns = {name: data[name].to_numpy()[picture.case] for name in names}
     units = {name: str(data[name].attrs.get("units", "")) for name in names}
@@ -97,7 +97,7 @@ def _short(value: Any) -> Any:
 
 
 def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
-    """Return the traces of a panel: filled cells, and above them a point for a case."""
+    """Return plotly's traces of a panel: filled cells, and a point for each case."""
     from plotly.graph_objects import Scatter
 
     picture, part = sheet.picture, sheet.part(number)
@@ -120,7 +120,7 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
     for word in colours.words(part.kind):
         own = boxes[colours.kind[rows] == word]
         x, y = (_outlines(own[:, ends]) for ends in ([0, 0, 1, 1, 0], [2, 3, 3, 2, 2]))
-        nothing = [None] if not len(own) else None  # a key in the legend all the same
+        nothing = [None] if not len(own) else None  # keeps its entry in the legend
         filled.append(Scatter(
             x=nothing or x, y=nothing or y, hoverinfo="skip", legendgroup=word,
             name=colours.looks[word].told, showlegend=first, fill="toself",
@@ -131,12 +131,12 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
 
 
 def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return one coordinate of the outlines of boxes, (k, 5), with NaN after each."""
+    """Return one coordinate of the closed outlines of boxes, separated by NaN."""
     return np.column_stack([corners, np.full(len(corners), np.nan)]).ravel()
 
 
 def _cells(part: Part, picture: Picture) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    """Return rows of a panel's cells, and (k, 4) left, right, bottom, top of each."""
+    """Return cases of k cells, (k,), and their left, right, bottom, top, (k, 4)."""
     if picture.refined is not None:
         return boxes_of(part, picture, picture.refined)[:2]
     if picture.scattered:

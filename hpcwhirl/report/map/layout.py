@@ -1,4 +1,4 @@
-"""Arrangement of a map on paper: number and size of panels, and their surroundings."""
+"""Arrangement of a map on paper: number and size of panels, titles, legend."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from hpcwhirl.store.reading.shares import SURE
 if TYPE_CHECKING:
     import xarray
 
-LETTERED = 300  # cells, up to which letters and markers are drawn
-READABLE = 0.5  # share of the cells that a letter must fit into
-WIDEST, LOWEST = 9.5, 5.6  # in, of the only panel
-PAGE = 13.0  # in, of all columns together
-A_LEVEL = 1.1  # in, of a level on an axis of few
-MOST_DECADES = 3.0  # of an axis whose numbers are written out
-BESIDE = 0.9, 0.45  # in, of a panel's width and height that ticks and labels take
+LETTERED = 300  # number of cells up to which letters and markers are drawn
+READABLE = 0.5  # share of the cells in which a letter must fit
+WIDEST, LOWEST = 9.5, 5.6  # in, width and height of a single panel
+PAGE = 13.0  # in, width of all columns together
+A_LEVEL = 1.1  # in, width of a level on an axis with few levels
+MOST_DECADES = 3.0  # of an axis whose numbers are written without exponents
+BESIDE = 0.9, 0.45  # in, width and height that ticks and labels of a panel take
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Sheet:
     ----------
     picture : content of the map
     rows, columns : numbers of rows and columns of panels
-    width, height : of a panel with its labels, in
+    width, height : size of a panel with its labels, in
     lettered : whether letters and markers are drawn in the cells
     """
 
@@ -92,13 +92,13 @@ def sheet_of(picture: Picture) -> Sheet:
 
 
 def _narrower(axis: Axis, width: float) -> float:
-    """Return a panel's width, smaller if an axis has few levels."""
+    """Return the width of a panel, in, reduced if its axis has few levels."""
     few = BESIDE[0] + A_LEVEL * (len(axis.levels) + 1)
     return float(min(width, max(few, 3.4)))
 
 
 def _rows(picture: Picture) -> int:
-    """Return the rows of panels; with two inputs, one along each side."""
+    """Return the number of rows of panels; two inputs become rows and columns."""
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]
@@ -134,7 +134,7 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
 
 
 def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
-    """Hatch and fade cases whose word too few twins share; return legend lines."""
+    """Hatch and fade cases whose word too few twins have; return legend entries."""
     picture = sheet.picture
     if "word_share" not in data or SURE not in data.attrs:
         return []
@@ -142,9 +142,9 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
         "whirl",
         "motion",
         "attractor",
-    }:  # a share is that of regimes
+    }:  # shares are known of regimes only
         return []
-    if picture.scattered and picture.free:  # points alone
+    if picture.scattered and picture.free:  # there are only points
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
     for number, axes in enumerate(panels[: len(picture.panels)]):
@@ -179,7 +179,7 @@ def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
 
 
 def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
-    """Scale, limit, tick and name the axes."""
+    """Set scales, limits, ticks and labels of the axes."""
     picture = sheet.picture
     for axes in grid.ravel():
         axes.set(xscale=picture.x.scale, yscale=picture.y.scale)

@@ -1,8 +1,8 @@
 """The limit up to which cases are damped, drawn over the other swept inputs.
 
-Over one input a bar joins the last damped case and the next one, of another word; over
-two, a map of colours shows the last damped case. An arrow or a hatch stands where no
-change was met, or where the first case is not damped.
+Over one input, a bar joins the last damped case and the next one, which has another
+word; over two, colours show the last damped value. Arrows or hatches mark lines without
+a change, and lines whose first case is not damped.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ def draw_limits(
     Parameters
     ----------
     data : results
-    found : the limit of each line
-    over : the input
-    point : its present value, of which the limits are multiples; None: in its unit
+    found : the limit on each line of cases
+    over : the input whose limits are drawn
+    point : its present value, by which limits are divided; None: limits in its unit
     path : file to write
 
     Raises
     ------
     InputError
-        where there are no, or more than two, other inputs of numbers that vary
+        unless one or two other inputs with numbers vary
     """
     from matplotlib.figure import Figure
 
@@ -62,7 +62,7 @@ def draw_limits(
         raise InputError(f"{msg}: choose others with --at")
     label, factor = label_of(data, over)
     if point is not None:
-        label, factor = f"{name_of(over)} over the present one", 1.0 / point
+        label, factor = f"{name_of(over)} over the present value", 1.0 / point
     ends = factor * np.array([[f.safe, f.unsafe] for f in found])
     figure = Figure(figsize=(8.0, 4.4), layout="constrained")
     axes = figure.subplots()
@@ -86,9 +86,9 @@ def _bars(
     found: Sequence[FirstChange],
     ends: Floats,
 ) -> None:
-    """Draw the bracket of each limit over one input.
+    """Draw each limit, as the interval that contains it, over one input.
 
-    ends : (lines, 2), last damped and next value; NaN for none
+    ends : (lines, 2), last damped value and next value; NaN for none
     """
     label, factor = label_of(data, name)
     x = factor * np.array([f.fixed[name] for f in found], dtype=float)
@@ -115,7 +115,7 @@ def _map(
     ends: Floats,
     label: str,
 ) -> None:
-    """Draw the last damped value over two inputs; `ends` as of `_bars`."""
+    """Draw the last damped value over two inputs; `ends` as in `_bars`."""
     told = [label_of(data, name) for name in names]
     grids = [np.unique([f.fixed[name] for f in found]) for name in names]
     values = np.full((len(grids[1]), len(grids[0])), np.nan)

@@ -1,4 +1,4 @@
-"""Read, draw and write maps of regimes, whirl or a number over swept inputs."""
+"""Reading, drawing and writing maps of regimes, whirl or a number over swept inputs."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ MADE_BY = {
     "figures": "hpcwhirl figures {}",
 }
 RESULTS = "results.h5"
-KEY = "Description"  # of the files' metadata: how the map was asked for
+KEY = "Description"  # entry of a PNG's metadata with the map's options
 
 
 @dataclass(frozen=True)
 class Drawing:
     """A drawn map: figure, content and options.
 
-    If inputs of the campaign were drawn, it shows shares, see `analysis.shares`.
+    If inputs of the campaign were drawn at random, it shows `analysis.shares`.
     """
 
     figure: Any
@@ -60,11 +60,11 @@ class Drawing:
 
 
 def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
-    """Yield the head and a line for each case that a map shows.
+    """Yield the header, and a row for each case that a map shows.
 
-    Columns: case, the swept inputs in SI units, panel, position on the axes in the
-    units drawn, word, whirl, the word of most twins and the case where it has twins
-    and, where the colour is a number, that number.
+    Columns: case, swept inputs in SI units, panel, positions on the axes in the units
+    drawn, word, whirl, the most frequent word of case and twins (if there are twins)
+    and, if a number is coloured, that number.
     """
     columns = {"case": picture.case, **picture.inputs, "panel": picture.panel}
     columns |= {f"x: {picture.x.label}": picture.x.place}
@@ -79,21 +79,21 @@ def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
 
 
 def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
-    """Draw a campaign's map as PNG and SVG, see `stem_of`, and return their paths.
+    """Draw a campaign's map as PNG and SVG, named by `stem_of`; return their paths.
 
     Parameters
     ----------
-    results : `results.h5`
+    results : path of `results.h5`
     out : directory of the figures
-    wish : options; missing ones are chosen
+    wish : options of the map; None: all chosen automatically
     """
     return save_map(drawing_of(results, wish or Wish()), out)
 
 
 def stem_of(wish: Wish) -> str:
-    """Return the name of a map's files: ``map``, followed by its options.
+    """Return the name of a map's files: ``map`` and its options.
 
-    Such as ``map-growth_rate``, so that maps do not replace each other.
+    An example is ``map-growth_rate``; so maps do not replace each other.
     """
     parts = [wish.colour] if wish.colour != "regime" else []
     parts += [f"{side}-{name}" for side in ("x", "y") if (name := getattr(wish, side))]
@@ -104,7 +104,7 @@ def stem_of(wish: Wish) -> str:
 
 
 def drawing_of(results: Path, wish: Wish) -> Drawing:
-    """Return the map of a campaign; only columns of numbers are read, no traces."""
+    """Return the map of a campaign; no traces are read."""
     from hpcwhirl.report.map.layout import figure_of
     from hpcwhirl.report.map.probabilities import wants_shares
 
@@ -116,14 +116,14 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
             if wants_shares(data, wish):
                 return _drawing_of_shares(data, wish, results.parent)
             picture = picture_in(data, results, wish)
-            for name in (*FIXED, "duration"):  # what the title tells
+            for name in (*FIXED, "duration"):  # shown in the title
                 data[name].load()
         figure = figure_of(data, picture, wish, results.parent)
     return Drawing(figure, picture, wish)
 
 
 def picture_in(data: xarray.Dataset, results: Path, wish: Wish) -> Picture:
-    """Return the content of a map of cases, with the cells of a refined campaign.
+    """Return the content of a map, for a refined campaign with its cells.
 
     results : path of `results.h5`, from which the cells are read
     """
@@ -149,7 +149,7 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
 
 
 def save_map(drawing: Drawing, out: Path) -> list[Path]:
-    """Write a map as PNG and SVG, each whole or not at all; return their paths.
+    """Write a map as PNG and SVG, each atomically; return their paths.
 
     They are named by `stem_of`.
     """
@@ -158,7 +158,7 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
     paths = [out / f"{stem}.{kind}" for kind in ("png", "svg")]
     for path in paths:
         save(drawing.figure, path, dpi=140, metadata=told)
-        drawing.figure.set_layout_engine("none")  # it is laid out now
+        drawing.figure.set_layout_engine("none")  # keep the present layout
     return paths
 
 
@@ -176,11 +176,11 @@ def wish_of(path: Path) -> Wish | None:
 
 
 def refresh(folder: Path) -> tuple[list[Path], list[str]]:
-    """Draw a campaign's maps again with their options.
+    """Draw existing maps of a campaign again, with the options stored in them.
 
     Returns
     -------
-    paths drawn, and a line for each file that still shows what was there before
+    paths drawn, and a line for each file that still shows older results
     """
     drawn: list[Path] = []
     why = {}

@@ -22,16 +22,16 @@ from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 if TYPE_CHECKING:
     import xarray
 
-SHARE = "share_of_cases"  # a variable, which conditions can name
+SHARE = "share_of_cases"  # name as a variable, so that expressions can use it
 SHARE_LABEL = SHARE.replace("_", " ")
-PANEL = "motion"  # an input of the map: which regime's share a panel shows
-BARS = 0.55  # of a bar's room
+PANEL = "motion"  # pseudo-input of the map: whose share a panel shows
+BARS = 0.55  # width of a bar, over the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
     """Return whether a map shows shares: inputs were drawn, and none is an axis.
 
-    If two inputs were drawn and none was swept, they are the axes of a map of cases.
+    If two inputs were drawn and none was swept, the map shows cases over these two.
     """
     if not is_sampled(data) or wish.colour != "regime":
         return False
@@ -52,13 +52,13 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 
 def varied(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs that vary between the points."""
+    """Return the swept inputs that vary between the points of the sweep."""
     names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     return [n for n in names if n != "point" and len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
-    """Return shares as the content of a map, with a case for each point and regime.
+    """Return shares in the form of cases, one for each point and regime, for a map.
 
     Regimes without cases are left out.
     """
@@ -74,7 +74,7 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
     words = {n: (("case",), np.full(out.sizes["case"], word, dtype=object))
              for n, word in (("status", "ok"), ("outcome", "completed"),
                              ("regime", "damped"), ("whirl", "none"))}  # fmt: skip
-    # of the first draw: NaN differs from NaN, so that no title tells it as common
+    # drawn inputs become NaN, which differs from NaN, so that titles do not show them
     drawn = {*drawn_of(data).inputs} & {*FIXED, "duration"}
     none = np.full(out.sizes["case"], np.nan)
     out = out.assign({name: ("case", none, out[name].attrs) for name in drawn})
@@ -91,8 +91,8 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     Parameters
     ----------
     data : results
-    found : of `analysis.shares`, or of `analysis.basins`
-    note : on the draws
+    found : result of `analysis.shares` or `analysis.basins`
+    note : a line about the draws
 
     Raises
     ------
@@ -115,7 +115,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return a note on the number of draws, and on cases without a regime."""
+    """Return a note on the number of draws and on cases without a regime."""
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)
@@ -134,7 +134,7 @@ def looks_of(found: xarray.Dataset) -> dict[str, Look]:
 def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
-    """Stack the shares over one input; bars have the intervals of the sums."""
+    """Stack the shares over one input; error bars are intervals of the sums."""
     along, looks = _along(found), looks_of(found)
     found = found.isel(point=np.argsort(found[over].to_numpy()))
     x = factor * found[over].to_numpy()
@@ -174,7 +174,7 @@ def _along(found: xarray.Dataset) -> str:
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:
-    """Yield the head and a line for each point and regime."""
+    """Yield the header, and a row for each point and regime."""
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     numbers = ["count", "share", "share_low", "share_high"]
     yield [*swept, "cases", "lost", "regime", *numbers]

@@ -1,4 +1,4 @@
-"""Panels of a refined campaign's map: cells at their own sizes, and boundaries."""
+"""Panels of a refined campaign's map: cells of different sizes, and boundaries."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LOOKS: dict[str, dict[str, Any]] = {
     "speckle": {"hatch": "....", "linewidth": 0.0, "edgecolor": "#FFFFFF"},
     "confirmed": {"linewidth": 0.3, "edgecolor": INK, "alpha": 0.45},
 }
-MOST_EDGED = 300  # cases of a map whose cells have white edges
+MOST_EDGED = 300  # number of cases up to which cells have white edges
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
@@ -36,7 +36,7 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon for each row of a part; return the artist of numbers, if any."""
+    """Draw a polygon for each case of a panel; return the artist of numbers, if any."""
     edged, drawn = len(part.x.place) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
@@ -60,7 +60,7 @@ def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
 def refined_cells(
     part: Part, picture: Picture, refined: Refined, chosen: Mask
 ) -> Floats:
-    """Return the parts of cells whose nearest case is a chosen one of the map."""
+    """Return the parts of cells, as corners (k, 4, 2), whose nearest case is chosen."""
     rows, boxes, _ = boxes_of(part, picture, refined)
     return _corners(boxes[chosen[rows]])
 
@@ -72,13 +72,13 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
 def boxes_of(
     part: Part, picture: Picture, refined: Refined
 ) -> tuple[Ints, Floats, Ints]:
-    """Return the part of each cell that is nearest to each of its corners.
+    """Return the parts of cells that are nearest to each of their corners.
 
     Returns
     -------
-    rows : (k,), of the picture
-    boxes : (k, 4), left, right, bottom, top
-    number : (k,), of the cell
+    rows : (k,), index of the case at the corner among those of the picture
+    boxes : (k, 4), left, right, bottom, top of the part
+    number : (k,), index of the cell
     """
     own = np.full(1 + max(picture.case.max(), refined.cells.corner.max()), -1)
     own[picture.case[part.rows]] = part.rows
@@ -104,10 +104,10 @@ def _bit(refined: Refined, name: str) -> int:
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
     """Return for which cells corner i lies in the plane that the map shows, (cells,).
 
-    Where a refined input is no axis, a plane between two cells belongs to the upper
-    one, except the last plane.
+    If a refined input is no axis, a plane between two cells belongs to the upper cell,
+    except the last plane.
 
-    found, i : as of `_ends`
+    found, i : as in `_ends`
     """
     keep = np.ones(len(found), dtype=bool)
     for name in refined.over:
@@ -121,18 +121,18 @@ def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.b
 def _ends(
     axis: Axis, refined: Refined, found: Ints, i: int
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return where on an axis corner i of each cell is the nearest one.
+    """Return the interval of an axis in which corner i of each cell is the nearest one.
 
     Parameters
     ----------
-    axis : of the map
+    axis : axis of the map
     refined : cells of the campaign
     found : (cells, corners), rows of the cases at the corners; -1: not in the picture
     i : number of the corner
 
     Returns
     -------
-    low and high end, (cells,), and whether both corners along the axis are known
+    lower and upper end, (cells,), and whether both corners along the axis are known
     """
     own = found[:, i]
     if axis.name not in refined.over:
@@ -153,7 +153,7 @@ def _corners(boxes: Floats) -> NDArray[np.float64]:
 
 
 def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
-    """Hatch speckle, and outline confirmed cells."""
+    """Hatch cells of speckle, and outline cells of confirmed boundaries."""
     speckle = refined.cells.state == STATES.index("speckle")
     for name, wanted in (("speckle", speckle), ("confirmed", refined.cells.confirmed)):
         shown = np.unique(number[wanted.astype(bool)[number]])
@@ -184,14 +184,14 @@ def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> No
 
 
 def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
-    """Return the ends of lines, (s, 2, xy)."""
+    """Return the ends of the boundary's line segments, (s, 2, xy)."""
     ends = refined.lines[np.isin(refined.panel[refined.lines[:, 0]], panels)]
     both = [axis.factor * refined.at[axis.name][ends] for axis in (part.x, part.y)]
     return np.stack(both, axis=-1)
 
 
 def _bars(part: Part, picture: Picture, refined: Refined, panels: Ints) -> Floats:
-    """Return upright bars over the height of their panel's row, (s, 2, xy)."""
+    """Return the ends of vertical bars as high as a row of the panel, (s, 2, xy)."""
     edges, bars = part.y.edges(), []
     for panel in panels:
         rows = part.rows[refined.panel_of[picture.case[part.rows]] == panel]

@@ -1,1 +1,1 @@
-"""One HTML file of a campaign: its map, and every case a click away."""
+"""One HTML file of a campaign: its map, with every case to click on."""

@@ -1,8 +1,8 @@
 """The page as one file with styles, scripts and data; nothing else is loaded.
 
 Data from inputs enter the page in two ways only: as JSON without ``<``, which the
-script inserts as text, and as base64. A policy in the head forbids the network, and all
-scripts except those whose digests it has.
+script inserts as text, and as base64. A content security policy in the head forbids
+network access, and all scripts except those whose digests it lists.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "data", "words", "axes", "story", "refined", "map", "charts",
            "case", "table", "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
-HEAD_BYTES = 4096  # within which that line stands
+HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest
 
 
 def write_page(folder: Path, out: Path | None = None) -> Path:
@@ -46,13 +46,13 @@ def write_page(folder: Path, out: Path | None = None) -> Path:
         msg = f"{results.path} has no cases: nothing to show"
         raise InputError(msg)
     path = out or folder / NAME
-    sweep_idle(path.parent, path.name)  # of a process that was killed
+    sweep_idle(path.parent, path.name)  # files left by a killed process
     write_whole(path, page_of(page_data(results)).encode(), held=True)
     return path
 
 
 def is_stale(folder: Path) -> bool:
-    """Return whether there is a page that shows other results than the current ones."""
+    """Return whether there is a page, and it shows older results."""
     try:
         with open_regular(folder / NAME) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
@@ -63,7 +63,7 @@ def is_stale(folder: Path) -> bool:
 
 
 def page_of(content: PageData) -> str:
-    """Return the page."""
+    """Return the HTML text of the page."""
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
@@ -87,12 +87,12 @@ def _asset(name: str) -> str:
 
 
 def _json(facts: dict[str, Any]) -> str:
-    """Return JSON that cannot close the HTML element around it."""
+    """Return JSON that cannot end the HTML element around it."""
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 
 
 def _policy(scripts: list[str]) -> str:
-    """Return the policy: these scripts, styles of the page, and no network."""
+    """Return the content security policy: these scripts, inline styles, no network."""
     hashes = (hashlib.sha256(text.encode()).digest() for text in scripts)
     allowed = " ".join(f"'sha256-{base64.b64encode(h).decode()}'" for h in hashes)
     return (

@@ -12,7 +12,7 @@ import tomli_w
 from hpcwhirl.scene import named_scene
 from hpcwhirl.scene.files import SETS, flatten
 
-PROGRAM = "hpcwhirl run"  # of the scene that `run` takes where none is named
+PROGRAM = "hpcwhirl run"  # with the default scene
 START = "table2"
 TRACES = "output.traces"
 
@@ -23,7 +23,7 @@ def _start() -> dict[str, Any]:
 
 
 def setting(name: str, value: Any) -> str:
-    """Return the words ``--set name=value`` as a shell takes them."""
+    """Return ``--set name=value``, quoted for a shell."""
     parts = value if isinstance(value, list) else [value]
     texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
     text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
@@ -42,7 +42,7 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
     names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
     told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
     if TRACES not in swept and told.get(TRACES) == "summary":
-        del told[TRACES]  # who integrates one case again wants to see it
+        del told[TRACES]  # keep traces, to look at the case
     for cause, effects in SETS.items():
         if told.get(cause):
             for name in effects:
@@ -51,6 +51,6 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
 
 
 def command_of(given: Mapping[str, Any], swept: frozenset[str]) -> str:
-    """Return the command of a case, see `given_inputs`."""
+    """Return the command that integrates a case; arguments as of `given_inputs`."""
     told = given_inputs(given, swept)
     return " ".join([PROGRAM, *(setting(n, v) for n, v in told.items())])

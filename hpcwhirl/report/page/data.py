@@ -28,9 +28,9 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-LEFT_OUT = ("message", "rank")  # of the columns: told elsewhere, or of no interest
+LEFT_OUT = ("message", "rank")  # columns shown elsewhere, or of no interest
 CHARTED = ("time", "energy", "power", "line_frequency")  # the axes of a case's figures
-DERIVED = {  # {name: (condition's language, unit, meaning)}
+DERIVED = {  # {name: (expression, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
     "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
 }
@@ -42,9 +42,9 @@ class PageData:
 
     Attributes
     ----------
-    facts : plain data
+    facts : data that become JSON
     columns : bytes of all columns, one after another
-    records : of the traces, all of one size
+    records : bytes of the traces of each case, all of one size
     """
 
     facts: dict[str, Any]
@@ -86,7 +86,7 @@ def page_data(results: Results) -> PageData:
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
-    """Return the cells of a refined campaign, and the boundaries of either word."""
+    """Return the cells of a refined campaign, and boundaries of both kinds of word."""
     found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
     if found is None or whirl is None:
         return None
@@ -108,13 +108,13 @@ def _refined(results: Results) -> dict[str, Any] | None:
 
 
 def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
-    """Return {SI unit: (unit shown, factor)} of columns, where the two differ."""
+    """Return {SI unit: (unit shown, factor)} of the columns where the two differ."""
     units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
 
 
 def _fixed(results: Results) -> list[str]:
-    """Return the inputs of a title that have one value in all cases."""
+    """Return the inputs of the title, those with one value in all cases."""
     return [n for n in FIXED if len(set(results[n].tolist())) == 1]
 
 
@@ -135,7 +135,7 @@ def _given(results: Results, name: str) -> list[Any]:
 
 
 def _levels(values: list[Any]) -> dict[str, Any]:
-    """Return {JSON of a value: value}: numbers ascending, others as they came."""
+    """Return {JSON of a value: value}: numbers ascending, others as they occur."""
     levels = {json.dumps(value): value for value in values}
     if all(isinstance(v, int | float) for v in levels.values()):
         return dict(sorted(levels.items(), key=lambda item: float(item[1])))
@@ -143,7 +143,7 @@ def _levels(values: list[Any]) -> dict[str, Any]:
 
 
 def _swept(results: Results, name: str) -> dict[str, Any]:
-    """Return a swept input: its levels as values and as words of a command."""
+    """Return the facts of a swept input: its levels, as values and as arguments."""
     levels = list(_levels(_given(results, name)).values())
     return {
         "name": name,
@@ -155,7 +155,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the parts of cases' commands, and whole commands that differ from them."""
+    """Return what cases' commands have in common, and the commands that deviate."""
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
@@ -170,7 +170,7 @@ def _commands(results: Results) -> dict[str, Any]:
 
 
 def _thresholds(results: Results) -> list[dict[str, Any]]:
-    """Return each threshold: as stored with the words, and its default."""
+    """Return each threshold: its value stored in the results, and its default."""
     return [
         {
             "name": field.name,
@@ -185,7 +185,7 @@ def _thresholds(results: Results) -> list[dict[str, Any]]:
 def _columns(
     results: Results, slots: NDArray[np.int32]
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return (descriptions, bytes): evidence in 8 bytes, other numbers in 4."""
+    """Return (descriptions, bytes) of the columns: evidence in 8 bytes, others in 4."""
     evidence = set(rules.evidence_names())
     columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
     shares = {n: quantity for n, quantity in SHARE.items() if n in results}
@@ -213,7 +213,10 @@ def _columns(
 def _packed(
     columns: list[tuple[dict[str, Any], NDArray[Any]]],
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return the start of each column, and all bytes; constants have one value."""
+    """Return each column's description with its start, and all bytes.
+
+    A column that is constant is stored as one value.
+    """
     table, parts, at = [], [], 0
     for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
         same = len(column) > 0 and bool((column == column[0]).all())
@@ -226,9 +229,9 @@ def _packed(
 
 
 def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
-    """Return (sizes, records, (cases,) number of each case's record, -1 for none).
+    """Return (sizes, records, number of each case's record, (cases,), -1 for none).
 
-    Beyond `MOST_RECORDS` only every n-th of the cases with traces has one.
+    If more than `MOST_RECORDS` cases have traces, only every n-th of them has a record.
     """
     slots = np.full(len(results), -1, "<i4")
     whole = np.flatnonzero(results["status"] == "ok")
@@ -237,7 +240,7 @@ def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     sizes = sizes_for(len(chosen))
     records: list[bytes] = []
     for case, traces in results.each_traces(chosen.tolist(), NEEDED):
-        if not np.isfinite(traces["centre"]).any():  # it kept none, others did
+        if not np.isfinite(traces["centre"]).any():  # this case kept no traces
             continue
         numbers = (results[n][case] for n in ("speed", "window", "line_frequency"))
         speed, window, line = (float(n) for n in numbers)

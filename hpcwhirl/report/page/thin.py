@@ -1,9 +1,9 @@
 """Traces of a case reduced to a few bytes for the page.
 
-A record is a few numbers and curves, of one size for all cases, every value in 16 bits.
-Coordinates of the orbit are whole multiples of a fraction of the largest one. Values
-that span decades are stored as a sign and the logarithm of their ratio to the largest,
-in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
+A record consists of a few numbers and curves and has one size for all cases; values of
+curves have 16 bits. Coordinates of the orbit are integer multiples of a fraction of the
+largest one. Values that span decades are stored as a sign and the logarithm of their
+ratio to the largest, in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from hpcwhirl.analysis.spectrum import full_spectrum
 
 Floats = NDArray[np.float64]
 Traces = dict[str, Floats]
-TARGET = 4_200_000  # bytes of all records of a page, where they do not get too thin
-THINNEST, FINEST = 600, 12_000  # bytes of a record
+TARGET = 4_200_000  # bytes of all records of a page, unless they become too small
+THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest
 MOST_RECORDS = 20_000
-LARGEST, LEAST = 1e38, 1e-37  # that a single-precision number can tell
+LARGEST, LEAST = 1e38, 1e-37  # limits of single precision
 HEAD = 8  # numbers of four bytes before the curves
 NEEDED = ("centre", "energy", "fed", "rubbed", "lost")
 PER_TURN = 36  # samples of an orbit in the period of its fastest strong line
-LEAST_LINE = 1e-2  # of the strongest: what a spectrum is shown out to
-SCALE = 32767  # steps of a place on the orbit
-NOTHING = -32768  # no place, no value
-OCTAVES = 40  # below the largest value of a curve, to its least
+LEAST_LINE = 1e-2  # of the strongest line: a spectrum is shown up to such lines
+SCALE = 32767  # steps of a coordinate of the orbit
+NOTHING = -32768  # code for "no value"
+OCTAVES = 40  # from the largest value of a curve down to the smallest
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Points that a page keeps of a case.
+    """Numbers of points that a page keeps of each case.
 
     Attributes
     ----------
-    orbit : number of positions of the centre, at the end of the run
-    radius : number of intervals of the run, each with the least and largest |Z|
-    ledger : number of intervals of the run, each with energy and powers
-    lines : number of intervals of the two-sided spectrum, each with its largest line
+    orbit : positions of the centre, at the end of the run
+    radius : intervals of the run, each with the least and largest |Z|
+    ledger : intervals of the run, each with energy and powers
+    lines : intervals of the two-sided spectrum, each with its largest line
     """
 
     orbit: int
@@ -55,7 +55,7 @@ class Sizes:
 
 
 def sizes_for(cases: int) -> Sizes:
-    """Return the sizes for a number of cases."""
+    """Return the sizes that suit a page with this number of cases."""
     room = min(max(TARGET // max(cases, 1), THINNEST), FINEST) // 2 - 2 * HEAD
     return Sizes(
         orbit=int(0.27 * room), radius=int(0.085 * room),
@@ -70,14 +70,14 @@ def record_of(
 
     Parameters
     ----------
-    traces : `time` and `NEEDED`; centre (n, 2), m, static frame
+    traces : `time` and those in `NEEDED`; centre (n, 2), m, static frame
     speed : Omega, rad/s
     window : length of the window of the words, s
     line : strongest line, rad/s, forward positive
     sizes : points of each curve
     """
     time = traces["time"]
-    with np.errstate(all="ignore"):  # of a run that blew up what is finite is shown
+    with np.errstate(all="ignore"):  # of a diverged run, finite values are shown
         centre = traces["centre"] @ np.array([1.0, 1j])
         late = time > time[-1] - window if len(time) else slice(0)
         shown = len(time[late]), _fastest(speed, line)
@@ -86,14 +86,14 @@ def record_of(
         spans = _spans(np.abs(centre), sizes.radius)
         energy, power = np.split(_ledger(traces, sizes.ledger), [sizes.ledger])
         scales, codes = zip(*map(_codes, (spans, energy, power, lines)), strict=True)
-        start = np.fmod(speed * head[1], 2 * np.pi)  # where the rotating frame stands
+        start = np.fmod(speed * head[1], 2 * np.pi)  # angle of the rotating frame
         numbers = np.array([head[0], start, head[2], reach, *scales], "<f4").tobytes()
     whole = numbers + np.concatenate([places, *codes]).tobytes()
     return whole.ljust(sizes.bytes, b"\0")
 
 
 def _fastest(speed: float, line: float) -> float:
-    """Return the fastest turning, rad/s, of the strongest line in either frame."""
+    """Return the higher angular speed, rad/s, of the strongest line in both frames."""
     return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
 
 
@@ -113,7 +113,7 @@ def _orbit(
     Returns
     -------
     (scale, m; time of the first position, s; interval, s), and the positions (2 *
-    most,), x then y, as whole numbers of which `SCALE` means the scale
+    most,), x then y, as integers in units of scale / `SCALE`
     """
     out = np.full((2, most), NOTHING, "<i2")
     finite = np.isfinite(centre)
@@ -133,7 +133,7 @@ def _orbit(
 
 
 def _cuts(count: int, most: int) -> NDArray[np.int64]:
-    """Return the starts of at most `most` intervals of `count` samples."""
+    """Return the first samples of at most `most` intervals of `count` samples."""
     return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
 
 
@@ -142,8 +142,8 @@ def _spans(values: Floats, most: int) -> Floats:
 
     Returns
     -------
-    (2 * most,), the least of each interval, then the largest of each; NaN where there
-    are fewer intervals
+    (2 * most,), the least value of each interval, then the largest of each; NaN for
+    missing intervals
     """
     out = np.full((2, most), np.nan)
     if len(values):
@@ -156,8 +156,8 @@ def _spans(values: Floats, most: int) -> Floats:
 def _ledger(traces: Traces, most: int) -> Floats:
     """Return means over at most `most` intervals of the samples, (4 * most,).
 
-    First the energy, J, then the powers of friction, of transport and of losses, W;
-    NaN where there are fewer intervals.
+    First the energy, J, then the powers of friction, of transport and of losses, W; NaN
+    for missing intervals.
     """
     out = np.full((4, most), np.nan)
     time, rubbed = traces["time"], traces["rubbed"]
@@ -177,7 +177,7 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return (limit, rad/s; largest line, m, of each interval within +- limit)."""
+    """Return a limit, rad/s, and the largest line, m, in each interval of +- limit."""
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
         return 0.0, out
@@ -198,7 +198,7 @@ def _codes(values: Floats) -> tuple[float, NDArray[np.int16]]:
     scale = float(np.nanmax(np.abs(known), initial=0.0))
     if scale < LEAST:
         return 0.0, np.where(np.isnan(known), NOTHING, 0).astype("<i2")
-    with np.errstate(divide="ignore"):  # zero has the least ratio and the sign 0
+    with np.errstate(divide="ignore"):  # zero gets the sign 0
         ratio = np.maximum(np.log2(np.abs(known) / scale), -OCTAVES)
     codes = np.sign(known) * np.maximum(np.rint(SCALE * (1 + ratio / OCTAVES)), 0)
     return scale, np.where(np.isnan(known), NOTHING, codes).astype("<i2")

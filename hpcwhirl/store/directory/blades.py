@@ -1,4 +1,4 @@
-"""Variables that a plan may ask for: of single blades, of chaos; tuned cases."""
+"""Optional variables of results: of single blades, of chaos; tuned cases."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
-MODEL = ("modes", "time_step", "scheme")  # the same of both: else models are compared
+MODEL = ("modes", "time_step", "scheme")  # must be equal, or models differ, not blades
 LOOKED_AT = {"blades", "full"}
 
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return the variables of single blades in the results of a plan, {} for none."""
+    """Return the `BLADES` variables that a plan's results have, {} for none."""
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
 
 
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return the variables in the results of a plan that not every plan has."""
+    """Return {variable: `Quantity`} of the optional variables in a plan's results."""
     return blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
 
 
@@ -41,13 +41,13 @@ def asks_for_chaos(plan: Manifest) -> bool:
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return the values of `output.traces` in a plan."""
+    """Return the values that `output.traces` has in the cases of a plan."""
     base = plan.base.get(DETAIL)
     return {str(base), *map(str, listed(plan.table.column(DETAIL, base).values))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:
-    """Return {case: the tuned case with the same other inputs}."""
+    """Return {case: case without mistuning whose other inputs are the same}."""
     if MISTUNING not in plan.swept:
         return {}
     keys = [_others(row) for row in plan.settings]
@@ -62,10 +62,14 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": value} of a case.
+    """Return {"amplification": value} of a case against its tuned case.
 
-    {} if one of both has no amplitude or passed the amplitude limit, the tuned one is
-    at rest, or their models differ, as `truncation` may choose.
+    {} if either has no amplitude or exceeded the amplitude limit, if the tuned case is
+    at rest, or if their models differ, since `truncation` may choose other ones.
+
+    Parameters
+    ----------
+    record, twin : of the case and of the tuned case; None: not computed
     """
     own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
     if any(own.get(name) != tuned.get(name) for name in MODEL):

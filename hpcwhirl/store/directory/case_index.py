@@ -19,7 +19,7 @@ class CaseIndex:
 
     Parameters
     ----------
-    digests : of a plan, in the order of its cases
+    digests : digest of each case of a plan, in the order of its cases
     """
 
     def __init__(self, digests: Sequence[str]) -> None:
@@ -28,7 +28,10 @@ class CaseIndex:
             self._case_of = {name: case for case, name in enumerate(digests)}
 
     def find(self, name: str, hint: Any = -1) -> int:
-        """Return the case of a digest, -1 for none; `hint`: case to try first."""
+        """Return the case with a digest, -1 for none.
+
+        hint : number of the case to try first
+        """
         place = hint if isinstance(hint, int) else -1
         if isinstance(self.digests, CaseDigests):
             return self.digests.find(name, place)
@@ -37,7 +40,7 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the cases of digests of 32 bytes, (m,), -1 for none."""
+        """Return the cases of m digests of 32 bytes, (m,), -1 for none."""
         if isinstance(self.digests, CaseDigests):
             return self.digests.find_all(words, hints)
         names = [bytes(word).hex() for word in words]
@@ -45,7 +48,9 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the case of each record, or of the twin that it is, (m,), -1 for none.
+        """Return the case to which each record belongs, (m,), -1 for none.
+
+        The record of a twin belongs to the case that is perturbed.
 
         If the journal's case numbers refer to this plan, digests are not compared.
         """

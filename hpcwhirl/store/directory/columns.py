@@ -41,21 +41,23 @@ class Told(NamedTuple):
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the steps that were integrated, that is up to a certificate.
+    """Return the number of integrated steps, those up to a certificate, (rows,).
 
     Parameters
     ----------
-    steps, certificate, duration : of the rows; s; certificate is -1 if there is none
+    steps : (rows,), number of steps that the whole duration has
+    certificate : (rows,), s, time from which the run is known in closed form; -1: never
+    duration : (rows,), s
     """
-    with np.errstate(all="ignore"):  # whatever numbers a record has
+    with np.errstate(all="ignore"):  # a record may hold any numbers
         share = np.where(certificate < 0.0, 1.0, np.divide(certificate, duration))
         return np.asarray(steps * share)
 
 
 def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
-    """Return the case of each record, (records,); -1 for twins and later stages.
+    """Return the case of each record, (records,).
 
-    It is -1, too, for cases that are not in the plan.
+    -1 for twins, later stages, and cases that are not in the plan.
     """
     planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
     return np.where(planned, known.cases_of(rows), -1)

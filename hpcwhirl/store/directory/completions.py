@@ -26,7 +26,7 @@ from hpcwhirl.store.directory.record import Record
 
 
 class Place(NamedTuple):
-    """Key of a record: what it is the computation of.
+    """Key of a record: the case, twin and stage that was computed.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ def job_of(record: Record, plan: Manifest) -> Place:
 
 
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
-    """Return the stage of each record, (records,); -1 where the plan has none such."""
+    """Return the stage of each record, (records,); -1 if the plan has no such stage."""
     time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
     for stage, ends in enumerate(_times(plan)):
         stages[time == ends] = stage
@@ -59,7 +59,7 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
 
 
 def _times(plan: Manifest) -> list[float]:
-    """Return the end time of each stage, s; that of stage 0, as planned, is 0.0."""
+    """Return the end time of each stage, s; 0.0 for stage 0, the planned duration."""
     return [0.0, *plan.extended]
 
 
@@ -88,12 +88,14 @@ class Ended:
     Attributes
     ----------
     plan : plan of the directory
-    over, ok : (coarse cases,), whether a case as planned has ended, and with a result
-    seconds, marched : (coarse cases,), computing time of cases with a result, s, and
-        their steps, see `columns.marched`; NaN for other cases
-    told : {digest: completion}; of a plain plan, only of the digests in `asked`
+    over, ok : (cases,), whether each case of the plan, at its planned duration, has
+        ended, and whether it gave a result; of a refined plan the coarse cases
+    seconds, marched : (cases,), computing time, s, and integrated steps, see
+        `columns.marched`; NaN for cases without a result
+    told : {digest: completion}; of a plain plan (`is_plain`), only of the digests that
+        `ended_in` was asked for
     places : {key of a record: completion}; empty for a plain plan
-    taken : {digest: computing time, s} of cases as planned
+    taken : {digest: computing time, s} of cases at their planned duration
     """
 
     plan: Manifest
@@ -143,13 +145,13 @@ class Ended:
         return Refined(family, self.plan.twins, digest), find
 
     def take(self, record: Record, case: int, *, again: bool) -> None:
-        """Add a record, the oldest first.
+        """Add a record; records must come in order, the oldest first.
 
         Parameters
         ----------
         record : the record
-        case : its case; -1 for twins, later stages and cases of other plans
-        again : whether its job is to be computed again
+        case : number of its case; -1 for twins, later stages and cases of other plans
+        again : whether its job is to be computed again, so that it counts as not done
         """
         name, end = record["digest"], completion_of(record)
         place = job_of(record, self.plan)
@@ -185,7 +187,7 @@ def is_plain(plan: Manifest) -> bool:
 
 
 def planner_of(folder: Path, plan: Manifest) -> Planner:
-    """Return the planner of the jobs left in a directory."""
+    """Return the planner of the jobs that are left to do in a directory."""
     return ended_in(folder, plan).planner()
 
 
@@ -199,9 +201,9 @@ def ended_in(
 
     Parameters
     ----------
-    folder, plan : of the campaign
+    folder, plan : directory and plan of the campaign
     asked : digests whose completions are wanted in `Ended.told`
-    again : whether the job of a record is to be computed again; None: of no record
+    again : tells whether the job of a record is to be computed again; None: never
     """
     if is_plain(plan) and again is None:
         known = CaseIndex(plan.digests)
@@ -228,7 +230,7 @@ def ended_of(
 def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended:
     """Return the completed jobs of a plain plan.
 
-    asked : {digest: case} of those wanted in `Ended.told`
+    asked : {digest: case} of the completions wanted in `Ended.told`
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}

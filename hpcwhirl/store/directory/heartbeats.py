@@ -1,10 +1,10 @@
-"""Heartbeats: a note on the cases that each rank computes, a file per rank and run.
+"""Heartbeats: a note of the cases that each rank computes, one file per rank and run.
 
-The file is mapped into memory: writing a note takes no system call, and a process that
-is killed leaves the note on its case.
+The file is mapped into memory: writing a note takes no system call, and the note of a
+process that is killed remains.
 
-A process that ends by itself, stopped or done, removes its file. So a file that is left
-names the cases that were in flight when a process died.
+A process that ends in an orderly way, finished or stopped, removes its file. So a file
+left behind names the cases that were being computed when a process died.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Running:
         It is not synced: it must survive the process, not the machine.
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
-        # A full disk, told as a short file, stops the campaign at the next result.
+        # If the disk is full, the campaign stops when it writes its next result.
         with suppress(OSError):
             if len(line) > len(self._memory):
                 self._memory = self._mapped(-(-len(line) // PAGE) * PAGE)
@@ -67,7 +67,7 @@ class Running:
 
     def _mapped(self, size: int) -> mmap | bytearray:
         """Return the file mapped into memory, or a buffer if it cannot be mapped."""
-        os.pwrite(self._file.fileno(), bytes(size), 0)  # full disks tell it here alone
+        os.pwrite(self._file.fileno(), bytes(size), 0)  # a full disk shows only here
         try:
             return mmap(self._file.fileno(), size)
         except (OSError, ValueError):  # ValueError: the file is shorter than that
@@ -79,7 +79,7 @@ class Running:
 
     def __exit__(self, *error: object) -> None:
         """Remove the file, since this process ends by itself."""
-        with suppress(OSError):  # what is removed may be lost
+        with suppress(OSError):  # the file is no longer needed
             self._file.close()
         with suppress(OSError):
             self._path.unlink()
@@ -87,7 +87,7 @@ class Running:
 
 @dataclass(frozen=True)
 class Note:
-    """What a heartbeat file says: a process and the cases that it computes.
+    """Content of a heartbeat file: a process and the cases that it computes.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether its process is dead; False on other hosts, which cannot know it."""
+        """Whether its process is dead; False if it ran on another host."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
@@ -128,7 +128,7 @@ def _note(path: Path) -> Note | None:
 
 
 def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
-    """Return the notes that can be read; results do not depend on the others."""
+    """Return (file, note) for each complete note; no result depends on the others."""
     try:
         paths = listed(folder / "running", ".log")
     except MissingFileError:
@@ -149,12 +149,13 @@ def crashes(folder: Path) -> Counter[str]:
 def sweep_notes(folder: Path, older: float) -> None:
     """Remove incomplete notes of dead processes.
 
-    They name no case, so that no result would ever remove them.
+    They name no case, so `forget_crashes` would never remove them.
 
     Parameters
     ----------
     folder : the campaign's directory
-    older : only those last written before then, s since 1970 on its file system
+    older : remove only notes last written before this time, s since 1970 by the clock
+        of the file system
     """
     with suppress(MissingFileError):
         for path in listed(folder / "running", ".log"):
@@ -164,11 +165,11 @@ def sweep_notes(folder: Path, older: float) -> None:
 
 
 def forget_crashes(folder: Path, finished: Collection[str]) -> None:
-    """Remove the notes of dead processes whose cases all have ended since."""
+    """Remove the notes of dead processes all of whose cases have ended since."""
     ended = set(finished)
     here = socket.gethostname()
     for path, note in _whole_notes(folder):
-        at_work = note.host == here and not note.left_over  # of another shard
+        at_work = note.host == here and not note.left_over  # a process of another shard
         if set(note.digests) <= ended and not at_work:
             with suppress(OSError):
                 path.unlink()

@@ -1,13 +1,13 @@
 """Journals: one record per finished case, one file per rank and run, and their traces.
 
-Records, see `record`, are written and synced in groups of about a second. Records with
-a wrong checksum are dropped: a flipped bit loses its own case, a torn tail the group
-that was being written.
+Records (module `record`) are written and synced in groups, about once a second. Records
+with a wrong checksum are dropped: a flipped bit costs one case, an interrupted write
+the group that was being written.
 
-The CRC is for accidents: a torn write, a flipped bit, a copy that was cut short. It is
-no signature. Who may write in a campaign's directory can write rows that were never
-computed, with the right CRC, and they are gathered as results; rights of the file
-system keep others out, and nothing else does.
+The CRC detects accidents: an interrupted write, a flipped bit, a truncated copy. It is
+no signature. Anyone who may write in a campaign's directory can write rows that were
+never computed, with the right CRC, and they are gathered as results; only the
+permissions of the file system prevent that.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from hpcwhirl.store.directory.packing import packed, unpacked
 from hpcwhirl.store.directory.reader import journals, rows_of
 from hpcwhirl.store.directory.record import Record, fields_of, header_of
 
-EVERY = 1.0  # s between groups of finished cases; a kill costs those of the last
-MOST = 8 << 20  # bytes of a group
+EVERY = 1.0  # s between groups of finished cases; a kill costs one group
+MOST = 8 << 20  # bytes of waiting cases at which a group is written early
 T = TypeVar("T")
 
 
@@ -42,7 +42,7 @@ class Journal:
 
     Finished cases are written in groups, with one sync of each file, when `EVERY`
     seconds have passed since the last group or `MOST` bytes wait. So a kill loses the
-    cases of the last `EVERY` seconds and the one in flight.
+    cases of the last `EVERY` seconds and the one being computed.
 
     Parameters
     ----------
@@ -73,13 +73,13 @@ class Journal:
             self._both = both.pop_all()
         self._records, self._blocks, self.folder = records, blocks, folder
         self._header, self._head = header_of(plan, bin_.name, fields_of(measured))
-        self._named = False  # whether the names of both files outlive the machine
-        self._kept = -math.inf  # s, when the last group was
+        self._named = False  # whether the names of both files are synced
+        self._kept = -math.inf  # s, time of the last group
         self._begin_group()
 
     def _begin_group(self) -> None:
         self._group: list[tuple[bytes, bytes]] = []  # record and traces of each case
-        self._waiting = 0  # bytes of both
+        self._waiting = 0  # bytes in the group
         self._end = self._blocks.seek(0, os.SEEK_END)
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
@@ -88,7 +88,7 @@ class Journal:
         Raises
         ------
         MissingFileError
-            where a group cannot be written; what was there before is still whole
+            where a group cannot be written; earlier groups stay complete
         """
         data = b""
         if traces:
@@ -118,8 +118,8 @@ class Journal:
         Raises
         ------
         MissingFileError
-            where they cannot be written; what was there before is still whole, and so
-            are those that waited, up to the first one that there is no room for
+            where they cannot be written; earlier groups stay complete, and so do the
+            waiting cases before the first one that does not fit on the disk
         """
         group = self._group
         if not group:
@@ -136,7 +136,7 @@ class Journal:
             self._begin_group()
 
     def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
-        """Write cases: traces, then the records that refer to them; or nothing."""
+        """Write a group of cases, all or none: traces first, then the records."""
         self._keep_names()
         records = self._head + b"".join(slots for slots, _ in group)
         offset = self._blocks.seek(0, os.SEEK_END)
@@ -149,7 +149,7 @@ class Journal:
             with suppress(OSError):
                 self._blocks.truncate(offset)
             raise
-        self._head = b""  # it is there
+        self._head = b""  # the header is written once
 
     def _keep_names(self) -> None:
         """Sync the directories of the files, so that they survive a crash."""
@@ -171,7 +171,7 @@ class Journal:
 
 
 def _write(file: FileIO, parts: Iterable[bytes]) -> None:
-    """Append parts whole and synced, or none of them."""
+    """Append parts to a file and sync it; on failure, none of them is appended."""
     with telling(str(file.name)):
         offset = file.seek(0, os.SEEK_END)
         try:
@@ -220,21 +220,21 @@ def journal_name(run: int, rank: int) -> str:
 
 
 def whole_records(folder: Path) -> Iterator[Record]:
-    """Yield the records of a campaign's journals, the oldest first, see `reader`."""
+    """Yield the complete records of a campaign's journals, the oldest first."""
     for rows in rows_of(folder):
         yield from map(rows.record, range(len(rows)))
 
 
 def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
-    """Return {digest: value of `brief` for its newest whole record}.
+    """Return {digest: `brief` of its newest complete record}.
 
-    One record at a time is in memory.
+    Only one record at a time is kept in memory.
     """
     return {record["digest"]: brief(record) for record in whole_records(folder)}
 
 
 def read_records(folder: Path) -> dict[str, Record]:
-    """Return {case digest: its newest whole record}."""
+    """Return {case digest: its newest complete record}."""
     return scan(folder, lambda record: record)
 
 
@@ -248,7 +248,7 @@ def read_journals(folder: Path) -> dict[str, list[Record]]:
 
 
 def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
-    """Return the arrays of a trace block, or raise where it is damaged."""
+    """Return {trace: array} of a block of traces; raise StoreError if it is damaged."""
     path = folder / "traces" / Path(block["file"]).name
     try:
         with open_regular(path) as file:

@@ -14,24 +14,25 @@ NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 def listed(folder: Path, ending: str) -> list[Path]:
     """Return the files of a directory sorted by run and rank; [] if it does not exist.
 
-    Numbers decide, since as text 10000 comes before 9999. Other names come first.
+    They are compared as numbers, since as text 10000 comes before 9999. Names without
+    numbers come first.
 
     Parameters
     ----------
-    folder : a directory of the campaign's
-    ending : of the names, e.g. ``.log``
+    folder : one of the directories of a campaign
+    ending : ending of the file names, e.g. ``.log``
 
     Raises
     ------
     MissingFileError
-        where it cannot be listed: nothing there and nothing seen are not the same
+        where it cannot be listed, which must not be taken for an empty directory
     """
     try:
         names = os.listdir(folder)  # noqa: PTH208 - glob is silent where it may not look
     except FileNotFoundError as failed:
         if not os.path.lexists(folder):
             return []
-        raise unreadable(folder, failed) from None  # a link that leads nowhere
+        raise unreadable(folder, failed) from None  # a broken link
     except OSError as failed:
         raise unreadable(folder, failed) from None
     found = (folder / name for name in names if name.endswith(ending))

@@ -1,4 +1,4 @@
-"""The plan of a campaign directory, `campaign.json`; whether it may be continued."""
+"""The plan of a campaign directory, `campaign.json`, and what may continue it."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from hpcwhirl.scene.table import Table, is_table, listed
 from hpcwhirl.store.atomic import Check, anyone, write_whole
 
 NAME = "campaign.json"
-FORMAT = 6  # since journals are records of fixed size
-CONTENT = f"{FILE} (SHA-256)"  # among the inputs: a changed file is a changed input
-MEASURE = "measure"  # among the inputs: {a user's own variable: [unit, meaning]}
-FINGERPRINT = "measure's code"  # among the inputs: of the function that gives them
-SAMPLE = "sample"  # among the inputs: {method, seed, inputs} of drawn ones
-PHYSICS = "physics version"  # among the inputs: the same ones may give other numbers
-BEYOND = (MEASURE, SAMPLE)  # of these, that there is none counts, too
+FORMAT = 6  # 6: journals are records of fixed size
+CONTENT = f"{FILE} (SHA-256)"  # an entry of `base`: a changed file is a changed input
+MEASURE = "measure"  # an entry of `base`: {a user's own variable: [unit, meaning]}
+FINGERPRINT = "measure's code"  # an entry of `base`: fingerprint of the function
+SAMPLE = "sample"  # an entry of `base`: {method, seed, inputs} of drawn inputs
+PHYSICS = "physics version"  # an entry of `base`: version of the equations
+BEYOND = (MEASURE, SAMPLE)  # entries that may not be dropped, either
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
-    "put back what it was, or move it away and give the campaign's command again: "
+    "restore it, or move it away and give the campaign's command again: "
     "finished cases are kept"
 )
 
@@ -50,9 +50,9 @@ class Manifest:
     engine : name of the engine
     base : {dotted input: value} of all inputs; cases override the swept ones
     swept : dotted names of the swept inputs
-    digests : digest of each case; not in the file, which has what `CaseDigests` needs
-    settings : {swept input: value} of each case; in the file as a `Table`
-    version, format : of the program and of this file
+    digests : digest of each case; the file holds only what `CaseDigests` needs
+    settings : {swept input: value} of each case; the file holds them as a `Table`
+    version, format : version of the program; format number of this file
     refine : the rule by which further cases follow from words; empty for none
     extended : end times to which undecided cases were extended, s, ascending
     twins : table [twins], empty for none
@@ -71,7 +71,7 @@ class Manifest:
 
     @cached_property
     def table(self) -> Table:
-        """The settings as columns."""
+        """The settings of the cases as columns."""
         return Table.of(self.settings)
 
 
@@ -89,10 +89,10 @@ def write_manifest(folder: Path, plan: Manifest, check: Check = anyone) -> None:
 
     Parameters
     ----------
-    folder, plan : the directory and its plan
+    folder, plan : directory and its plan
     check : raises if another process has taken over the directory, see `publish`
     """
-    if not isinstance(plan.digests, CaseDigests):  # one with what words have added
+    if not isinstance(plan.digests, CaseDigests):  # a refined plan with all its cases
         raise TypeError
     data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
     if not plan.refine:
@@ -109,9 +109,13 @@ def _sha256(body: bytes) -> bytes:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Return the plan of a campaign directory, or raise an error of one line.
+    """Return the plan of a campaign directory.
 
-    Its seal, the SHA-256 of the rest of the file, must be present and correct.
+    Raises
+    ------
+    MissingFileError, StoreError
+        if there is no plan, or it is damaged: its checksum, the SHA-256 of the rest of
+        the file, must be present and correct
     """
     path = folder / NAME
     try:
@@ -121,11 +125,11 @@ def read_manifest(folder: Path) -> Manifest:
         raise MissingFileError(msg) from None
     head = SEAL.match(text)
     if head and _sha256(b"{\n" + text[head.end() :]) != head[1]:
-        msg = f"{path} is damaged or was edited: its seal does not fit; {REMEDY}"
+        msg = f"{path} is damaged or was edited: its seal (SHA-256) is wrong; {REMEDY}"
         raise StoreError(msg)
     plan = _parsed(path, text)
     if not head:
-        msg = f"{path} is damaged or was edited: it has no seal; {REMEDY}"
+        msg = f"{path} is damaged or was edited: it has no seal (SHA-256); {REMEDY}"
         raise StoreError(msg)
     return plan
 
@@ -143,7 +147,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
     if SEAL.match(text):
         del data["seal"]
     for name, none in (("extended", []), ("twins", {}), ("refine", {})):
-        data.setdefault(name, none)  # plans of before have none of them
+        data.setdefault(name, none)  # older plans lack these keys
     if not _unpacked(data) or not _has_types(data):
         msg = f"{path} is damaged: its keys are not those of a campaign"
         raise StoreError(msg)
@@ -176,7 +180,7 @@ def _has_types(data: dict[str, Any]) -> bool:
 
 
 def digests_of(plan: Manifest) -> Digests:
-    """Return the `Digests` of cases that set inputs beside a plan's base."""
+    """Return the `Digests` that turn the inputs of a case into its digest."""
     known = input_names()
     given = {name: value for name, value in plan.base.items() if name in known}
     base = apply_settings(Scene(), given)
@@ -186,10 +190,10 @@ def digests_of(plan: Manifest) -> Digests:
 def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     """Raise InputError, naming the change, if plan `new` may not continue plan `old`.
 
-    A campaign may get more cases: longer lists, and further swept inputs if their
-    earlier value is among the swept ones.
+    A campaign may get more cases: swept lists may grow, and further inputs may be swept
+    if their former value is among the swept values.
     """
-    own = "use another --out, the inputs it was begun with, or --fresh to start over"
+    own = "use another --out, the same inputs as before, or --fresh to start over"
     if old.version != new.version:
         msg = f"{folder} was begun by hpcwhirl {old.version}, this is {new.version}: "
         raise InputError(msg + own)
@@ -198,7 +202,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
         raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
     own_kinds = [name for name in BEYOND if name in old.base]
     for name in dict.fromkeys([*new.base, *own_kinds]):
-        if name == FINGERPRINT:  # who calls knows whether another function may go on
+        if name == FINGERPRINT:  # checked by the caller
             continue
         before = default_of(name) if name in LATER else None
         was, now = old.base.get(name, before), _values(new, name, old.swept)
@@ -210,14 +214,14 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     _check_twins(old.twins, new.twins, f"{folder} was begun with", own)
     file = _changed_file(old, new)
     if file:
-        msg = f"{folder} was begun with another content of {file}: {own}"
+        msg = f"{folder} was begun when {file} had other content: {own}"
         raise InputError(msg)
 
 
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError if new twins would be perturbed otherwise than earlier ones."""
+    """Raise InputError if new twins would be perturbed otherwise than old ones."""
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
         if old and new and was != now:
@@ -226,7 +230,7 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return a swept engine file whose content has changed, "" for none."""
+    """Return the name of a swept engine file whose content has changed, "" for none."""
     digests = old.digests, new.digests
     was, now = (d.reads if isinstance(d, CaseDigests) else {} for d in digests)
     changed = (file for file in was if now.get(file, was[file]) != was[file])
@@ -234,7 +238,7 @@ def _changed_file(old: Manifest, new: Manifest) -> str:
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
-    """Return the values of an input in a plan; [] if it is among `swept`."""
+    """Return the distinct values of an input in a plan; [] if it is among `swept`."""
     if name in swept:
         return []
     if name not in plan.swept:

@@ -1,14 +1,15 @@
 """Claims on a campaign's directory: one process computes, one writes results.
 
 A claim is a file in `owners/`. A process first makes its claim and then reads all
-others; if another is in the way, it removes its own and waits. Since each reads after
-its own claim exists, at most one of two goes on. This needs no locks and no links, only
-that others see a new file. Names are never used twice, so that removing a dead claim
-cannot hit a living one.
+others; if one of them excludes it, the process removes its own claim and waits. Since
+each process reads after making its claim, at most one of two goes on. This needs
+neither locks nor links, only that other processes see a new file. Names are never used
+twice, so that removing a dead claim cannot remove a living one.
 
-On its own machine a process is known to be alive or dead. From another machine, a claim
-counts as alive while its time stamp changes, and as dead `STALE` after the last change,
-by the clock of the file system, or by the local clock since it was first seen.
+Whether a process of the same machine is alive can be looked up. A claim of another
+machine counts as alive while its time stamp changes, and as dead `STALE` seconds after
+the last change, by the clock of the file system, or by the local clock since the claim
+was first seen.
 """
 
 from __future__ import annotations
@@ -38,13 +39,13 @@ FOLDER = "owners"
 CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
 PULSE = 15.0  # s between signs of life
-STALE = 120.0  # s without one after which a claim of another machine is dead
-GRACE = 10.0  # s for a process that is just dying, before a living one is an error
-SOON = 2.0  # s of waiting before it is told
-PAUSE = 0.02, 0.3  # s between looks
-MOST_BYTES = 10_000  # of a claim
-MOST_COMMAND = 200  # characters told
-TRIES = 100  # at making a file in a directory that others tidy
+STALE = 120.0  # s without a sign of life: a claim of another machine counts as dead
+GRACE = 10.0  # s that a process may take to end, before its claim is an error
+SOON = 2.0  # s of waiting after which a line says for whom
+PAUSE = 0.02, 0.3  # s between checks, shortest and longest
+MOST_BYTES = 10_000  # largest size of a claim's file
+MOST_COMMAND = 200  # largest number of characters of a command that is kept
+TRIES = 100  # to make a file, since other processes may remove the directory
 CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
@@ -75,8 +76,8 @@ class Owner:
     Attributes
     ----------
     path : of the claim
-    changed : last sign of life, ns since 1970 by the file system
-    known : host, machine, pid, ticks, since, command; empty if damaged
+    changed : last sign of life, ns since 1970 by the clock of the file system
+    known : {host, machine, pid, ticks, since, command}; empty if damaged
     """
 
     path: Path
@@ -124,7 +125,7 @@ class Claim:
         """
         with telling(f"in {self.folder}"):
             handle = self._make()
-            # on a full disk it stands without its words, whenever that is told
+            # on a full disk the claim is an empty file, which counts, too
             with suppress(OSError):
                 os.write(handle, _words())
             try:
@@ -140,19 +141,19 @@ class Claim:
                 self._make_folders(place)
                 return os.open(self.path, NEW, 0o644)
             except (FileNotFoundError, FileExistsError):
-                # another has ended just now and tidied up, at worst within mkdir
+                # another process has just ended and removed the directory
                 time.sleep(random.uniform(0.0, PAUSE[0]))
         return os.open(self.path, NEW, 0o644)
 
     def _make_folders(self, place: Path) -> None:
-        """Make `owners`, and for a campaign its directory, too."""
+        """Make the directory `owners`; for a campaign also its parents."""
         if self.kind != RESULTS and not self.folder.exists():
             make_folders(self.folder)
             self._made = [self.folder]
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and directories that it made and nobody uses."""
+        """Remove the claim, and those directories made for it that are empty."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -171,9 +172,9 @@ class Claim:
     def check(self) -> None:
         """Raise if another process has taken over, so that nothing is published.
 
-        A process that was stopped for longer than `STALE`, or whose machine was, still
-        believes that the directory is its own. The remaining window is the time between
-        two system calls.
+        A process that was suspended for longer than `STALE` still believes that the
+        directory is its own. What remains unprotected is the time between two system
+        calls.
 
         Raises
         ------
@@ -202,7 +203,7 @@ class Claim:
                 if not self._end.is_set():
                     self.when_lost(f"another run has taken over {self.folder}")
                 return
-            except OSError:  # a file server that does not answer: at the next time
+            except OSError:  # the file server does not answer: try again later
                 continue
 
 
@@ -212,9 +213,9 @@ class Asking:
 
     Attributes
     ----------
-    take_over : whether claims of other machines count as dead
-    say : prints one line on processes that are waited for or taken over
-    check : called while waiting; may raise to interrupt
+    take_over : whether all claims of other machines count as dead
+    say : prints a line about a process that is waited for, or whose claim is taken over
+    check : called while waiting; may raise to interrupt the wait
     """
 
     take_over: bool = False
@@ -228,29 +229,30 @@ class Asking:
     def is_dead(self, other: Owner, now: int) -> bool:
         """Return whether the process of another claim counts as dead.
 
-        now : time of this process's claim, ns since 1970 by the file system
+        now : time of this process's claim, ns since 1970 by the clock of the file
+            system
         """
         if other.here:
             return not is_alive(other.known["pid"], other.known["ticks"])
         first = self._seen.setdefault(other.path, (other.changed, time.monotonic()))
         seen_for, self._now = time.monotonic() - first[1], now
-        if self.take_over and (other.known or seen_for > GRACE):  # it has been made
+        if self.take_over and (other.known or seen_for > GRACE):  # it is complete
             return True
         if other.changed != first[0]:
             return False
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether a claim that is not dead is known to be alive."""
+        """Return whether a claim not known to be dead is known to be alive."""
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
-        """Print whom this process waits for; refuse to wait for a living run.
+        """Print for whom this process waits; refuse to wait for a living run.
 
         Raises
         ------
         InputError
-            naming who computes
+            naming the run that computes there
         """
         waited = time.monotonic() - self._begun
         if not self._told and waited >= SOON:
@@ -274,8 +276,8 @@ def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
     Parameters
     ----------
     folder : the campaign's directory
-    kind : `CAMPAIGN` or a `shard_claim`, which are refused while another run is alive;
-        or `RESULTS`, which waits for its end
+    kind : `CAMPAIGN` or a `shard_claim`, refused while another run is alive; or
+        `RESULTS`, which waits until other processes have written theirs
     asking : options; None: silent
 
     Raises
@@ -312,7 +314,7 @@ def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[C
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims in the way; remove all dead ones."""
+    """Return the living claims that exclude one's own; remove all dead ones."""
     found = []
     for other in owners(own.folder):
         if other.path.name == own.path.name:

@@ -7,57 +7,57 @@ import socket
 from functools import cache
 from pathlib import Path
 
-DEAD = {"Z", "X", "x"}  # of /proc: ended, though nobody has asked how
+DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 
 
 @cache
 def machine() -> str:
-    """Return the identity of this machine, for processes that see each other's numbers.
+    """Return an identity shared by the processes that see each other's process numbers.
 
-    It consists of the boot and the name space of process numbers: machines may share a
-    name, and containers a machine.
+    It consists of the boot's number and the name space of process numbers: two machines
+    may have one name, and two containers may share a machine.
     """
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
         space = os.readlink("/proc/self/ns/pid")  # noqa: PTH115 - no path at all
-    except OSError:  # no Linux
+    except OSError:  # not Linux
         return socket.gethostname()
     return f"{boot.strip()} {space}"
 
 
 def begun(pid: int) -> int | None:
-    """Return the start of a process of this machine, clock ticks since the boot.
+    """Return the start of a process of this machine, in clock ticks since the boot.
 
     It distinguishes a process from a later one with the same number. None if there is
-    no such process, or the start cannot be known.
+    no such process, or its start is unknown.
     """
     state = _state(pid)
     return int(state[19]) if state else None
 
 
 def is_alive(pid: int, ticks: int | None = None) -> bool:
-    """Return whether a process of this machine exists; also if it is stopped.
+    """Return whether a process of this machine exists; a suspended one does.
 
     Parameters
     ----------
-    pid : its number
-    ticks : its start by `begun`; None: unknown
+    pid : number of the process
+    ticks : its start as `begun` returns it; None: unknown
     """
     foreign = False
     try:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError, ValueError):
         return False
-    except OSError:  # of another user, whose processes may be hidden
+    except OSError:  # a process of another user, which may be hidden
         foreign = True
     state = _state(pid)
-    if state is None:  # hidden, no Linux, or it has just ended
+    if state is None:  # hidden, not Linux, or it has just ended
         return foreign or not Path("/proc/self/stat").exists()
     return state[0] not in DEAD and (ticks is None or int(state[19]) == ticks)
 
 
 def _state(pid: int) -> list[str] | None:
-    """Return the words of /proc/PID/stat after the command's name, see proc(5)."""
+    """Return the fields of /proc/PID/stat after the command's name, see proc(5)."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

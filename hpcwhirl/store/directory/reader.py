@@ -1,8 +1,8 @@
-"""Reading journals: whole records, some at a time, as columns or one by one.
+"""Reading journals: complete records, in batches, as columns or one by one.
 
-A record counts if its slot and its text match their checksums, it has a digest, a
-status, and a row if the status is ok, and its traces, if any, are complete. So a
-flipped bit loses its own case, a torn tail the group that was being written.
+A record counts if its slot and its text match their checksums, if it has a digest and a
+status (and, if the status is ok, a row), and if its traces, if any, are complete. So a
+flipped bit costs one case, an interrupted write the group that was being written.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ from hpcwhirl.store.directory.record import (
     read_header,
 )
 
-FIRST = 1 << 20  # bytes, of which a header takes a few thousand
-AT_ONCE = 1 << 23  # bytes, of what follows
-MOST_SLOTS = 4096  # checked at once
+FIRST = 1 << 20  # bytes of the first read; a header takes a few thousand of them
+AT_ONCE = 1 << 23  # bytes of each further read
+MOST_SLOTS = 4096  # slots checked at once
 ENDS = [word for word in ENUMS["status"] if word != "missing"]  # how a case may end
 TABLES = ("row", "performance", "traces", "measured")
-IN_FIELDS = {"status", "twin", "longest"}  # which no text tells
+IN_FIELDS = {"status", "twin", "longest"}  # never in the text of a record
 Array = NDArray[Any]
 Bools = NDArray[np.bool_]
 Cases = NDArray[np.int64]
@@ -54,11 +54,11 @@ class Rows:
 
     Attributes
     ----------
-    journal : its file
-    header : of it
+    journal : file of the journal
+    header : its header
     slots : (records,), structured array with the dtype of the header's layout
     starts : (records,), byte at which each begins
-    texts : {index of a record: entries that the layout has no binary field for}
+    texts : {index of a record: entries for which the layout has no binary field}
     """
 
     journal: Path
@@ -77,7 +77,7 @@ class Rows:
         if texts:
             both = enumerate(which.tolist())
             texts = {new: texts[old] for new, old in both if old in texts}
-        plain = self.slots.view(f"V{self.header.layout.size}")  # copied as such
+        plain = self.slots.view(f"V{self.header.layout.size}")  # copied as raw bytes
         slots = plain[which].view(self.slots.dtype)
         return Rows(self.journal, self.header, slots, self.starts[which], texts)
 
@@ -105,7 +105,7 @@ class Rows:
         return np.asarray(bits & 1, dtype=bool)
 
     def has_any(self, table: str) -> Bools:
-        """Return which records have a value of a table, (records,)."""
+        """Return which records have a value in any field of a table, (records,)."""
         places = [p for n, p in self.header.layout.place.items()
                   if n.startswith(f"{table}.")]  # fmt: skip
         bits = np.zeros(8 * self.slots["has"].shape[1], dtype=np.uint8)
@@ -150,12 +150,12 @@ def journals(folder: Path) -> list[Path]:
 
 
 def rows_of(folder: Path) -> Iterator[Rows]:
-    """Yield all records of a campaign's journals, the oldest first, some at a time.
+    """Yield all records of a campaign's journals in batches, the oldest first.
 
     Raises
     ------
     MissingFileError
-        where a journal that is there cannot be read: its cases are not to be lost
+        where an existing journal cannot be read: its cases must not be lost silently
     """
     sizes: dict[str, int] = {}
     for path in journals(folder):
@@ -163,9 +163,9 @@ def rows_of(folder: Path) -> Iterator[Rows]:
 
 
 def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
-    """Yield the records of a journal, some at a time, see `rows_of`.
+    """Yield the records of a journal in batches, see `rows_of`.
 
-    sizes : {file of traces: bytes}, a cache
+    sizes : {file of traces: bytes}, a cache that this function fills
     """
     try:
         with open_regular(path) as file:
@@ -191,11 +191,11 @@ def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
     Raises
     ------
     StoreError, MissingFileError
-        where they are no longer there
+        where they no longer exist
     """
     layout, parts = header.layout, []
     try:
-        with open_regular(path) as file:  # a buffer would read 8 kB for each
+        with open_regular(path) as file:  # buffered, each record would cost 8 kB
             for start in starts.tolist():
                 slot = os.pread(file.fileno(), layout.size, start)
                 text = _text_bytes(slot)
@@ -222,19 +222,19 @@ def _text_bytes(slot: bytes) -> int:
 
 
 def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
-    """Return the whole records in some bytes, and the number of bytes consumed.
+    """Return the complete records in some bytes, and the number of bytes consumed.
 
     Parameters
     ----------
-    path, header : of the journal
-    data : bytes that may begin with a slot
-    last : whether these are the last bytes
+    path, header : file of the journal, and its header
+    data : bytes, maybe beginning with a slot
+    last : whether these are the last bytes of the journal
     """
     layout = header.layout
     found, end = _whole_slots(header, data)
     letters = np.frombuffer(data, np.uint8)
     windows = np.zeros((0, layout.size), np.uint8)
-    if len(found):  # a window may be longer than all there is
+    if len(found):  # a window may be longer than the data
         windows = sliding_window_view(letters, layout.size)[found]
     slots = np.ascontiguousarray(windows).view(layout.dtype).ravel()
     good, texts = slots["text"] >= 0, {}
@@ -254,7 +254,7 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return the starts of whole slots in some bytes, and the bytes consumed."""
+    """Return the starts of undamaged slots in some bytes, and the bytes consumed."""
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)
@@ -272,7 +272,7 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
-    """Return which slots have the right tag and checksum."""
+    """Return which slots have the right tag and checksum, (slots,)."""
     size, slots = header.layout.size, np.frombuffer(data, header.layout.dtype)
     crc32, ends = zlib.crc32, range(size, len(data) + 1, size)
     crc = [crc32(data[end + CHECKED - size : end]) for end in ends]
@@ -280,7 +280,7 @@ def _are_whole(header: Header, data: memoryview) -> Bools:
 
 
 def _text(slots: Array, layout: Layout) -> Record | None:
-    """Return the entries of a record without a field; None if damaged."""
+    """Return a record's entries from the text in its slots; None if damaged."""
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()
     if not whole or (more["text"] != -1 - np.arange(len(more))).any():
@@ -294,13 +294,13 @@ def _json(text: bytes) -> Record | None:
     """Return a JSON object, None for anything else; cached, as many are equal."""
     try:
         found = json.loads(text)
-    except (ValueError, RecursionError):  # written by something else than this program
+    except (ValueError, RecursionError):  # not written by this program
         return None
     return found if isinstance(found, dict) else None
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return which slots have only known words."""
+    """Return which slots have only known words in their fields, (slots,)."""
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)
@@ -308,7 +308,7 @@ def _have_words(slots: Array, layout: Layout) -> Bools:
 
 
 def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records count, see the docstring of this module."""
+    """Return which records count by the rule in this module's docstring, (records,)."""
     words = rows.header.layout.words.get("status", ())
     has, named = rows.has("status"), rows.has("digest")
     codes = np.where(has, rows.slots["status"] if len(words) else 0, len(words))
@@ -326,7 +326,7 @@ def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records have no traces, or complete ones."""
+    """Return which records have either no traces or complete ones, (records,)."""
     traced = np.flatnonzero(rows.has_any("traces"))
     good = np.ones(len(rows), dtype=bool)
     if not len(traced):
@@ -336,7 +336,7 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
         rows.has("traces.offset") & rows.has("traces.bytes") & rows.has("traces.crc")
     )
     end = rows.numbers("traces.offset", 0) + rows.numbers("traces.bytes", 0)
-    if sizes.get(name, -1) < end[traced].max():  # once a file, or again: it may grow
+    if sizes.get(name, -1) < end[traced].max():  # it may have grown
         sizes[name] = _size(rows.journal.parent.parent / "traces" / name)
     good[traced] = (whole & (end <= sizes[name]))[traced]
     for record in traced.tolist():
@@ -345,7 +345,7 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def samples_of(text: Record) -> int | None:
-    """Return the number of samples of a record's traces, from its text, or None."""
+    """Return the number of samples in the traces of a record; None without traces."""
     try:
         return int(text["traces"]["shapes"]["time"][0])
     except (*MALFORMED, IndexError):
@@ -353,7 +353,7 @@ def samples_of(text: Record) -> int | None:
 
 
 def _size(traces: Path) -> int:
-    """Return the bytes of a trace file, 0 where there is none."""
+    """Return the size of a trace file in bytes, 0 if there is none."""
     try:
         state = traces.stat()
         return state.st_size if stat.S_ISREG(state.st_mode) else 0

@@ -1,17 +1,17 @@
-"""Records: one binary row of fixed size for each computation, and text beside it.
+"""Records: a binary row of fixed size for each computation, followed by optional text.
 
-A journal is a header, written twice, and slots of one size. The header tells the fields
-of the records (table, name, kind, words of each), the identity of the plan that case
-numbers refer to, and the file of the traces; each copy is a magic number, its length,
-its CRC-32 and JSON. So a program with other fields or words reads a journal rightly,
-and a damaged copy costs nothing.
+A journal is a header, written twice, and slots of equal size. The header lists the
+fields of the records (table, name, kind and words of each), the identity of the plan to
+which case numbers refer, and the file of the traces. Each copy of it is a magic number,
+its length, its CRC-32 and JSON. So a program with other fields or words reads the
+journal correctly, and damage to one copy costs nothing.
 
-A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of what follows, two
-numbers and a body. That of a record has a bit for each field, whether the record has a
-value for it, and the values, little-endian. Entries without a field are JSON in the
-slots after it: the first number is the length of that text, or -k in the k-th of these
-slots, where the second one is the CRC-32 of the record. By its tag and CRC a
-slot is found again behind damage, wherever it begins.
+A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of the rest, two numbers
+and a body. The body of a record has one bit for each field, set if the record has a
+value for it, and the values, little-endian. Entries without a field are JSON text in
+the slots that follow. The first number is the length of that text, or -k in the k-th of
+the text's slots, where the second number is the CRC-32 of the record. After damage, the
+next slot is found by its tag and CRC, wherever it begins.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from hpcwhirl.scene.words import ENUMS
 Record = dict[str, Any]
 Field = tuple[str, str, str, Sequence[str]]  # table, name, kind, words
 MAGIC = b"\x93hpcwhirl\n"
-COPY = struct.Struct(f"<{len(MAGIC)}sII")  # before each copy of a header
+COPY = struct.Struct(f"<{len(MAGIC)}sII")  # in front of each copy of a header
 FRAME = np.dtype(
     [("tag", "V4"), ("crc", "<u4"), ("text", "<i4"), ("after", "<u4")]
 )  # of each slot
 TAG = 4  # bytes
-CHECKED = 8  # byte from which on a slot is checked
+CHECKED = 8  # first byte of a slot that its CRC covers
 NUMBERS = struct.Struct("<iI")
 DTYPES = {"f8": "<f8", "i8": "<i8", "word": "u1", "hex": "V32", "text": "S64"}
 CODES = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "64s"}
@@ -52,7 +52,7 @@ class Layout:
 
     Parameters
     ----------
-    fields : [table of the record or "", name, kind, words of the kind `word`] of each
+    fields : (table of the record or "", name, kind, words if the kind is `word`) each
     """
 
     def __init__(self, fields: Sequence[Field]) -> None:
@@ -70,7 +70,7 @@ class Layout:
         self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
-        """Pickle the fields alone; compiled parts cannot be pickled."""
+        """Pickle the fields only; compiled parts cannot be pickled."""
         return Layout, (self.fields,)
 
     @property
@@ -89,11 +89,11 @@ class Layout:
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
-        """Return the number of slots for a text of some bytes."""
+        """Return the number of slots that a text of `text` bytes takes."""
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
-        """Return the slots of a record."""
+        """Return the bytes of a record's slots; `tag`: that of the journal."""
         left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
         values, has = [], 0
         for place, (table, name, kind, _) in enumerate(self.fields):
@@ -118,7 +118,7 @@ class Layout:
         return first + b"".join(more)
 
     def decode(self, slot: bytes, text: Record) -> Record:
-        """Return the record from a slot and the entries without a field."""
+        """Return a record from its slot and `text`, the entries without a field."""
         bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
         has, record = int.from_bytes(bits, "little"), Record(message="")
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -137,7 +137,7 @@ class Header(NamedTuple):
     Attributes
     ----------
     layout : fields of the records
-    tag : marks the slots of this journal
+    tag : first bytes of each slot of this journal
     plan : identity of the plan to which case numbers refer; "": unknown
     traces : name of the file with the traces
     """
@@ -148,7 +148,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record; its traces with the name of their file."""
+        """Return a record, with the name of the trace file if it has traces."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -156,7 +156,7 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a header, and its bytes at the start of a journal."""
+    """Return a header, and the bytes that store it at the start of a journal."""
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     return _header(body), 2 * copy
@@ -174,7 +174,7 @@ def read_header(data: bytes) -> tuple[Header, int] | None:
         if len(body) == size and zlib.crc32(body) == crc:
             try:
                 return _header(body), begin + size
-            except MALFORMED:  # written by something else than this program
+            except MALFORMED:  # not written by this program
                 continue
     return None
 
@@ -188,7 +188,7 @@ def _header(body: bytes) -> Header:
 
 @lru_cache(maxsize=64)
 def _layout(fields: str) -> Layout:
-    """Return a layout; equal ones are shared."""
+    """Return the layout of fields in JSON; equal layouts are one object."""
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
         msg = "fields of other kinds"
@@ -201,7 +201,7 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 
     Parameters
     ----------
-    measured : names of the variables of the user's function
+    measured : names of the variables that the user's own function returns
     """
     head = (("case", "i8"), ("digest", "hex"), ("of", "hex"), ("twin", "i8"),
             ("longest", "f8"), ("ended", "f8"))  # fmt: skip
@@ -226,7 +226,7 @@ def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
 
 
 def named(table: str, name: str) -> str:
-    """Return the name of a field."""
+    """Return the name of a field, ``TABLE.NAME``, or ``NAME`` for the table ""."""
     return f"{table}.{name}" if table else name
 
 
@@ -236,7 +236,7 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return the entries for which there is no binary field as JSON, b"" for none."""
+    """Return a record's entries without a binary field as JSON, b"" for none."""
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""

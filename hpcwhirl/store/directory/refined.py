@@ -1,4 +1,4 @@
-"""Plans of refined campaigns with all cases, from journals or from results."""
+"""Plans of refined campaigns with all their cases, from journals or from results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from hpcwhirl.store.directory.completions import digest_of, family_of, planner_o
 from hpcwhirl.store.directory.manifest import Manifest, digests_of, read_manifest
 from hpcwhirl.store.schema import dtype
 
-PLACE = "place_"  # before the name of an input: the variable of a case's place along it
+PLACE = "place_"  # prefix of the variable with a case's position along an input
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class RefinedPlan(Manifest):
     ----------
     addresses : address of each case
     family : all cases that refinement could ask for
-    growth : cases asked for and their cells; None in a plan from results
-    twinned : addresses of the cases with twins; empty in a plan from results
+    growth : cases asked for, and their cells; None in a plan read from results
+    twinned : addresses of the cases with twins; empty in a plan read from results
     """
 
     addresses: list[Address] = field(default_factory=list)
@@ -51,7 +51,7 @@ def full_plan(folder: Path) -> Manifest:
     Raises
     ------
     MissingFileError, StoreError
-        where it is no campaign directory, or its plan is damaged
+        where `folder` is no campaign directory, or its plan is damaged
     """
     plan = read_manifest(folder)
     return grown_plan(plan, planner_of(folder, plan)) if plan.refine else plan
@@ -111,12 +111,12 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
 
     Parameters
     ----------
-    path, file : the results file, and itself, open
+    path, file : results file, and the same file opened
 
     Raises
     ------
     MissingFileError, StoreError
-        where there is no plan beside it, or they do not belong together
+        where there is no plan beside the file, or they do not belong together
     """
     plan = read_manifest(path.parent)
     if not plan.refine:
@@ -124,7 +124,7 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
     family, coarse = family_of(plan), len(plan.digests)
     places = [PLACE + variable_name(name) for name in family.rule.over]
     if any(name not in file for name in ("fidelity", "panel", *places)):
-        return plan  # of before it was refined: other rows than the plan's
+        return plan  # gathered before the campaign was refined
     fidelity, panel = (file[n][coarse:] for n in ("fidelity", "panel"))
     at = np.stack([file[name][coarse:] for name in places], axis=-1)
     more = []
@@ -166,6 +166,6 @@ def refined_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the variables that `columns_of` returns."""
     if not plan.refine:
         return {}
-    told = "place along its coarse values: 3.25 is a quarter past the fourth"
+    told = "position along its coarse values, from 0: 3.25 is a quarter past the fourth"
     names = [PLACE + variable_name(name) for name in rule_of(plan.refine).over]
     return REFINED | {name: Quantity("1", told, kind="f8") for name in names}

@@ -14,12 +14,12 @@ from hpcwhirl.store.directory.listing import listed
 
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
-COSTS = {"beside": float, "first": float}  # s; shares of older runs lack them
-LARGEST = 1 << 53  # of the numbers
+COSTS = {"beside": float, "first": float}  # s; missing in records of older versions
+LARGEST = 1 << 53  # limit of all numbers: whole ones are exact below
 
 
 def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") -> None:
-    """Write the ranks' use of time in a run, and the reason of an early stop."""
+    """Write how the ranks of a run used their time, and why it stopped early, if so."""
     path = folder / "runs" / f"{run:04d}.json"
     told = {"run": run, "stopped": stopped, "ranks": shares}
     text = json.dumps(told, indent=1) + "\n"
@@ -29,15 +29,15 @@ def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") ->
 def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
     """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
-    In the order of the runs; busy, span in s. A record may also have `beside`, the
-    median overhead of a computation beyond its kernel, s, and `first`, how much longer
-    the first one of the rank took, s. A killed run has no file, and a damaged file is
-    skipped: results do not depend on either.
+    In the order of the runs; busy, span in s. A rank may also have `beside`, the median
+    overhead of a computation beyond its kernel, s, and `first`, by how much its first
+    computation took longer than the others, s. A killed run has no file, and a damaged
+    file is skipped: no result depends on them.
 
     Parameters
     ----------
     folder : the campaign's directory
-    say : prints one line on skipped files
+    say : prints one line about skipped files
     """
     found: list[Share] = []
     told: list[str] = []
@@ -59,22 +59,22 @@ def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Sh
 
 
 def why_stopped(folder: Path, run: int) -> str:
-    """Return the reason of a run's early stop, "" for none or if unknown."""
+    """Return why a run stopped early, "" if it did not or if unknown."""
     try:
         found = json.loads(read_regular(folder / "runs" / f"{run:04d}.json"))
-    except (OSError, ValueError, RecursionError):  # killed: it left no whole file
+    except (OSError, ValueError, RecursionError):  # killed runs leave no whole file
         return ""
     told = found.get("stopped") if isinstance(found, dict) else ""
     return told if isinstance(told, str) else ""
 
 
 def _shares(data: Any) -> list[Share]:
-    """Return the record of each rank from a parsed file of a run.
+    """Return the use of time of each rank, from the parsed file of a run.
 
     Raises
     ------
     TypeError, ValueError
-        where the file, or the record of a rank, is damaged
+        where the file is damaged
     """
     if not isinstance(data, dict) or not isinstance(data.get("ranks"), list):
         msg = "no run and ranks"
@@ -88,7 +88,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value has another type, or is a number not finite or >= `LARGEST`."""
+    """Raise if a value is not of a type, or a number not finite or >= `LARGEST`."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         msg = f"{value!r:.40} is no {kind.__name__}"

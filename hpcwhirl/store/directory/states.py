@@ -1,7 +1,8 @@
 """Saved states of unfinished cases: one file with checksum each, replaced atomically.
 
-The first line has a checksum, see `lines`: what the state belongs to, and name,
-type and shape of every array. The arrays' bytes follow, little-endian, in that order.
+The first line, with a checksum (module `lines`), names what the state belongs to, and
+name, type and shape of every array. The arrays' bytes follow, little-endian, in that
+order.
 """
 
 from __future__ import annotations
@@ -37,14 +38,14 @@ def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> N
     Parameters
     ----------
     folder : the campaign's directory
-    digest : of the case
-    belongs : JSON that must be equal when the state is read
+    digest : digest of the case
+    belongs : JSON object that must be equal when the state is read
     arrays : {name: float64 or int64 array}
 
     Raises
     ------
     MissingFileError
-        where it cannot be written; an older one stays
+        where it cannot be written; an older state stays
     """
     data = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays.values())
     head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
@@ -54,12 +55,12 @@ def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> N
 
 
 def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
-    """Return the arrays of a case's state, None if there is none.
+    """Return the arrays of a case's saved state, None if there is none.
 
     Raises
     ------
     StoreError
-        where the state is damaged or belongs to something else
+        where the state is damaged, or what it belongs to differs from `belongs`
     """
     path = _path(folder, digest)
     try:
@@ -78,13 +79,13 @@ def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
-    """Return the arrays; raise if bytes, types or `belongs` differ."""
+    """Return the arrays of a state; raise if it is damaged or `belongs` differs."""
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         msg = "it is damaged"
         raise ValueError(msg)
     for name, value in belongs.items():
         if (head | head["belongs"]).get(name) != value:
-            msg = f"it is of another {name}"
+            msg = f"it belongs to another {name}"
             raise ValueError(msg)
     out, start = {}, 0
     for name, (kind, shape) in head["arrays"].items():
@@ -98,11 +99,13 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
 
 
 def hand_over(folder: Path, digest: str, after: str) -> bool:
-    """Copy the state of a case to that of another, which continues it.
+    """Copy the saved state of a case for another case, which continues it.
+
+    The copy still names what the original belongs to.
 
     Returns
     -------
-    whether there was one, whole; what it belongs to stays
+    whether there was an undamaged state
 
     Raises
     ------
@@ -121,7 +124,7 @@ def hand_over(folder: Path, digest: str, after: str) -> bool:
 
 def drop_state(folder: Path, digest: str) -> None:
     """Remove the state of a case, if there is one."""
-    with suppress(OSError):  # it is in nobody's way
+    with suppress(OSError):  # a state left behind does no harm
         _path(folder, digest).unlink()
 
 

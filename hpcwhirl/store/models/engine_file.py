@@ -1,56 +1,57 @@
-"""Reading an engine's HDF5 file: which arrays it has, of which kind. No mechanics.
+"""Reading an engine's HDF5 file: its layout, and checks of its arrays, no mechanics.
 
-All data must be in the file itself, since the digest of a case is that of its bytes:
-links to other files, external raw data and virtual datasets are refused by name, and so
-are names that the layout does not have. Types and sizes are checked before an array is
+All data must be in the file itself, since its bytes decide the digest of a case: links
+to other files, external raw data, virtual datasets and names outside the layout are
+refused, and the message names them. Types and sizes are checked before an array is
 read.
 
 The group `rotor`, as `hpcwhirl export-model` writes it; N is `engine.rotor.blades`:
 
 mass, stiffness             (n, n), kg and N/m: symmetric; M positive definite, K
                             positive semidefinite
-damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal to 1e-6),
-                            gives xi mode by mode
+damping                     (n, n), N s/m, optional: modal (Phi^T D Phi diagonal to
+                            1e-6), from which each mode's damping ratio xi follows
 tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j / N
 centre                      (2,), from 0: coordinates x_o, y_o; empty or absent: clamped
 
-and, with them, what engine.rotation = "full" needs, all together:
+and, with these, what engine.rotation = "full" needs, all or none:
 
-coriolis                    (n, n), kg, skew: force -2 Omega C x'. With a displacement
-                            along x y the force on it is along y: C_yx = +m
+coriolis                    (n, n), kg, skew-symmetric: force -2 Omega C x'. A mass m
+                            with displacements x, y has C_yx = +m, C_xy = -m
 centrifugal_load            (n,), kg m: N per unit Omega^2
-stress_stiffness, softening (n, n), kg: N/m per unit Omega^2, symmetric; stiffness at
-                            Omega is K + Omega^2 (stress_stiffness - softening);
-                            softening is the mass that moves in the plane
+stress_stiffness, softening (n, n), kg: N/m per unit Omega^2, symmetric; the stiffness
+                            at Omega is K + Omega^2 (stress_stiffness - softening);
+                            softening is the mass matrix of motion in the plane
 speeds, stiffness_a,        or, instead of these two, the stiffness (n, n), N/m, at two
 stiffness_b                 speeds (2,), ascending, rad/s, softening included
-centre_damping              (1,), N s/m, if any: of the shaft's support, static frame
+centre_damping              (1,), N s/m, optional: of the shaft's support, static frame
 
 or, instead of matrices,
 
 omega                       (m,), rad/s: frequencies of mass-orthonormal modes
-damping_ratio               (m,), xi of each, if any
-modal_tip_radial,           (N, m), 1/sqrt(kg): tips of each mode
+damping_ratio               (m,), optional: xi of each mode
+modal_tip_radial,           (N, m), 1/sqrt(kg): displacements of the tips in each mode
 modal_tip_tangential
-modal_centre                (2, m), 1/sqrt(kg): x_o, y_o of each mode; absent: clamped
+modal_centre                (2, m), 1/sqrt(kg): x_o, y_o in each mode; absent: clamped
 
-The group `casing`, read where `engine.casing.discretization` is "file": a round casing,
-static frame, as a table of m modes, several a harmonic, see `reduction.round_casing`:
+The group `casing`, read if `engine.casing.discretization` is "file": a round casing in
+the static frame, as a table of m modes, several for each harmonic h, see
+`reduction.round_casing`:
 
-modal_harmonic              (m,): h = 0, 1, ...; none may be left out below the highest
+modal_harmonic              (m,): h = 0, 1, ... up to the highest, without a gap
 modal_omega                 (m,), rad/s
 modal_damping_ratio         (m,), xi
 modal_radial                (m,), 1/sqrt(kg): W of w = W cos(h theta)
-modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: the turn
+modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: rotation
 
-With matrices, `shapes`, `omega` and `damping_ratio` may be there too: they are compared
-with the matrices (1e-6), which decide. With modes alone there is no scheme `paper`. The
-content of the file (SHA-256) belongs to a case's identity.
+A file with matrices may also have `shapes`, `omega` and `damping_ratio`, which must
+agree with the matrices to 1e-6 and are not used otherwise. With modes only, the scheme
+`paper` is not available. The SHA-256 of the file is part of a case's identity.
 
 A rotor whose sectors are equal to 2e-5 (frequencies, damping over frequency, shapes of
-tips and centre) is marched as the built-in one, see `reduction.recognise`. The shaft's
-springs follow from the modes where nothing else holds the rotor (`reduction.shaft`);
-else shares of the centre and families of k = 1 are unknown.
+tips and centre) is integrated like the built-in one, see `reduction.recognise`. The
+springs of the shaft follow from the modes if nothing else holds the rotor
+(`reduction.shaft`); otherwise shares of the centre and families of k = 1 are unknown.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ if TYPE_CHECKING:
     import h5py
 
 Array = NDArray[Any]
-# name: (dimensions, whether it holds indices); the layout of `export-model`
+# {name: (number of dimensions, whether it holds indices)}, as `export-model` writes
 DATASETS = {
     "mass": (2, False),
     "stiffness": (2, False),
@@ -107,16 +108,17 @@ CASING = {
     "modal_radial": (1, False),
     "modal_tangential": (1, False),
 }
-# With what `export-model` writes and nobody reads: labels, the casing as it marches.
+# All allowed names; `export-model` also writes labels and the casing in the coordinates
+# of the time integration, which are not read.
 LAYOUT = {
     "rotor": (*DATASETS, "nodal_diameter"),
     "casing": (*CASING, *BODY, "radial_rows", "tangential_rows"),
 }
-UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, TypeError)  # of HDF5
-LARGEST = 4000  # along each axis: coordinates or modes; a matrix is 128 MB then
-WIDEST = 16  # bytes of a number
-DEFLATE = 1032  # times its size that deflated data become, at most
-CHUNK = 1 << 28  # bytes that one chunk may become
+UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, TypeError)  # HDF5 raises
+LARGEST = 4000  # coordinates or modes along an axis: a matrix takes 128 MB
+WIDEST = 16  # bytes, largest size of a number
+DEFLATE = 1032  # largest ratio of deflated data's size before and after compression
+CHUNK = 1 << 28  # bytes, largest size of one chunk after decompression
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class Given:
     Attributes
     ----------
     file : path of the file
-    arrays : {name: array} of those that the file has
+    arrays : {name: array}, only those that the file has
     group : "rotor" or "casing"
     """
 
@@ -165,8 +167,8 @@ def missing_terms(there: Collection[str]) -> list[str]:
     """Return the names of the terms of rotation that a file lacks.
 
     The change of stiffness with speed is given by two parts, `stress_stiffness` and
-    `softening`, or by the stiffness at two speeds. Of a file with neither, the parts
-    are missing.
+    `softening`, or by the stiffness at two speeds. If a file has neither, the two parts
+    are returned as missing.
 
     there : names that the file has
     """
@@ -176,32 +178,32 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether a file gives both its parts and the stiffness at two speeds."""
+    """Return whether a file gives the change of stiffness with speed in both ways."""
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
 def read_rotor(file: str) -> Given:
-    """Return the rotor's arrays of an engine's file, see `_read`."""
+    """Return the arrays of the rotor in an engine's file, see `_read`."""
     return _read(file, "rotor", DATASETS)
 
 
 def read_casing(file: str) -> Given:
-    """Return the arrays of the table of a casing, see `_read`."""
+    """Return the arrays of the casing in an engine's file, see `_read`."""
     return _read(file, "casing", CASING)
 
 
 def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
-    """Return the arrays of a group, finite and of the right kind.
+    """Return the arrays of a group, finite, and of the right type and dimensions.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
-    `scene.files.MOST_BYTES`. Nothing is read of a file that asks for more.
+    `scene.files.MOST_BYTES`. Of a larger file nothing is read.
 
     Raises
     ------
     MissingFileError
         where the file cannot be read as HDF5
     InputError
-        where it is not what the layout says, or is not all in this one file
+        where the file deviates from the layout, or refers to data in other files
     """
     import h5py
 
@@ -212,7 +214,7 @@ def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
             _check_layout(given, root)
             group = root[name]
             found = {key: group.get(key) for key in datasets if key in group}
-            for key, data in found.items():  # all of them before one is read
+            for key, data in found.items():  # check all before reading one
                 _check_kind(given, key, data, datasets[key])
             given.arrays.update({key: data[()] for key, data in found.items()})
     for key in found:
@@ -224,7 +226,7 @@ def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn any error of a library on a damaged file into one line."""
+    """Turn any error that a library raises for a damaged file into one line."""
     try:
         yield
     except (InputError, MissingFileError):
@@ -257,21 +259,21 @@ def _check_names(
 ) -> None:
     for name in group:
         if name not in known:
-            told = name if isinstance(name, str) else ascii(name)  # no UTF-8
+            told = name if isinstance(name, str) else ascii(name)  # not UTF-8
             hint = nearest(told, known) or f"; known: {', '.join(sorted(known))}"
             raise given.refusal(f"has an unknown {path}{one_line(told, 100)}{hint}")
         check_link(given, group, name, path)
 
 
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
-    """Refuse a link that leads out of the file, or nowhere."""
+    """Refuse a link that leads out of the file, or is broken."""
     import h5py
 
     link = group.get(name, getlink=True)
     if isinstance(link, h5py.ExternalLink):
         raise given.refusal(
             f"has {path}{name} as a link to another file, {link.filename}: "
-            "copy what it leads to"
+            "copy its target into this file"
         )
     if not isinstance(link, h5py.HardLink | h5py.SoftLink):
         raise given.refusal(f"has {path}{name} as a user-defined link")
@@ -316,7 +318,7 @@ def _check_kind(given: Given, name: str, data: Any, kind: tuple[int, bool]) -> N
 
 
 def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
-    """Refuse chunks that would expand to far more than the array when read."""
+    """Refuse chunks that decompress to far more bytes than the array needs."""
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0
 
@@ -326,7 +328,8 @@ def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
 
     data.id.chunk_iter(look)
     if data.id.get_create_plist().get_nfilters():
-        # A little more than it becomes is what noise takes; zeros take a thousandth.
+        # Compressed noise is a little larger than its content, zeros a thousandth of
+        # it.
         size = max(size, DEFLATE * stored if stored > size + size // 8 + 1024 else 0)
     if size > CHUNK:
         allowed = f"have chunks of at most {CHUNK >> 20} MiB"

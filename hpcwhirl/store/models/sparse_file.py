@@ -1,11 +1,11 @@
-"""Reading a large sparse matrix of a finite element code. No mechanics.
+"""Reading a large sparse matrix of a finite-element code; no mechanics.
 
 NAME.mtx         MatrixMarket, real or integer, general or symmetric
-NAME.npz         of scipy.sparse.save_npz, CSR or CSC; nothing in it is unpickled
-NAME.h5, .hdf5   CSR in a group of the matrix's name, `mass` or `stiffness`: data,
-                 indices, indptr, from 0; all in this one file
+NAME.npz         written by scipy.sparse.save_npz, CSR or CSC; nothing is unpickled
+NAME.h5, .hdf5   CSR in a group named like the matrix, `mass` or `stiffness`: data,
+                 indices, indptr, indices from 0; all in this one file
 
-Sizes and types are looked at before anything is read.
+Sizes and types are checked before anything is read.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from hpcwhirl.safe_open import check_regular, open_regular
 from hpcwhirl.store.models.engine_file import Given, check_chunks, check_link, readable
 
 Array = NDArray[Any]
-MOST_BYTES = 1 << 34  # of a file
+MOST_BYTES = 1 << 34  # largest size of a file
 MOST_UNKNOWNS = 10_000_000
-MOST_ENTRIES = 300_000_000  # 3.6 GB of them, and places in 32 bits
-MEMORY = 3  # times its arrays that a matrix takes while it is made symmetric
-MARKET_BYTES = 16  # of an entry of a text, in memory: row, column, number
-SHORTEST = 2  # bytes of an entry as text: a digit and what parts it from the next
-SYMMETRIC = 1e-9  # relative to the largest entry
+MOST_ENTRIES = 300_000_000  # 3.6 GB, and indices fit into 32 bits
+MEMORY = 3  # memory for making a matrix symmetric, in sizes of its arrays
+MARKET_BYTES = 16  # in memory, of an entry of MatrixMarket: row, column, number
+SHORTEST = 2  # bytes of an entry as text, at least: a digit and a separator
+SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 SKEW = {"coriolis"}
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
 UNREADABLE = (
@@ -65,19 +65,19 @@ class _Source(Given):
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
-    """Return a real symmetric matrix (n, n), both triangles, finite; or a skew one.
+    """Return a finite real matrix (n, n), symmetric or skew, with both triangles.
 
     Parameters
     ----------
-    path : of one of the three kinds
-    name : `mass`, `stiffness`, ...; `coriolis` is skew
+    path : file of one of the three kinds
+    name : `mass`, `stiffness`, ...; `coriolis` must be skew, all others symmetric
 
     Raises
     ------
     MissingFileError
-        where it cannot be read as what its name says
+        where the file cannot be read in the format of its ending
     InputError
-        where it is not such a matrix
+        where it holds no such matrix
     """
     source = _Source(str(path), {})
     reader = READERS.get(path.suffix.lower())
@@ -92,7 +92,7 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
 
 
 def read_vector(path: Path, name: str, size: int) -> Array:
-    """Return a real vector (size,), finite, of a MatrixMarket file of one column.
+    """Return a finite real vector (size,) from a MatrixMarket file with one column.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def read_vector(path: Path, name: str, size: int) -> Array:
 def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
     from scipy.io import mminfo, mmread
 
-    # By path, which is of a regular file: of a Python stream SciPy 1.17 aborts.
+    # By path (of a regular file), since SciPy 1.17 aborts on a Python stream.
     rows, columns, entries, _, field, symmetry = mminfo(source.file)
     if field not in {"real", "integer"}:
         raise source.wrong(name, "be real", field)
@@ -141,7 +141,7 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
     with open_regular(source.file) as file, zipfile.ZipFile(file) as archive:
         for part in names:
             if f"{part}.npy" not in archive.namelist():
-                told = "is not of scipy.sparse.save_npz in CSR or CSC"
+                told = "was not written by scipy.sparse.save_npz in CSR or CSC"
                 raise source.refusal(f"has no {part}: it {told}")
             kinds = PARTS.get(part, "iu" if part == "shape" else "SU")
             shape, kind = _header(archive, part)
@@ -167,7 +167,7 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) in the header of a .npz array, if its bytes exist."""
+    """Return (shape, dtype) from the header of a .npz array that is complete."""
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -219,7 +219,7 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array before it is read."""
+    """Check dimensions, type and size of an array of the matrix before it is read."""
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
         raise source.wrong(name, wanted, "complex" if kind.kind == "c" else kind)
@@ -246,7 +246,7 @@ def _check_entries(
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:
-    """Refuse arrays larger than the free memory, by the sizes in their headers."""
+    """Refuse arrays that need more than the free memory, by their headers."""
     most = _free_memory() / MEMORY
     if size > most:
         allowed = (
@@ -259,7 +259,7 @@ def _free_memory() -> float:
     """Return the memory that this process may still allocate, bytes."""
     page = resource.getpagesize()
     free = float(os.sysconf("SC_AVPHYS_PAGES") * page)
-    with suppress(OSError):  # of Linux, which counts what it may give up, too
+    with suppress(OSError):  # Linux: including caches that it can free
         told = Path("/proc/meminfo").read_text().split()
         free = 1024.0 * int(told[told.index("MemAvailable:") + 1])
         taken = int(Path("/proc/self/statm").read_text().split()[0]) * page
@@ -272,7 +272,7 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix of data, indices, indptr; of a CSC its transpose."""
+    """Return the matrix with the given data, indices, indptr; of CSC its transpose."""
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
     parts = tuple(arrays[part] for part in PARTS)
@@ -282,12 +282,12 @@ def _compressed(
 
 
 def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return the symmetric (or skew) part of a matrix that is so to round-off.
+    """Return the symmetric (or skew) part of a matrix, removing round-off.
 
     Raises
     ------
     InputError
-        where it is not, or is zero or not finite
+        where it is not symmetric (or skew) to `SYMMETRIC`, is zero, or not finite
     """
     matrix.sum_duplicates()
     wrong = ~np.isfinite(matrix.data)
@@ -300,7 +300,7 @@ def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr
     miss = np.abs((matrix - sign * matrix.T).data).max(initial=0.0) / largest
     if not miss <= SYMMETRIC:
         half = sparse.triu(matrix, 1).nnz * sparse.tril(matrix, -1).nnz == 0
-        hint = ": one triangle alone is there; write both" if half else ""
+        hint = ": the file has only one triangle; write both" if half else ""
         allowed = f"be {kind} to {SYMMETRIC:g} of its largest entry"
         raise source.wrong(name, allowed, f"{miss:.2g}{hint}")
     matrix = (matrix + sign * matrix.T) / 2

@@ -1,9 +1,10 @@
-"""Reading the TOML that describes the unknowns of a finite element model. No mechanics.
+"""Reading the TOML file that describes the unknowns of a finite-element model.
 
-Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad, against the
-clock. `wheel_example.toml` has all keys with their meanings; `hpcwhirl import-model
---example` prints it. Of one sector, [sector] instead of [wheel], whose blade is blade
-0, the keys x, y, radial and tangential are one DoF.
+No mechanics. Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad,
+anticlockwise. `wheel_example.toml` has all keys with their meanings; `hpcwhirl
+import-model --example` prints it. A single sector is described by a table [sector]
+instead of [wheel]; its blade is blade 0, and each of the keys x, y, radial and
+tangential is a single DoF.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_BLADES = LARGEST // 2 - 1
 EXAMPLE = Path(__file__).with_name("wheel_example.toml")
-FAMILIES = 5  # of modes kept, where the file does not say
-EVEN = 1e-6  # rad, of 2 pi / N from blade to blade
+FAMILIES = 5  # default number of mode families that are kept
+EVEN = 1e-6  # rad, largest deviation from 2 pi / N between blades
 TURNING = ("coriolis", "centrifugal_load", *BY_PARTS, *AT_SPEEDS)
 KEYS = {
     "wheel": ("mass", "stiffness", "blades", "modes", "held", *TURNING),
@@ -50,11 +51,11 @@ class Centre:
 
     Attributes
     ----------
-    dofs : (2,), DoF of x and y
+    dofs : (2,), DoF of the displacements along x and y
     angle : rad, angle of blade 0 from the x axis of these DoF, anticlockwise
-    stiffness : N/m, of the springs added along x and y
-    mass : kg, added
-    held : whether the centre does not move
+    stiffness : N/m, of each of the springs added along x and y
+    mass : kg, of the point mass added
+    held : whether the centre is fixed
     """
 
     dofs: Integers
@@ -66,12 +67,13 @@ class Centre:
 
 @dataclass(frozen=True)
 class Cut:
-    """DoF on the two cuts of a sector.
+    """DoF on the two cuts of a sector; left and right ones correspond.
 
     Attributes
     ----------
-    left, right : (s,), in axes that turn with the sectors
-    left_plane, right_plane : (p, 2), x and y, which do not
+    left, right : (s,), DoF along axes that turn with the sectors
+    left_plane, right_plane : (p, 2), DoF along x and y, axes that are the same for all
+        sectors
     """
 
     left: Integers
@@ -89,15 +91,16 @@ class FiniteElements:
     file : the TOML file
     sources : files of M and K
     mass, stiffness : (n, n), symmetric
-    blades : N
-    tips : (N, 2), or (1, 2) of a sector: DoF of each tip
-    angle : (N,) or (1,), rad: radial, tangential axes from those of the DoF
-    centre : None where it is clamped
-    held : DoF that do not move
-    modes : fixed-interface modes to keep
-    cut : of a sector
-    turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
-        of rotation, all or none
+    blades : number of blades N
+    tips : (N, 2), or (1, 2) for a sector: the two DoF of each tip
+    angle : (N,) or (1,), rad, from the axes of each tip's DoF to the radial, tangential
+        axes
+    centre : the shaft's centre; None if the wheel is clamped
+    held : DoF that are fixed
+    modes : number of fixed-interface modes to keep
+    cut : the two cuts of a sector; None for a wheel
+    turning : terms of rotation, {name as in an engine's file: matrix, vector, or two
+        speeds}, all or none
     """
 
     file: str
@@ -118,12 +121,12 @@ class FiniteElements:
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: matrix `name` must `allowed` ("be ..."), got `got`."""
+        """Return an error: `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 
 class _Table:
-    """A table of the document; its methods return values of one type each."""
+    """A table of the TOML file; each method returns a value of one type, checked."""
 
     def __init__(self, file: str, name: str, data: Any) -> None:
         self.file, self.name = file, name
@@ -167,7 +170,7 @@ class _Table:
     def indices(self, key: str, size: int, count: int | None = None) -> Integers:
         """Return the DoF that a key lists, each 0 .. size - 1.
 
-        count : how many there must be; None: any number. A single one needs no list
+        count : required number; None: any. A single DoF may be written without a list
         """
         value = self.asked(key, None if count else [])
         value = value if isinstance(value, list) else [value]
@@ -194,7 +197,7 @@ def read_wheel(path: Path) -> FiniteElements:
     MissingFileError
         where the file or one of the matrices cannot be read
     InputError
-        naming the key, what it got and what is allowed
+        naming the key, its value and what is allowed
     """
     document, file = load_document(path), str(path)
     kinds = [name for name in ("wheel", "sector") if name in document]
@@ -241,9 +244,9 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Return ({"speeds": both, if given}, {name: file}) of the terms of rotation.
+    """Return the terms of rotation: {"speeds": the two speeds, if given}, {name: file}.
 
-    Both are empty if the table has none of these terms.
+    Both dictionaries are empty if the table has none of these terms.
     """
     if not any(name in table.data for name in TURNING):
         return {}, {}
@@ -278,7 +281,7 @@ def _read_turning(
 
     Parameters
     ----------
-    table : where the files are named, for messages
+    table : table that names the files, for messages
     found : filled here, {name: (n, n) matrix or (n,) load}
     files : {name: file}
     size : n, number of DoF
@@ -294,7 +297,7 @@ def _read_turning(
 
 
 def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, Floats]:
-    """Return the DoF of the tips, (count, 2), and angles of their axes, (count,)."""
+    """Return the DoF of the tips, (count, 2), and their axes' angles, (count,), rad."""
     plane = "x" in table.data or "y" in table.data
     if plane and ("radial" in table.data or "tangential" in table.data):
         raise table.wrong("tips", "be x, y or radial, tangential", "both")
@@ -310,7 +313,7 @@ def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, 
     angle = np.array(given, dtype=np.float64)
     steps = np.diff(angle) - 2 * np.pi / blades
     if plane and (np.abs(np.angle(np.exp(1j * steps))) > EVEN).any():
-        allowed = "rise by 2 pi / N from blade to blade, against the clock"
+        allowed = "rise by 2 pi / N from blade to blade, anticlockwise"
         raise table.wrong("angle", allowed, shown(given))
     return pairs, angle
 
@@ -348,7 +351,7 @@ def _cut(table: _Table, size: int) -> Cut:
 
 
 def _check_once(wheel: FiniteElements) -> None:
-    """Refuse DoF that are named twice."""
+    """Refuse a DoF that is named twice."""
     cut = wheel.cut
     sides = (
         [] if cut is None else [cut.left, cut.right, cut.left_plane, cut.right_plane]

@@ -1,1 +1,1 @@
-"""Reading results: cases, words, conditions, neighbours."""
+"""Reading results: cases and their words, selection of cases, nearest cases."""

@@ -25,16 +25,16 @@ WHICH = {
 
 @dataclass(frozen=True)
 class Credibility:
-    """How many of the cases that have twins keep their word in all of them.
+    """How many of the cases with twins keep their word in all of their twins.
 
     For a random sample of the even cases of a map, this tells how far the map may be
     trusted away from its boundaries.
 
     Attributes
     ----------
-    of : which cases have twins: "all", "boundary", "speckle", "even"
+    of : which cases have twins, as in [twins]: "all", "boundary", "speckle", "even"
     cases : number of cases that have twins with a result
-    kept : number of these whose twins all have the word of their case
+    kept : number of these cases whose twins all have the word of their case
     twins : largest number of twins of a case
     """
 
@@ -45,11 +45,11 @@ class Credibility:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """The share that keeps its word, with its interval (Wilson, 95 %)."""
+        """The share that keeps its word, and the ends of its 95 % interval (Wilson)."""
         return interval(self.kept, self.cases)
 
     def __str__(self) -> str:
-        """Return it as one line."""
+        """Return the numbers as one line of text."""
         if not self.cases:
             return f"no {WHICH[self.of]} with twins"
         share, low, high = self.share
@@ -64,7 +64,7 @@ def credibility(data: xarray.Dataset) -> Credibility:
 
     Parameters
     ----------
-    data : of `open_results`
+    data : results from `open_results`
 
     Raises
     ------

@@ -17,8 +17,8 @@ from hpcwhirl.store.reading.select import follows, swept_of
 if TYPE_CHECKING:
     import xarray
 
-SPARSEST = 4.0  # cells of a grid for each case, above which it is none
-MOST = 20_000_000  # points of a grid
+SPARSEST = 4.0  # largest number of grid cells for each case
+MOST = 20_000_000  # largest number of points of a grid
 CELL = [field.name for field in fields(Cells)]
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -27,16 +27,17 @@ Floats = NDArray[np.float64]
 def grid(data: xarray.Dataset) -> xarray.Dataset:
     """Return results over the swept inputs instead of over `case`.
 
-    Only variables with one value a case are included; traces stay in the file. An input
-    that is a function of another one, as in [zip], becomes a coordinate along it.
+    Only variables with one value for each case are included; traces stay in the file.
+    An input that is a function of another one, as in [zip], becomes a coordinate along
+    it.
 
-    For a refined campaign the grid has all values of its refined inputs. Each point has
-    the nearest corner of the cell around it; `computed` is 1 if that case is at the
-    point itself.
+    For a refined campaign the grid has all values of its refined inputs. Each point
+    shows the case at the nearest corner of the cell around it; `computed` is 1 if that
+    case is at the point itself.
 
     Parameters
     ----------
-    data : of `open_results`
+    data : results from `open_results`
 
     Returns
     -------
@@ -60,7 +61,8 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
     cells = float(np.prod([len(set(table[n].to_numpy().tolist())) for n in axes]))
     count = data.sizes["case"]
     if cells > SPARSEST * count:
-        msg = f"{count} cases over {' x '.join(axes)} are no grid of {cells:.0f} cells"
+        over = " x ".join(axes)
+        msg = f"{count} cases over {over} do not fill a grid of {cells:.0f} cells"
         raise InputError(msg)
     along = {n: _followed(table, n, axes) for n in swept if n not in axes}
     told = {n: _levels(table, n, by) for n, by in along.items() if by}
@@ -78,7 +80,7 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest(data: xarray.Dataset) -> xarray.Dataset:
-    """Return the nearest case at each point of the finest grid of a refined campaign.
+    """Return a refined campaign on its finest grid, the nearest case at each point.
 
     `computed` is 1 where that case lies at the point itself, `number` is its number.
     """
@@ -95,8 +97,8 @@ def nearest(data: xarray.Dataset) -> xarray.Dataset:
 def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
     """Return the case nearest to each point of the finest grid, panel after panel.
 
-    Distances are along the inputs, in intervals of their coarse values, within the
-    cells that are not split; the words at the corners of a cell decided that it is not.
+    Only the corners of the unsplit cell around a point are considered. Distances are
+    measured along each input in intervals of its coarse values.
 
     Returns
     -------
@@ -109,7 +111,7 @@ def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
     panels = int(data["panel"].to_numpy().max()) + 1
     if panels * np.prod([len(k[0]) for k in known], dtype=float) > MOST:
         msg = f"the finest grid of {' x '.join(over)} has more than {MOST} points: "
-        raise InputError(msg + "take the cases themselves")
+        raise InputError(msg + "use the cases without a grid")
     cells = Cells(*(data[f"cell_{name}"].to_numpy() for name in CELL))
     at = [places for places, _ in known]
     found = nearest_cases(cells, list(place.values()), at, panels)
@@ -141,16 +143,16 @@ def nearest_cases(
 
 
 def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[slice]]:
-    """Return which points of a grid are nearer to the low and to the high corner.
+    """Return which points of a grid in a cell are nearer to its low or high corners.
 
     Parameters
     ----------
     corner : (2^d,), cases at the corners of a cell
-    place, at : as of `nearest_cases`
+    place, at : as in `nearest_cases`
 
     Returns
     -------
-    [points nearer to the low corner, to the high corner] along each input
+    [points nearer to the low end, points nearer to the high end] along each input
     """
     out = []
     for own, known in zip(place, at, strict=True):
@@ -168,7 +170,7 @@ def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
 
 
 def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
-    """Return the swept inputs that are no function of earlier ones."""
+    """Return the swept inputs that do not follow from earlier ones."""
     varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
     cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
     if cells <= table.sizes["case"]:
@@ -181,5 +183,5 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
-    """Return the axis of which an input is a function, "" for none."""
+    """Return the first axis that determines an input, "" for none."""
     return next((axis for axis in axes if follows(table, name, axis)), "")

@@ -16,7 +16,7 @@ from hpcwhirl.store.reading.results_file import attribute, results_of
 if TYPE_CHECKING:
     import xarray
 
-# of groups: what stands before their variables' names
+# {group: prefix of its variables' names}
 GROUPS = {"performance": "", "cells": "cell_", "boundaries": "boundary_"}
 
 
@@ -29,23 +29,23 @@ def open_results(path: Path | str) -> xarray.Dataset:
 
     Returns
     -------
-    xarray.Dataset over `case` (and `time`, `xy`, ... where traces were kept), units
-    and long names on every variable; words and texts are text. Numbers are read from
-    the file when they are asked for, traces case by case with `isel`. Of a refined
-    campaign also its cells and boundaries, `cell_...` and `boundary_...`
+    xarray.Dataset over `case` (and `time`, `xy`, ... if traces were kept), with units
+    and long names on every variable; words and texts are strings. Numbers are read from
+    the file on access, traces case by case with `isel`. A refined campaign also has
+    its cells and boundaries, `cell_...` and `boundary_...`
 
     Raises
     ------
     MissingFileError, StoreError
-        where there is no such file, or it is damaged
+        if there is no such file, or it is damaged
     """
     return _opened(path, _with_words)
 
 
 def open_coded(path: Path | str) -> xarray.Dataset:
-    """Return results as `open_results`, but words as the numbers that stand for them.
+    """Return results as `open_results` does, but with integer codes instead of words.
 
-    A number takes a byte a case, a word 40. `flag_meanings` has the words.
+    A code takes 1 byte for each case, a word 40. `flag_meanings` lists the words.
     """
     return _opened(path, lambda data: data)
 
@@ -53,7 +53,7 @@ def open_coded(path: Path | str) -> xarray.Dataset:
 def _opened(
     path: Path | str, finish: Callable[[xarray.Dataset], xarray.Dataset]
 ) -> xarray.Dataset:
-    """Return the groups of a file merged, decoded and finished."""
+    """Return the groups of a file, decoded, passed through `finish`, and merged."""
     from hpcwhirl.store.reading.xarray_store import groups_of
 
     place = results_of(Path(path))
@@ -62,7 +62,7 @@ def _opened(
         root = merged = found.pop("")
         try:
             for name, own in found.items():
-                # its dimension `case` has its values in the root alone
+                # only the root group has the values of the dimension `case`
                 more = own.drop_vars("case", errors="ignore")
                 front = {n: f"{GROUPS[name]}{n}" for n in more.data_vars}
                 merged = merged.merge(more.rename(front))
@@ -75,11 +75,11 @@ def _opened(
 
 
 def _decoded(data: xarray.Dataset) -> xarray.Dataset:
-    """Return the file's variables with texts as text; nothing is read."""
+    """Return the file's variables, bytes decoded to text on access; nothing is read."""
     import xarray
 
     for name, variable in data.variables.items():
-        if variable.dtype.kind == "S":  # xarray decodes it when it is asked for
+        if variable.dtype.kind == "S":  # decoded by xarray on access
             data[name].attrs["_Encoding"] = "utf-8"
     data = xarray.decode_cf(data, mask_and_scale=False, decode_times=False)
     for attributes in (data.attrs, *(v.attrs for v in data.variables.values())):
@@ -88,14 +88,14 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
-    """Return decoded results with words as text; the words are read from the file."""
+    """Return decoded results with words instead of codes, which are read now."""
     for name in ENUMS.keys() & data.variables.keys():
         data[name] = _named(data[name])
     return data
 
 
 def _named(variable: xarray.DataArray) -> xarray.DataArray:
-    """Return an enumeration, a byte a case, as words that compare with text."""
+    """Return a variable of codes as a variable of words."""
     named = variable.copy(data=words(variable))
     named.attrs = {n: v for n, v in variable.attrs.items() if n != "flag_values"}
     return named
@@ -104,12 +104,12 @@ def _named(variable: xarray.DataArray) -> xarray.DataArray:
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
     """Return the words of a variable such as `regime`, (cases,) of str.
 
-    Where xarray has masked a case (`xarray.Dataset.where`), the word is empty. Also
-    takes the integers of a file that something else has opened, by their
-    `flag_meanings`.
+    The word is "" where xarray has masked a case (`xarray.Dataset.where`). Integer
+    codes are accepted, too, for example from a file opened by xarray alone; their words
+    are those of `flag_meanings`.
     """
     values = variable.to_numpy()
-    if values.dtype.kind == "O":  # text, and NaN where xarray has masked it
+    if values.dtype.kind == "O":  # text, and NaN where xarray has masked a case
         values = np.array([v if isinstance(v, str) else "" for v in values], str)
     if values.dtype.kind == "U":
         return values
@@ -117,9 +117,9 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
 
 
 def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.object_]]:
-    """Return the words of a variable of `open_coded`, (cases,), each text stored once.
+    """Return the words of a variable from `open_coded`, (cases,), as shared strings.
 
-    A case takes 8 bytes here, 40 in `words`.
+    A case takes 8 bytes here, 40 in the array that `words` returns.
     """
     meanings, places = _places(variable, variable.to_numpy())
     return np.asarray(meanings.astype(object)[places])
@@ -128,13 +128,13 @@ def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.obje
 def _places(
     variable: xarray.DataArray, values: np.ndarray[Any, Any]
 ) -> tuple[np.ndarray[Any, np.dtype[np.str_]], np.ndarray[Any, np.dtype[np.int64]]]:
-    """Return the words of `flag_meanings`, "" last, and each case's place among them.
+    """Return the words of `flag_meanings`, "" last, and each case's index into them.
 
-    values : numbers of the variable, NaN where xarray has masked a case
+    values : codes of the variable, NaN where xarray has masked a case
     """
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     codes = np.asarray(values, dtype=np.float64)
     if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
-        msg = f"{variable.name} is damaged: it has a value that stands for no word"
+        msg = f"{variable.name} is damaged: it has a code without a word"
         raise StoreError(msg)
     return meanings, np.where(np.isnan(codes), -1, codes).astype(np.int64)

@@ -27,18 +27,21 @@ from hpcwhirl.store.schema import FORMAT
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
-WHOLE = 1e-6  # of an interval: a sample so near the end is there
-BLOCK = 4_000_000  # bytes of traces read at once, or those of one case
+WHOLE = 1e-6  # intervals, round-off allowed in the time of the last sample
+BLOCK = 4_000_000  # bytes of traces read at once, but at least one case's
 
 
 def results_of(place: Path) -> Path:
-    """Return the results file of a directory, or the file itself, even if missing."""
+    """Return the path of a directory's results file, or a file's path unchanged.
+
+    The file need not exist.
+    """
     named = place.suffix == ".h5" and not place.is_dir()
     return place if named or place.is_file() else place / "results.h5"
 
 
 def opened(path: Path) -> h5py.File:
-    """Return an open results file, whole and of this format.
+    """Open a results file; check that it is complete and of this format.
 
     Data that belong together must be read from one open file, since the file may be
     replaced by another one at any time.
@@ -71,7 +74,7 @@ def opened(path: Path) -> h5py.File:
 
 
 def attribute(value: Any) -> Any:
-    """Return an attribute; in a text, bytes that are not UTF-8 are escaped."""
+    """Return an attribute's value; bytes that are not UTF-8 are escaped in texts."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
@@ -88,17 +91,17 @@ def words_in(
     Parameters
     ----------
     file, name : group and variable
-    cases : to read
+    cases : which cases to read
 
     Raises
     ------
     StoreError
-        where a value stands for no word
+        where a code has no word
     """
     codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
     known = np.array(np.bytes_(meanings).decode().split())
     if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
-        msg = f"{name} is damaged: it has a value that stands for no word"
+        msg = f"{name} is damaged: it has a code without a word"
         raise StoreError(msg)
     return np.asarray(known[codes])
 
@@ -115,7 +118,7 @@ class Results:
 
     Attributes
     ----------
-    path : of the file
+    path : path of the file
     file : the open file
     attrs : root attributes
     kept : names of the traces in the file; empty for `summary`
@@ -164,7 +167,7 @@ class Results:
 
     @cached_property
     def plan(self) -> Manifest:
-        """The plan of the campaign, with the cases of the rows."""
+        """The plan of the campaign, with the cases in the order of the file's rows."""
         with reading(self.path):
             plan = plan_of_results(self.path, self.file)
         if len(plan.digests) != len(self):
@@ -174,7 +177,7 @@ class Results:
 
     @cached_property
     def rows(self) -> Rows:
-        """Numbers and words of each case by the names of `ROW`, and its status."""
+        """Status, and numbers and words by the names of `ROW`, of each case."""
         return Rows({name: self[name] for name in ROW | STATUS})
 
     def settings(self, case: int) -> dict[str, Any]:
@@ -191,11 +194,11 @@ class Results:
         return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
 
     def finished(self) -> list[int]:
-        """Return the cases that gave a result."""
+        """Return the numbers of the cases that gave a result."""
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return the finished cases in groups that differ in speed alone, by speed."""
+        """Return the finished cases, grouped by all inputs but speed, each by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -203,7 +206,7 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the finished cases that differ from one in speed alone, by speed."""
+        """Return the finished cases that differ from a case only in speed, by speed."""
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
@@ -211,9 +214,9 @@ class Results:
 
         Parameters
         ----------
-        case : its number
-        sign : between name and value
-        but : further inputs to leave out
+        case : number of the case
+        sign : text between name and value
+        but : names of further inputs to leave out
         """
         own = ((n.rsplit(".", 1)[-1], v) for n, v in self._others(case).items())
         return ", ".join(f"{name}{sign}{v}" for name, v in own if name not in but)
@@ -240,14 +243,14 @@ class Results:
     def each_traces(
         self, cases: Sequence[int], names: Sequence[str]
     ) -> Iterator[tuple[int, Traces]]:
-        """Yield (case, its traces and their `time`), a few cases in memory at a time.
+        """Yield (case, its traces and their `time`); few cases are in memory at a time.
 
         Parameters
         ----------
-        cases : that gave a result, ascending
+        cases : numbers of cases that gave a result, ascending
         names : traces to read, all of them in `kept`
         """
-        if not len(cases):  # there may be no traces at all
+        if not len(cases):  # the file may have no traces
             return
         interval, end = self["sample_interval"], self["end_time"]
         with reading(self.path):
@@ -262,7 +265,7 @@ class Results:
                     yield case, {"time": time} | own
 
     def digest(self) -> str:
-        """Return a digest of rows and thresholds, which `classify` changes."""
+        """Return a digest that changes when `classify` changes words or thresholds."""
         found = hashlib.sha256()
         for name in sorted(n for n in ROW | STATUS | SHARE if n in self):
             found.update(self[name].tobytes())
@@ -272,7 +275,7 @@ class Results:
 
 
 class Rows(Sequence[Row]):
-    """Rows of columns, {name: (cases,)}, each made on access."""
+    """Sequence of rows, each made on access from columns {name: (cases,)}."""
 
     def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
         self.columns = columns
@@ -286,7 +289,7 @@ class Rows(Sequence[Row]):
     @overload
     def __getitem__(self, case: slice) -> list[Row]: ...
     def __getitem__(self, case: int | slice) -> Any:
-        """Return numbers and words of a case, by their names."""
+        """Return {name: value} of a case, or a list of them for a slice."""
         if isinstance(case, slice):
             return [self[i] for i in range(*case.indices(len(self)))]
         return {name: column[case].item() for name, column in self.columns.items()}
@@ -305,14 +308,14 @@ def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
 
 
 def count_statuses(path: Path) -> dict[str, int]:
-    """Return {status: cases}, `missing` among them, of a results file."""
+    """Return {status: number of cases} of a results file, including `missing`."""
     with Results(path) as results:
         found = Counter(results["status"].tolist())
         return {name: found[name] for name in ENUMS["status"] if found[name]}
 
 
 def has_contact(path: Path) -> bool:
-    """Return whether blades touched in any case of a results file, or none ended."""
+    """Return whether blades touched in any case; True if no case has ended."""
     with Results(path) as results:
         ended = results["status"] == "ok"
         return bool((results["contacts"][ended] > 0).any() or not ended.any())

@@ -1,4 +1,4 @@
-"""Selection of cases by inputs, named as in the TOML or in the file, and values."""
+"""Selection of cases by values of inputs, named as in the TOML or in the results."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
     from hpcwhirl.store.reading.results_file import Results
 
-SAME = 1e-9  # relative difference of numbers that are one value
-MOST_SHOWN = 8  # values in a message
+SAME = 1e-9  # relative difference up to which numbers count as equal
+MOST_SHOWN = 8  # largest number of values in a message
 UNITS = {variable_name(name): quantity.unit for name, quantity in INPUTS.items()}
 Mask = NDArray[np.bool_]
 
 
 def swept_of(data: xarray.Dataset | Results) -> list[str]:
-    """Return the variables of the swept inputs, in the order of the file."""
+    """Return the names of the swept inputs' variables, in the order of the file."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
 
 def follows(data: xarray.Dataset, name: str, by: str) -> bool:
-    """Return whether an input has one value for each value of another one, `by`."""
+    """Return whether the value of input `by` determines that of input `name`."""
     known, values = (data[n].to_numpy().tolist() for n in (by, name))
     return len(set(zip(known, values, strict=True))) == len(set(known))
 
@@ -51,7 +51,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     dotted = [n for n in input_names() if n == name or n.endswith(f".{name}")]
     found = sorted({variable_name(n) for n in dotted} & set(among))
     if len(found) > 1:
-        msg = f"{what} '{name}' is one of {', '.join(found)}: say which"
+        msg = f"{what} '{name}' may mean {', '.join(found)}: say which"
         raise InputError(msg)
     if not found:
         raise unknown(what, name, among)
@@ -59,7 +59,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
 
 
 def value_text(value: Any) -> str:
-    """Return a value as in a setting, with the fewest digits that identify it."""
+    """Return a value as text, with the fewest digits that identify it."""
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
     return str(value)
@@ -92,7 +92,7 @@ def where(
         return None
     both = np.logical_and.reduce(list(admitted.values()))
     if not both.any():
-        msg = f"{option} {' '.join(settings)}: no case has all of these values"
+        msg = f"{option} {' '.join(settings)}: no case has this combination of values"
         raise InputError(msg)
     return np.asarray(both)
 
@@ -122,7 +122,7 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
 
 
 def _numbered(values: NDArray[Any], raw: str) -> str:
-    """Return the second distinct text of a column for ``#2``; other texts unchanged."""
+    """Return the n-th distinct text of a column for ``#n``; other texts unchanged."""
     order = list(dict.fromkeys(values.astype(str).tolist()))
     known = {f"#{i + 1}": text for i, text in enumerate(order)}
     return str(known.get(raw, raw))
@@ -153,7 +153,7 @@ def _same_text(value: str, raw: str) -> bool:
 
 
 def _nearest(values: NDArray[Any], wanted: float) -> str:
-    """Return a text of all values of an input if few, else of the nearest ones."""
+    """Return a text that lists an input's values: all if few, else the nearest ones."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) <= MOST_SHOWN:
         return "known: " + ", ".join(map(value_text, known))

@@ -13,15 +13,15 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS, NO_REGIME, REGIMES
 
 CONFIDENCE = 0.95
-TWIN = "twin"  # dimension, and with an s the group of the twins' own rows
+TWIN = "twin"  # a dimension; the group of the twins' rows is `twins`
 GROUP = f"{TWIN}s"
 COUNT = "twin_count"
 MAJORITY = "word_majority"
 SURE = "word_share_sure"  # root attribute
-WITHOUT = ("failed", "missing")  # words of what gave no result
+WITHOUT = ("failed", "missing")  # words of computations without a result
 ENDS = ("", "_low", "_high")
 TOLD = {"": "", "_low": ", lower end (Wilson, 95 %)", "_high": ", upper end (Wilson)"}
-# of each twin: what words are given by, and what it was
+# stored of each twin: what its words are determined from, and its status
 TWIN_ROW = {n: q for n, q in (ROW | STATUS).items() if not q.kind.startswith("S")}
 Words = NDArray[np.str_]
 
@@ -35,16 +35,16 @@ SHARE: dict[str, Quantity] = {
     **_quantities("word_share", "share of twins with the word of the case"),
 }
 SHARE[MAJORITY] = Quantity(
-    "1", "word of most among the case and its twins; its own where as many", kind="enum"
+    "1", "most frequent word of case and twins; in a tie that of the case", kind="enum"
 )
 for _word in REGIMES:
     SHARE |= _quantities(f"share_{_word}", f"share of twins that are {_word}")
 
 
 def words_of(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word of `SHOWN` of each case, (cases,).
+    """Return the word that stands for each case, one of `SHOWN`, (cases,).
 
-    See `scene.words.word_of` for one case.
+    `scene.words.word_of` is the same for a single case.
     """
     named = np.where(regime == "none", "unstable", regime)
     named = np.where(np.isin(outcome, NO_REGIME), outcome, named)
@@ -54,7 +54,7 @@ def words_of(status: Words, outcome: Words, regime: Words) -> Words:
 
 @lru_cache(maxsize=65536)
 def interval(count: int, total: int) -> tuple[float, float, float]:
-    """Return a share with its interval (Wilson, 95 %); NaN of none.
+    """Return a share and the ends of its 95 % interval (Wilson); NaN if `total` is 0.
 
     Parameters
     ----------
@@ -90,10 +90,10 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
 
 
 def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]:
-    """Return the word that most of a case and its twins have, as it is stored.
+    """Return the most frequent word of each case and its twins, as a code, (cases,).
 
-    In a tie the case's own word wins; if it is not among the most frequent, the first
-    of them in the order of `ENUMS` does.
+    In a tie the case's own word wins if it is among the most frequent ones, else the
+    first of these in the order of `ENUMS`.
     """
     known = ENUMS[MAJORITY]
     votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])

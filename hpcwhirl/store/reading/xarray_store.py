@@ -1,6 +1,6 @@
-"""A results file for xarray, opened once, so that all groups are of one file.
+"""A results file for xarray, opened once, so that all groups come from one file.
 
-Opened by name, each group could belong to another file, if that was replaced meanwhile.
+If each group were opened by path, the file could be replaced between two of them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hpcwhirl.store.reading.results_file import opened
 
 
 class _OneFile(FileManager[Any]):
-    """A file that stays open until it is closed; unpickled, it is opened again."""
+    """File manager of xarray for one open file; unpickling opens the file again."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -32,7 +32,7 @@ class _OneFile(FileManager[Any]):
 
     @contextmanager
     def acquire_context(self, needs_lock: bool = True) -> Iterator[Any]:  # noqa: FBT001, FBT002
-        """Give the file."""
+        """Yield the file."""
         yield self.acquire(needs_lock)
 
     def close(self, needs_lock: bool = True) -> None:  # noqa: FBT001, FBT002
@@ -49,14 +49,14 @@ class _OneFile(FileManager[Any]):
 
 
 def groups_of(path: Path, known: list[str]) -> dict[str, xarray.Dataset]:
-    """Return {"": root, name: group} of the existing groups, undecoded.
+    """Return {"": root group, name: group} for those groups that exist, undecoded.
 
     Closing the root closes the file.
 
     Raises
     ------
     MissingFileError, StoreError
-        where it is no whole results file of this format
+        if there is no complete results file of this format
     """
     file = _OneFile(path)
     there = [name for name in known if name in file.acquire().groups]

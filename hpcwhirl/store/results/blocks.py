@@ -25,18 +25,28 @@ from hpcwhirl.store.results.layout import stored, swept_extra
 from hpcwhirl.store.results.measured import VALUES, WHY_NOT, measured_of
 from hpcwhirl.store.schema import dtype, encode, missing
 
-MOST_BYTES = 32 << 20  # of the traces of a block, but at least one case
+MOST_BYTES = 32 << 20  # traces in a block, but at least those of one case
 MOST_CASES = 1024
 Array = NDArray[Any]
-Block = dict[str, Array]  # by the path of the variable in the file
-Parts = list[tuple[Array, Rows]]  # of some cases: which of them, their records
-MISSING = {"status": "missing", "message": "not computed yet"}  # without a record
+Block = dict[str, Array]  # {path of the variable in the file: (cases, ...)}
+Parts = list[tuple[Array, Rows]]  # (indices into some cases, records of these)
+MISSING = {
+    "status": "missing",
+    "message": "not computed yet",
+}  # without record
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
-    """Return the ranges of cases that a rank writes, the same number for every rank.
+    """Return the ranges of cases that a rank writes, equally many for every rank.
 
-    Shares are contiguous and differ by at most one case; missing ranges are empty.
+    The cases of a rank are contiguous; ranks differ by at most one case. A rank with
+    fewer ranges gets empty ones at the end.
+
+    Parameters
+    ----------
+    cases : number of all cases
+    rank, size : number of this rank, and of all ranks
+    block : largest number of cases in a range
     """
     starts = [r * cases // size for r in range(size + 1)]
     rounds = -(-max(b - a for a, b in pairwise(starts)) // block)
@@ -46,13 +56,13 @@ def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
 
 
 def block_size(contents: Contents) -> int:
-    """Return the number of cases of a block."""
+    """Return the number of cases in a block."""
     each = max(contents.bytes_of_traces(), 1)
     return max(1, min(MOST_CASES, MOST_BYTES // each))
 
 
 def read_block(contents: Contents, cases: range) -> Block:
-    """Return what the file will hold of some cases, {variable: (cases, ...)}.
+    """Return the variables of some cases as the file stores them.
 
     Raises
     ------
@@ -72,7 +82,7 @@ def read_block(contents: Contents, cases: range) -> Block:
 
 
 def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
-    """Mark cases without a record as missing; fill in inputs of those without a row."""
+    """Mark cases without a record as missing; fill in inputs of cases without a row."""
     none = np.ones((2, len(cases)), dtype=bool)
     for at, rows in parts:
         none[0, at], none[1, at] = False, ~rows.has_any("row")
@@ -84,7 +94,7 @@ def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
 
 
 def _swept(plan: Manifest, cases: range) -> Block:
-    """Return the swept inputs that no row has."""
+    """Return the swept inputs that are no variables of `ROW`."""
     out: Block = {}
     numbers = np.arange(cases.start, cases.stop)
     for name, dotted in swept_extra(plan).items():
@@ -121,7 +131,7 @@ def _words(codes: Array, name: str) -> Array:
 
 
 def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return the variables that the plan asks for, {} for none."""
+    """Return the optional variables that the plan asks for, {} for none."""
     out = _table(contents.asked, parts, len(cases), "row.")
     if "amplification" in out:
         tuned = {
@@ -138,13 +148,13 @@ def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
 
 
 def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
-    """Return {place among the cases: record}."""
+    """Return {index of the case in the block: its record}."""
     return {place: rows.record(number) for at, rows in parts
             for number, place in enumerate(at.tolist())}  # fmt: skip
 
 
 def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
-    """Return {variable: value} of the inputs, the row of a case without a result."""
+    """Return {variable: value} of the inputs of a case, for one without a result."""
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]
@@ -154,9 +164,9 @@ def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
 
 
 def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
-    """Return the columns of a table of so many cases, as they are stored.
+    """Return the columns of a table of variables for `count` cases, as they are stored.
 
-    of : prefix of the names of its fields; "" for those of a record itself
+    of : prefix of their fields in the records, such as "row."; "" for none
     """
     out: Block = {}
     for name, quantity in table.items():
@@ -173,7 +183,7 @@ def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
     Raises
     ------
     InputError
-        where one is a word that this version does not know
+        where a record has a word that this version does not know
     """
     out = np.full(len(rows), missing(quantity), dtype=dtype(quantity))
     has, words = rows.has(key), rows.header.layout.words.get(key)

@@ -1,15 +1,16 @@
 """Groups `cells` and `boundaries` of a refined campaign's results.
 
-- `cells`: of every cell that is not split, the cases at its corners, the last refined
-  input fastest (`corner`, -1: not computed, as a budget ended the refinement), `panel`,
-  `level`, `state` (even: words alike; mixed; speckle) and whether its corners are
-  `confirmed`. Attributes: what is refined (`over`), on which `scale`, by which `words`,
-  and how many cases a budget has left out (`dropped`).
-- `boundaries`: points at which words change, coordinates named as the refined inputs. A
-  point is the middle of an edge between two cases with different words, at `low` and
-  `high` of the input `along`, see `refinement.boundary.Boundaries`. If two inputs are
-  refined, `line_begin` and `line_end` are the points that lines join. An attribute has
-  the words that count; `classify` writes this group again.
+- `cells`: for every cell that is not split, the cases at its corners, the last refined
+  input varying fastest (`corner`; -1: not computed, since a budget ended the
+  refinement), its `panel`, `level` and `state` (even: all corners have one word; mixed;
+  speckle), and whether its corners are `confirmed`. Attributes: the refined inputs
+  (`over`), their `scale`, the kind of `words` that decide, and the number of cases left
+  out by a budget (`dropped`).
+- `boundaries`: points where words change; coordinates are named like the refined
+  inputs. A point is the middle of an edge between two cases with different words, at
+  `low` and `high` of the input `along`, see `refinement.boundary.Boundaries`. If two
+  inputs are refined, `line_begin` and `line_end` are the points that lines join. An
+  attribute names the kind of words. `classify` writes this group again.
 """
 
 from __future__ import annotations
@@ -48,14 +49,16 @@ TOLD = {
     "panel": Quantity("1", "number of the panel", kind="i8"),
     "level": Quantity("1", "bisections", kind="i8"),
     "state": Quantity("1", "whether words at its corners differ", kind="enum"),
-    "confirmed": Quantity("1", "1 if all corners are confirmed", kind="i8"),
+    "confirmed": Quantity(
+        "1", "1 if the words at all corners are confirmed", kind="i8"
+    ),
     "along": Quantity("1", "refined input along which the edge lies, -1: none"),
-    "low": Quantity("1", "of that input, in its unit: from here ..."),
-    "high": Quantity("1", "... to here: within lies a change of word"),
-    "before": Quantity("1", "case at the begin of the edge, -1: none"),
-    "behind": Quantity("1", "case at its end, -1: none"),
-    "line_begin": Quantity("1", "point from which a line leads"),
-    "line_end": Quantity("1", "point to which it leads"),
+    "low": Quantity("1", "lower end of the edge along that input, in its unit"),
+    "high": Quantity("1", "upper end; the word changes somewhere between"),
+    "before": Quantity("1", "case at the lower end of the edge, -1: none"),
+    "behind": Quantity("1", "case at the upper end of the edge, -1: none"),
+    "line_begin": Quantity("1", "point where a segment of the boundary begins"),
+    "line_end": Quantity("1", "point where the segment ends"),
 }
 
 
@@ -69,11 +72,11 @@ class Refined:
     scale : "linear" or "log" for each
     cells : cells that are not split
     panel_of : (cases,), panel of each case
-    last : {refined input: (cases,)}, whether a case has the last value of it
-    by : the kind of word that changes at the boundaries
-    at : {refined input: (p,)}, points of boundaries
-    panel : (p,), of each point
-    lines : (s, 2), points that lines join
+    last : {refined input: (cases,)}, whether a case has the last value of that input
+    by : kind of word that changes at the boundaries, "regime" or "whirl"
+    at : {refined input: (p,)}, coordinates of the points of boundaries
+    panel : (p,), panel of each point
+    lines : (s, 2), the two points of each line segment
     """
 
     over: list[str]
@@ -107,8 +110,8 @@ def _unsplit(
 ) -> list[tuple[Cell, Node]]:
     """Return the unsplit cells of a panel.
 
-    A cell some of whose parts lack cases, as a budget may leave them out, counts as
-    unsplit.
+    A cell counts as unsplit if cases of any of its parts are missing, since a budget
+    may leave them out.
 
     row : {address: row} of the cases that exist
     """
@@ -146,12 +149,12 @@ def define_cells(
     plan: Manifest,
     rows: Mapping[str, NDArray[Any]],
 ) -> None:
-    """Write both groups, whose content is known before cases are read.
+    """Write both groups; the plan and a few columns suffice for their content.
 
     Parameters
     ----------
-    file : opened for writing, by one process or by all
-    plan : of the campaign; where it is not refined, nothing is written
+    file : file opened for writing, by one process or by all
+    plan : plan of the campaign; nothing is written if it is not refined
     rows : {variable: (cases,)}, words, refined inputs and fidelity
     """
     cells = cells_of(plan)
@@ -221,7 +224,7 @@ def _put(
     axis: str,
     quantity: Quantity | None = None,
 ) -> None:
-    """Write a variable over the axes of its group, defined where they are missing."""
+    """Write a variable over an axis of its group, and define the axis if needed."""
     axes = {CELLS: "cell", BOUNDARIES: "point", "lines": "line"}[axis]
     quantity = quantity or TOLD[name]
     kind = "i1" if quantity.kind == "enum" else values.dtype
@@ -254,11 +257,11 @@ def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
 
 
 def write_boundaries(file: h5py.File) -> None:
-    """Find the boundaries for new words, and which cells are mixed by them.
+    """Write boundaries and the states of cells anew, for words that have changed.
 
     Parameters
     ----------
-    file : of results, opened for writing; where it is not refined, nothing is done
+    file : results file, opened for writing; unchanged if the campaign is not refined
     """
     if CELLS not in file:
         return
@@ -269,7 +272,7 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return the cells, mixed where words of their corners differ, and the rows.
+    """Return the cells, mixed if the words of their corners differ, and the rows.
 
     by : "regime", "whirl" or "both"
     """
@@ -288,8 +291,8 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
 def read_refined(path: Path, by: str = "") -> Refined | None:
     """Return the cells and boundaries of a results file; None where it has none.
 
-    by : kind of word, "regime" or "whirl", of the boundaries; "": the one by which
-        cells were split
+    by : kind of word that changes at the boundaries, "regime" or "whirl"; "": the kind
+        by which cells were split
     """
     with reading(path), h5py.File(path, "r") as file:
         if CELLS not in file:

@@ -28,7 +28,7 @@ from hpcwhirl.store.results.freshness import source_of
 from hpcwhirl.store.results.measured import bytes_measured
 from hpcwhirl.store.schema import dtype
 
-NAMED = ("status", "row.outcome", "row.regime")  # by which a case has its word
+NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word of a case
 
 
 @dataclass
@@ -37,17 +37,17 @@ class Contents:
 
     Attributes
     ----------
-    folder, plan : the campaign
-    journals : each with its header
+    folder, plan : directory and plan of the campaign
+    journals : (file, header) of each journal
     place : (cases, 1 + twins, 2), for each case and twin: number of the journal, -1 for
-        none, and byte of the record
+        none, and first byte of the record
     samples : (cases,), number of samples of the traces
     sizes : {axis: largest size in any case}, axes of traces other than samples
     kept : names of the traces of any case, in the order of `TRACES`
     interval : (cases,), s between samples, NaN for none
     shares : use of time of each rank of each run
-    columns : {variable: (cases,)}, of the cases of a refined campaign
-    found : {variable: (cases,)}, words and refined inputs of the same
+    columns : {variable: (cases,)}, additional variables of a refined campaign
+    found : {variable: (cases,)}, words and refined inputs of a refined campaign
     source : digest of the files read, see `freshness`
     """
 
@@ -81,17 +81,17 @@ class Contents:
 
     @cached_property
     def asked(self) -> dict[str, Quantity]:
-        """{variable: `Quantity`} that not every campaign has."""
+        """{variable: `Quantity`} of the optional variables, see `asked_quantities`."""
         return asked_quantities(self.plan)
 
     @cached_property
     def tuned(self) -> dict[int, int]:
-        """{case: the tuned case with the same other inputs}."""
+        """{case: case without mistuning whose other inputs are the same}."""
         return tuned_cases(self.plan)
 
     @property
     def common_interval(self) -> float | None:
-        """Seconds between samples where all cases share them, else None."""
+        """Interval between samples, s, if it is the same in all cases; else None."""
         found = np.unique(self.interval[np.isfinite(self.interval)])
         return float(found[0]) if len(found) == 1 else None
 
@@ -113,7 +113,7 @@ class Contents:
 
     @property
     def size(self) -> int:
-        """Bytes of rows and traces, the least that the file will have."""
+        """Bytes of rows and traces, a lower limit of the size of the file."""
         tables = (ROW | STATUS | PERFORMANCE).values()
         row = sum(dtype(quantity).itemsize for quantity in tables)
         each = row * (1 + self.twins)
@@ -126,9 +126,9 @@ class Contents:
 
 
 def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
-    """Return {axis: largest size}.
+    """Return {axis: largest size in any case}.
 
-    kinds : {trace: its shape without the samples}, for each kind of case
+    kinds : {trace: its shape without the axis of samples}, for each kind of case
     """
     sizes: dict[str, int] = {}
     for kind in kinds:
@@ -144,7 +144,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
     Parameters
     ----------
     folder : the campaign's directory
-    say : prints one line on damaged files that no result depends on; None: silent
+    say : prints one line about damaged files on which no result depends; None: silent
     """
     index = _Index(_begun(folder, say))
     contents = index.contents
@@ -160,7 +160,7 @@ def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Conte
 
 
 def _begun(folder: Path, say: Callable[[str], None] | None) -> Contents:
-    source = source_of(folder)  # before it is read: what comes later is not in it
+    source = source_of(folder)  # first, so that later changes are noticed
     shares = read_runs(folder, say)
     return Contents(folder, full_plan(folder), shares=shares, source=source)
 
@@ -192,25 +192,25 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 class _Index:
     """Finds the record of each case and twin; of several, the newest counts.
 
-    For an extended case that is the newest of the last stage with a result.
+    Of an extended case, the newest record of the last stage with a result counts.
 
     Parameters
     ----------
-    contents : what is filled, by `take`
+    contents : object that `take` fills
     """
 
     def __init__(self, contents: Contents) -> None:
         self.contents, self.plan = contents, contents.plan
         self.known = CaseIndex(contents.plan.digests)
         self.stages = np.zeros(contents.place.shape[:2], dtype=np.int8)
-        self.kinds: list[dict[str, tuple[int, ...]]] = []  # of traces
-        self.kind = np.full(contents.cases, -1)  # of each case's
+        self.kinds: list[dict[str, tuple[int, ...]]] = []  # distinct sets of traces
+        self.kind = np.full(contents.cases, -1)  # index into kinds, of each case
         late = contents.plan.twins.get("of") in ("boundary", "even")
         width = "U16" if late else "U0"
         self.words = np.full(contents.cases, "", dtype=width)
 
     def take(self, rows: Rows) -> None:
-        """Enter some records, which are newer than those entered before."""
+        """Enter some records, which must be newer than those entered before."""
         contents, case = self.contents, self.known.cases_of(rows)
         twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
         good = (case >= 0) & (twin >= 0) & (twin <= contents.twins)
@@ -258,7 +258,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the position of the last occurrence of each key, ascending."""
+    """Return the index of the last occurrence of each key, by ascending key."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 
@@ -270,7 +270,7 @@ def parts_of(
 
     Yields
     ------
-    indices into `cases` of those with a record in the journal; these records
+    indices into `cases` of the cases with a record in that journal; their records
     """
     place = contents.place[np.asarray(cases, dtype=np.int64), twin]
     for number in np.unique(place[:, 0][place[:, 0] >= 0]).tolist():

@@ -1,10 +1,10 @@
 """Whether `results.h5` is up to date, known without reading the journals.
 
-The group `performance` of the file stores what it was gathered from: the plan, and
-names, sizes and times of journals, traces and `runs/`. If one of these has changed, or
-words have, it must be gathered again; so it must if its own size and time differ from
-the stamp beside it, since another program has written to it. A copied directory may
-have other times, which costs one gathering.
+The group `performance` of the file stores from what it was gathered: the plan, and
+names, sizes and times of journals, traces and `runs/`. The file must be gathered again
+if one of these or the thresholds of the words have changed, or if its own size and time
+differ from those in the stamp file, since another program has then written to it.
+Copying a directory may change times, which costs one gathering.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ def source_of(folder: Path) -> str:
         told.append(hashlib.sha256(read_regular(folder / NAME)).hexdigest())
         for part, ending in PARTS.items():
             told += filter(None, map(_told, listed(folder / part, ending)))
-    except (OSError, WhirlError):  # whoever reads it tells why
+    except (OSError, WhirlError):  # the error is raised when the file is read
         return ""
     return hashlib.sha256(os.fsencode("\n".join(told))).hexdigest()
 
 
 def _told(path: Path) -> str:
-    """Return name, size and time of a file; nothing for an empty file."""
+    """Return name, size and time of a file as text; "" for an empty file."""
     state = path.stat()
     if not state.st_size:
         return ""
@@ -51,8 +51,8 @@ def _told(path: Path) -> str:
 
 
 def stamp(path: Path) -> None:
-    """Write the stamp of a results file that has just been gathered."""
-    with suppress(WhirlError):  # which costs a gathering
+    """Write the stamp (size and time) of a results file that was just gathered."""
+    with suppress(WhirlError):  # without a stamp it is gathered again
         write_whole(path.parent / "runs" / STAMP, _told(path).encode())
 
 

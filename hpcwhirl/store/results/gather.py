@@ -1,9 +1,9 @@
 """Gathering journals and traces into `results.h5`, by one process or by MPI-IO.
 
-Both writers define the same file with the same calls; they differ in who writes which
-cases. Cases are read and written in blocks, so that memory does not grow with their
-traces; each rank at its own pace, in step with the others only where HDF5 asks for it.
-The file is written under a temporary name of its own, synced and renamed.
+Both define the same file with the same calls; they differ in which rank writes which
+cases. Cases are read and written in blocks, so that memory does not grow with the
+number of traces. Ranks do not wait for each other except where HDF5 requires it. The
+file is written under a new temporary name, synced and renamed.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
 RESULTS = "results.h5"
-STOPPED, WRONG = 75, 2  # exit codes: the same command continues, or does not
-MORE = 1 << 16  # bytes beyond what is known to be needed
+STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later, or not
+MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
 def has_mpi_io() -> bool:
@@ -55,23 +55,23 @@ def gather(
 ) -> Path:
     """Write `results.h5` of a campaign directory and return its path.
 
-    Processes gather one at a time and wait for each other, so that the file published
-    last was read last.
+    Processes gather one at a time and wait for each other, so that the last file
+    published has the newest content.
 
     Parameters
     ----------
     folder : the campaign's directory
     facts : further root attributes
-    comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise
-        its first. Every rank must call
-    compress : level of gzip for traces, 1 to 9; 0 for none
+    comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise rank 0
+        alone. Every rank must call
+    compress : gzip level of traces, 1 to 9; 0 for none
     asking : options of the claim, see `store.directory.owner.Asking`; the same on
         every rank
 
     Raises
     ------
     MissingFileError, StoreError
-        on every rank, where one of them cannot read or write; an older file stays
+        on every rank, if any rank cannot read or write; an older file stays
     """
     rank, parallel = comm.rank, comm.size > 1 and has_mpi_io()
     final = folder / RESULTS
@@ -102,16 +102,16 @@ def _begin(
     Parameters
     ----------
     folder : the campaign's directory
-    stack : at whose end the claim is released and the file removed, if it still exists
+    stack : releases the claim at its end, and removes the file if it still exists
     asking : how to wait for other processes
-    fit : returns the contents, or raises where the disk has no room
+    fit : returns the contents, or raises if the disk has no room for them
 
     Returns
     -------
     claim, path of the file, contents
     """
     if not folder.is_dir():
-        read_manifest(folder)  # which tells that there is no campaign
+        read_manifest(folder)  # raises if there is no campaign
     own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
     content = fit()
     sweep(folder, RESULTS)
@@ -122,7 +122,7 @@ def _begin(
 
 
 def _end(own: Claim, part: Path, final: Path) -> None:
-    """Rename the temporary file `part` to `final`, unless the claim has been lost."""
+    """Rename the temporary file `part` to `final`, unless the claim was lost."""
     publish(part, final, own.check)
     stamp(final)
 
@@ -136,7 +136,7 @@ def _agreed(
 ) -> Any:
     """Return the value of `action`; an error of one rank is raised on all.
 
-    of_root : whether only rank 0 has an action; the others sleep meanwhile
+    of_root : whether only rank 0 acts; the others sleep meanwhile
     """
     value: Any = None
     error: Exception | None = None
@@ -144,7 +144,7 @@ def _agreed(
         value = action() if action else None
     except WhirlError as failed:
         error = failed
-    except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
+    except (OSError, RuntimeError) as failed:  # HDF5 raises either, with many lines
         error = refusal(final, failed)
     except Exception as failed:  # noqa: BLE001 - raised below
         error = RuntimeError(f"{type(failed).__name__}: {failed}")
@@ -164,7 +164,7 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the whole file alone, or on several ranks each its share of the cases."""
+    """Write the whole file, or with several ranks each its share of the cases."""
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:
@@ -180,8 +180,8 @@ def _blocks(
 ) -> Iterator[tuple[range, Block]]:
     """Yield the blocks that this rank writes; an error of one rank is raised on all.
 
-    In step, all ranks have the same number of blocks at the same time, empty ones at
-    the end, as compressed traces require. Otherwise each rank goes on by itself.
+    In step, all ranks yield equally many blocks at the same time, some of them empty at
+    the end, as compressed traces require. Otherwise ranks do not wait for each other.
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -205,10 +205,10 @@ def _raise(error: Exception | None) -> None:
 
 
 def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
-    """Write the rows `cases` of a variable, which may be none.
+    """Write the rows `cases` of a variable; there may be none.
 
-    Collective writes are used only if required: ranks wait for each other in each of
-    hundreds of writes, which took longer than the writing itself.
+    Collective writes are used only if required (`in_step`): ranks wait for each other
+    in each of hundreds of writes, which took longer than the writing itself.
     """
     if not (in_step and data.chunks):
         if len(cases):
@@ -236,27 +236,28 @@ def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
 def _or_all_end(
     write: Callable[[], None], part: Path, final: Path, comm: Communicator
 ) -> None:
-    """Write; if one of several ranks fails, end the job.
+    """Call `write`; if it fails on one of several ranks, end the job.
 
-    The exit code is 75 where the same command may succeed later, as on a full disk.
+    The exit code is 75 if the same command may succeed later, as after a full disk.
 
-    HDF5 crashes as it closes a file whose MPI-IO has failed, and other ranks may wait
-    for this one in a collective call. Nothing is lost, since the journals exist.
+    The job must end since HDF5 crashes when it closes a file whose MPI-IO has failed,
+    and since other ranks may wait for this one in a collective call. Nothing is lost:
+    the journals exist.
     """
     try:
         write()
     except (OSError, RuntimeError) as failed:
-        if comm.size == 1 or isinstance(failed, WhirlError):  # of reading: on all ranks
+        if comm.size == 1 or isinstance(failed, WhirlError):  # raised on all ranks
             raise
         told = refusal(final, _cause(part, failed))
-        time.sleep(5.0 if comm.rank else 0.0)  # where rank 0 can tell, it alone does
+        time.sleep(5.0 if comm.rank else 0.0)  # lets rank 0 report first
         line = f"hpcwhirl: stopped early: {told}; the same command continues"
         print(line, file=sys.stderr)  # noqa: T201 - before all end
         end_all(comm, STOPPED if isinstance(told, NoRoomError) else WRONG)
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return why MPI-IO failed, by trying to write one more byte."""
+    """Return the cause of a failure of MPI-IO, found by writing one more byte."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)
@@ -268,10 +269,10 @@ def _cause(part: Path, failed: Exception) -> Exception:
 def _fitting(
     folder: Path, facts: Mapping[str, str | float] | None, say: Callable[[str], None]
 ) -> Contents:
-    """Return the contents to write; raise first if the disk has no room for them.
+    """Return the contents to write; raise if the disk has no room for them.
 
-    For MPI-IO, which fails badly on a full disk, the whole file with its `facts` must
-    fit; serially, its values alone. A quota cannot be known beforehand.
+    With MPI-IO, which crashes on a full disk, the whole file with its `facts` must fit;
+    otherwise (`facts` None) only its values. Quotas are not known beforehand.
     """
     contents = contents_of(folder, say)
     size = contents.size

@@ -1,7 +1,7 @@
 """The empty `results.h5`: every dimension, variable and attribute of a campaign.
 
-The file is netCDF-4: every axis is a dimension scale. A refined campaign has groups
-`cells` and `boundaries`, too: see `store.results.cells`.
+The file is netCDF-4: every axis is a dimension scale. A refined campaign also has the
+groups `cells` and `boundaries`, see `store.results.cells`.
 """
 
 from __future__ import annotations
@@ -42,25 +42,25 @@ from hpcwhirl.store.results.measured import measured_of
 from hpcwhirl.store.results.sampled import sample_attribute
 from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
-LIBVER = ("v108", "v110")  # from 1.8 attributes may have more than 64 kB
-CHUNK = 1 << 20  # bytes, at most, of a compressed piece; one case's alone
-CONVENTIONS = "CF-1.11"  # from 1.9 it knows integers of 64 bits
-# The same on every day, after every kill: who ran when stands in other attributes.
+LIBVER = ("v108", "v110")  # from 1.8 on attributes may exceed 64 kB
+CHUNK = 1 << 20  # bytes, largest size of a compressed chunk; each is of one case
+CONVENTIONS = "CF-1.11"  # 64-bit integers need 1.9
+# Without date and host, so that the bits do not depend on them.
 HISTORY = (
     "cases integrated and gathered by hpcwhirl, see version and command; "
-    "words named by the thresholds in threshold_*"
+    "words determined by the thresholds in threshold_*"
 )
 WORKER = "worker"  # dimension: the ranks of all runs
 
 
 def swept_extra(plan: Manifest) -> dict[str, str]:
-    """Return {variable: dotted name} of swept inputs that no row has."""
+    """Return {variable: dotted name} of the swept inputs that are not in `ROW`."""
     names = {variable_name(dotted): dotted for dotted in plan.swept}
     return {v: d for v, d in names.items() if v not in ROW}
 
 
 def stored(value: float | str | list[float]) -> float | bytes:
-    """Return a swept value as it is stored: words and lists as text."""
+    """Return a swept value as it is stored: words and lists as bytes of text."""
     if isinstance(value, list):
         value = json.dumps(value)
     return value.encode() if isinstance(value, str) else value
@@ -73,7 +73,7 @@ def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
 
 
 def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis, of given values or of numbers from 0."""
+    """Define an axis with given values, or with numbers from 0 if given its size."""
     if isinstance(values, int):
         values = np.arange(values, dtype="i8")
     axis = group.create_dataset(name, data=values)
@@ -91,7 +91,7 @@ def _define_table(
 ) -> None:
     for name, variable in table.items():
         kind = dtype(variable)
-        # No fill value for text: netCDF-C overruns its buffer where one is set.
+        # No fill value for text: with one, netCDF-C overruns a buffer.
         fill = None if kind.kind == "S" else missing(variable)
         data = group.create_dataset(name, axis.shape, kind, fillvalue=fill)
         _tell(data, variable)
@@ -101,18 +101,18 @@ def _define_table(
 
 
 def mark_words(data: h5py.Dataset, name: str) -> None:
-    """Write the meanings of the codes of a variable of words."""
+    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`."""
     data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
     data.attrs["flag_meanings"] = utf8(" ".join(ENUMS[name]))
 
 
 def codes_of(name: str, words: NDArray[np.str_]) -> NDArray[np.int8]:
-    """Return the words of a variable as they are stored.
+    """Return the codes of the words of a variable, as they are stored.
 
     Raises
     ------
     StoreError
-        where this version has no such word
+        where this version does not know a word
     """
     found, place = np.unique(words, return_inverse=True)
     alien = set(found.tolist()) - {*ENUMS[name]}
@@ -129,14 +129,14 @@ def define(
     facts: Mapping[str, str | float],
     compress: int = 0,
 ) -> None:
-    """Define all variables and attributes of the file; values of cases come later.
+    """Define all variables and attributes of the file; cases are written later.
 
     Parameters
     ----------
-    file : opened for writing, by one process or by all
-    contents : of the campaign
+    file : file opened for writing, by one process or by all
+    contents : contents of the campaign
     facts : further root attributes
-    compress : level of gzip for traces, 0 for none
+    compress : gzip level of traces, 0 for none
     """
     plan = contents.plan
     _define_head(file, plan, facts)
@@ -230,7 +230,7 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
     known = TRACES | {"time": AXES["time"]}
     for name, shape in shapes.items():
         whole = (contents.cases, *shape)
-        # every value is written, so none is filled in first
+        # every value is written, so filling the file first would be wasted
         options = {"fillvalue": np.nan, "fill_time": "never"} | _chunks(shape, compress)
         data = file.create_dataset(name, whole, "f8", **options)
         _tell(data, known[name])
@@ -239,7 +239,7 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return a trace's chunks and compression in HDF5; a chunk is of one case."""
+    """Return the HDF5 options for chunks and compression; a chunk is of one case."""
     if not compress or not all(shape):
         return {}
     samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))

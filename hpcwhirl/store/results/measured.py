@@ -17,15 +17,18 @@ from hpcwhirl.store.schema import dtype
 if TYPE_CHECKING:
     import xarray
 
-VALUES, WHY_NOT = "measured", "measure_message"  # of a record; the latter a variable
+VALUES, WHY_NOT = (
+    "measured",
+    "measure_message",
+)  # entries of a record
 REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 
 
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the numbers that the user's function returns.
 
-    With them `WHY_NOT`, the variable that says why a case has none; {} for a plan
-    without such a function.
+    It includes `WHY_NOT`, the reason why a case has none. {} for a plan without such a
+    function.
     """
     declared = plan.base.get(MEASURE) or {}
     if not declared:
@@ -42,19 +45,19 @@ def bytes_measured(plan: Manifest) -> int:
 def one_case(
     scene: Scene, row: Mapping[str, Any], traces: Mapping[str, NDArray[Any]]
 ) -> xarray.Dataset:
-    """Return one case as `open_results(...).isel(case=i)` has it.
+    """Return one case in the form of `open_results(...).isel(case=i)`.
 
     Parameters
     ----------
-    scene : its inputs, which become attributes by their dotted names
+    scene : inputs of the case, which become attributes with their dotted names
     row : {variable of `ROW`: value}
     traces : as in `campaign.simulate.Result`
 
     Returns
     -------
-    xarray.Dataset of numbers and words without a dimension, and of traces over `time`,
-    all of them copies that cannot be written to: what is stored stays as it is. Of
-    `performance` nothing, which depends on the machine
+    xarray.Dataset of numbers and words without a dimension, and of traces over `time`.
+    All are read-only copies, so that the user's function cannot change what is stored.
+    The variables of `performance` are missing, since they depend on the machine
     """
     import xarray
 

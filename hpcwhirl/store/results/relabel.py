@@ -1,4 +1,4 @@
-"""Determine words again from stored evidence; the file is replaced atomically."""
+"""Determining words again from stored evidence; the file is replaced atomically."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from hpcwhirl.store.results.layout import codes_of, mark_words
 
 AT_ONCE = 1 << 15  # cases
 WORDS = ("outcome", "regime", "whirl")
-MOTION = "motion"  # in results of campaigns that ask for it
-Word = tuple[str, ...]  # of one case
-Words = tuple[NDArray[np.str_], ...]  # of all
+MOTION = "motion"  # only in results of campaigns that ask for it
+Word = tuple[str, ...]  # the words of one case
+Words = tuple[NDArray[np.str_], ...]  # (cases,) each
 
 
 def relabel(
@@ -35,20 +35,20 @@ def relabel(
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
 ) -> Counter[tuple[Word, Word]]:
-    """Determine the words of every finished case; return {(old, new): cases}.
+    """Determine the words of finished cases; return {(old, new): number of cases}.
 
     Parameters
     ----------
     path : `results.h5`
-    name : function from numbers to words, each (cases,): those of `WORDS`, and where
-        the numbers of `CHAOS` are among them that of `MOTION`
-    thresholds : stored as root attributes
+    name : function from {variable: (cases,)} to words, (cases,) each: those of `WORDS`,
+        and that of `MOTION` if the variables of `CHAOS` are given
+    thresholds : {name: value}, stored as root attributes
     asking : options of the claim, see `store.directory.owner.Asking`
     """
     opened(path).close()
     try:
         with claimed(path.parent, RESULTS, asking) as own:
-            sweep(path.parent, path.name)  # of who has died at it
+            sweep(path.parent, path.name)  # left by processes that died
             with replacing(path, own.check) as part:
                 shutil.copyfile(path, part)
                 changes = _renamed(part, name, thresholds)
@@ -70,7 +70,7 @@ def _renamed(
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words into a results file; return {(old, new): cases}."""
+    """Write new words into a results file; return {(old, new): number of cases}."""
     with writing(part, "r+") as file:
         changes = _rename(file, name)
         if GROUP in file:
@@ -89,18 +89,18 @@ def _share_anew(file: h5py.File) -> None:
         for group in (file, file[GROUP])
     )
     for variable, values in shares(own, theirs).items():
-        if variable in file:  # a file of before has no majority
+        if variable in file:  # files of older versions have no majority
             file[variable][:] = values
 
 
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of finished cases, and the meanings of their codes."""
+    """Write new words of finished cases, and the meanings of the codes."""
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
-    for variable in _variables(file):  # which may have been others
+    for variable in _variables(file):  # the file's codes may have been others
         mark_words(file[variable], variable)
     return changes
 
@@ -108,7 +108,7 @@ def _rename(
 def _rename_some(
     file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of some cases."""
+    """Write new words of some cases; return {(old, new): number of cases}."""
     given = words_in(file, "status", cases) == "ok"
     table = ROW | CHAOS if MOTION in file else ROW
     numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
@@ -128,5 +128,5 @@ def _rename_some(
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:
-    """Return the names of the words that a file has."""
+    """Return the names of the variables of words that a file has."""
     return (*WORDS, MOTION) if MOTION in file else WORDS

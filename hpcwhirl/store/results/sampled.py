@@ -1,4 +1,4 @@
-"""Drawn inputs in a plan and its results: the draw and the point of each case."""
+"""Drawn inputs in a plan and its results: draw and point of the sweep of each case."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import xarray
 
 TUNED = "tuned"
-EACH = "each"  # cases at a point, beside what a plan tells
+EACH = "each"  # added to the attribute: number of draws at a point
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return the draws of a plan's first point, which are those of every point."""
+    """Return the draws of a plan, the same at every point of its sweep."""
     return plan.table.blocks[0][-1]
 
 
@@ -43,11 +43,11 @@ class Drawn:
     Attributes
     ----------
     method : as in [sample]
-    inputs : variables of the drawn inputs
-    swept : variables of the other swept inputs
-    point, draw : (cases,), numbers of the point of the sweep, and of the draw there
+    inputs : names of the drawn inputs' variables
+    swept : names of the other swept inputs' variables
+    point, draw : (cases,), number of the point of the sweep, and of the draw there
     each : number of draws at a point
-    tuned : whether the first of them is the tuned engine instead of a draw
+    tuned : whether draw 0 is the tuned engine instead of a draw
     """
 
     method: str
@@ -60,7 +60,7 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Block of each draw of `saltelli`, (cases,): A, B, A with input 0 of B, ..."""
+        """Block of each `saltelli` draw, (cases,): A, B, then A with one input of B."""
         return self.draw % (len(self.inputs) + 2)
 
     @property
@@ -74,7 +74,7 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return the points of a sweep, and what was swept as coordinates over `point`."""
+    """Return each case's point of the sweep, (cases,), and coordinates over `point`."""
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
              for n in drawn.swept}  # fmt: skip
@@ -87,7 +87,7 @@ def is_sampled(data: xarray.Dataset) -> bool:
 
 
 def drawn_of(data: xarray.Dataset) -> Drawn:
-    """Return the draws behind the results of a campaign, or a part of its cases.
+    """Return the draws behind the results of a campaign or of some of its cases.
 
     Raises
     ------

@@ -20,9 +20,9 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
 
     Parameters
     ----------
-    path : file to replace, whole or not at all
-    arrays : {name, with groups by '/': array}; unit and meaning are those that
-        `scene.quantities.ARRAYS` gives for the last part of the name
+    path : file to write; on failure an older file stays
+    arrays : {path in the file such as `rotor/mass`: array}; its unit and meaning are
+        those of the last part of the path in `scene.quantities.ARRAYS`
     facts : {attribute: text or number}
     """
     try:
@@ -34,5 +34,5 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
                 data.attrs["units"], data.attrs["long_name"] = told.unit, told.meaning
             for name, value in facts.items():
                 file.attrs[name] = value
-    except (OSError, RuntimeError) as failed:  # HDF5 may say either, in many lines
+    except (OSError, RuntimeError) as failed:  # HDF5 raises either, with many lines
         raise refusal(path, failed) from None

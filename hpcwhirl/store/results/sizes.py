@@ -20,8 +20,8 @@ from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
 
-NAME = "0001-00000.bin"  # of a file of traces
-MORE = ("tips", "blade_impulse", "casing")  # what `full` keeps beyond `orbit`
+NAME = "0001-00000.bin"  # a typical name of a file of traces
+MORE = ("tips", "blade_impulse", "casing")  # traces of `full` beyond those of `orbit`
 
 ONE_RANK: Share = {
     "run": 1,
@@ -39,8 +39,8 @@ class Bytes:
 
     Attributes
     ----------
-    journal, traces : of the directories of these names
-    results : of `results.h5`
+    journal, traces : bytes in the directories of these names
+    results : bytes of `results.h5`
     """
 
     journal: int
@@ -49,7 +49,7 @@ class Bytes:
 
     @property
     def total(self) -> int:
-        """All of them together."""
+        """Bytes of all files together."""
         return self.journal + self.traces + self.results
 
 
@@ -60,13 +60,13 @@ def bytes_of(
     sizes: Mapping[str, int],
     facts: Mapping[str, str | float],
 ) -> Bytes:
-    """Return the bytes that a campaign will take.
+    """Return the bytes on disk that a campaign will take.
 
     Parameters
     ----------
-    plan : of the campaign
+    plan : plan of the campaign
     samples : (cases,), number of samples of each case; 0 for `summary`
-    intervals : (cases,), s, between samples
+    intervals : (cases,), s, interval between samples
     sizes : {axis: largest size}, axes of traces other than samples
     facts : root attributes of the results
     """
@@ -85,7 +85,7 @@ def bytes_of(
     always = 1 + sum(width for name, width in widths.items() if name not in MORE)
     more = sum(width for name, width in widths.items() if name in MORE)
     header, head = header_of("0" * 32, NAME, fields_of(plan.base.get(MEASURE) or ()))
-    text = int(samples.any())  # slots for the shapes of traces
+    text = int(samples.any())  # a slot of text with the shapes of traces
     return Bytes(
         journal=len(head)
         + contents.cases * header.layout.size * (1 + text + contents.twins),
@@ -95,7 +95,7 @@ def bytes_of(
 
 
 def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
-    """Return the size of `results.h5`: its head, defined in memory, and its values."""
+    """Return the size of `results.h5`, bytes: metadata, built in memory, and values."""
     memory: dict[str, Any] = {"driver": "core", "backing_store": False}
     with h5py.File("forecast", "w", libver=LIBVER, **memory, block_size=512) as file:
         define(file, contents, facts)
